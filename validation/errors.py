@@ -1,0 +1,13 @@
+"""The errors that end a command, one exit code each (design.md section 9)."""
+
+
+class UserError(Exception):
+    """Bad input: one line that names the key, its value, what is allowed and what to do."""
+
+    exit_code = 2
+
+
+class RunFailedError(Exception):
+    """A run did not complete; what it had is kept and the message says where."""
+
+    exit_code = 1

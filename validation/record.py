@@ -1,0 +1,112 @@
+"""What every model gives back to the comparison, in one shape."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Scalar = float | int | bool | str | None
+
+SUMMARY_KEYS = (
+    "contact_time_s",
+    "tip_velocity_at_contact_m_per_s",
+    "peak_normal_force_N",
+    "peak_normal_force_time_s",
+    "first_peak_normal_force_N",
+    "peak_tangential_force_N",
+    "contact_duration_s",
+    "normal_impulse_N_s",
+    "compression_to_restitution",
+    "stick_to_slip",
+    "slip_to_stick",
+    "reverse_slip",
+    "peak_stress_R_Pa",
+    "energy_residual",
+    "wall_time_s",
+    "peak_memory_MB",
+    "steps",
+)
+SOLID_KEYS = ("elements", "time_step_s")  # what only the finite-element models have
+
+
+@dataclass(frozen=True)
+class Event:
+    """A located transition."""
+
+    time_s: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """One run of one model on one scene.
+
+    Attributes
+    ----------
+    scene, model, variant : names; the variant is the preset or what was changed.
+    status : name of the model's own status; ``ok`` says whether the run completed.
+    message : what happened and what to do, empty when all went well.
+    summary : the scalars of ``SUMMARY_KEYS`` and ``SOLID_KEYS``; None where a model has none.
+    history : arrays over time, units in the names; the first axis is time.
+    events : located transitions in the order of time.
+    statistics : counts of the solver's work.
+    provenance : scene as TOML tables, versions, machine.
+    """
+
+    scene: str
+    model: str
+    variant: str
+    status: str
+    ok: bool
+    message: str
+    summary: Mapping[str, Any]
+    history: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    statistics: Mapping[str, Scalar] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """Model and variant, as tables and figures write it."""
+        return f"{self.model} {self.variant}".strip()
+
+    @property
+    def folder_name(self) -> str:
+        """A name for this run's folder."""
+        return "-".join(filter(None, (self.scene, self.model, self.variant.replace(" ", "-"))))
+
+    def value(self, key: str) -> float | None:
+        """One scalar as a finite float, or None."""
+        number = self.summary.get(key)
+        if number is None or not math.isfinite(number):
+            return None
+        return float(number)
+
+    def with_summary(self, **scalars: Scalar) -> Self:
+        """A copy with some scalars replaced."""
+        return replace(self, summary={**self.summary, **scalars})
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that ``fingertap run --json`` prints (design.md section 9)."""
+        keys = SUMMARY_KEYS + (SOLID_KEYS if self.model != "hcm" else ())
+        return {
+            "scene": self.scene,
+            "model": self.model,
+            **{key: plain(self.summary.get(key)) for key in keys},
+        }
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON can carry it: no NaN, no infinity, no NumPy types."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

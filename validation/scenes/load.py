@@ -1,0 +1,112 @@
+"""Reading a scene: a built-in name or a TOML file, then overrides, then validation."""
+
+import copy
+import difflib
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from validation.errors import UserError
+from validation.scenes.messages import one_line, show
+from validation.scenes.tables import Scene
+
+BUILT_IN = ("hard", "soft", "driven-1", "driven-2", "driven-3")
+MAX_BYTES = 1_000_000  # a scene is a page of text: anything longer is another kind of file
+
+
+@dataclass(frozen=True)
+class NamedScene:
+    """A validated scene, what to call it, and the tables as they were read."""
+
+    name: str
+    tables: Scene
+    document: dict[str, Any]
+
+
+def read_document(source: str) -> tuple[str, dict[str, Any]]:
+    """Name and raw tables of a built-in scene or a TOML file."""
+    if source in BUILT_IN:
+        text = resources.files("validation.scenes").joinpath(f"{source}.toml").read_text("utf-8")
+        return source, tomllib.loads(text)
+    path = Path(source)
+    if path.suffix != ".toml" and not path.is_file():
+        near = difflib.get_close_matches(source, BUILT_IN, n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise UserError(
+            f"scene {show(source)}: unknown; {hint}built-in scenes are {', '.join(BUILT_IN)}, "
+            "or give the path of a TOML file"
+        )
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise UserError(f"scene {source}: larger than {MAX_BYTES} bytes, not a scene file")
+        return path.stem, tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise UserError(
+            f"scene {source}: cannot be read ({error.strerror}); check the path"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"scene {source}: is not UTF-8 text; give a TOML file") from error
+    except (ValueError, RecursionError) as error:  # TOML's own error is a ValueError
+        raise UserError(f"scene {source}: TOML syntax error: {error}") from error
+
+
+def parse_value(text: str) -> Any:
+    """The right side of KEY=VALUE as a TOML value; a bare word is a string."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):  # TOML's own error is a ValueError
+        return text
+    return parsed["value"] if list(parsed) == ["value"] else text
+
+
+def override(document: dict[str, Any], assignment: str) -> dict[str, Any]:
+    """A copy of the tables with one dotted ``KEY=VALUE`` set."""
+    key, equals, text = assignment.partition("=")
+    key, text = key.strip(), text.strip()
+    if not equals or not text or not all(part.strip() for part in key.split(".")):
+        raise UserError(
+            f"--set {show(assignment)}: must be KEY=VALUE with a dotted key, "
+            "for example surface.friction=0.7"
+        )
+    result = copy.deepcopy(document)
+    *path, last = (part.strip() for part in key.split("."))
+    table = result
+    for depth, part in enumerate(path):
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            holder = ".".join(path[: depth + 1])
+            raise UserError(f"--set {show(assignment)}: {holder} is a value, not a table")
+    table[last] = parse_value(text)
+    return result
+
+
+def validate(document: dict[str, Any], origin: str) -> Scene:
+    """The validated tables, or a ``UserError`` of one line."""
+    try:
+        return Scene.model_validate(document)
+    except ValidationError as error:
+        raise UserError(f"scene {origin}: {one_line(error)}") from error
+
+
+def load_scene(source: str, overrides: Iterable[str] = ()) -> NamedScene:
+    """Read, override and validate a scene.
+
+    Parameters
+    ----------
+    source : built-in name or path of a TOML file.
+    overrides : ``KEY=VALUE`` texts, applied in order.
+
+    Raises
+    ------
+    UserError
+        One line naming key, value, what is allowed and what to do.
+    """
+    name, document = read_document(source)
+    for assignment in overrides:
+        document = override(document, assignment)
+    return NamedScene(name, validate(document, source), document)

@@ -1,0 +1,84 @@
+"""Pydantic's errors as one line each: key, value, what is allowed, what to do."""
+
+import difflib
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from validation.scenes.tables import Scene
+
+
+def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str]:
+    """All dotted keys of a scene."""
+    for name, field in table.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            yield from known_keys(kind, f"{prefix}{name}.")
+        else:
+            yield prefix + name
+
+
+def nearest_key(key: str) -> str:
+    """The remedy for an unknown key: the nearest known one, or the list of its table's."""
+    keys = list(known_keys())
+    last = key.rsplit(".", 1)[-1]
+    same_name = [known for known in keys if known.rsplit(".", 1)[-1] == last]
+    near = same_name or difflib.get_close_matches(key, keys, n=1, cutoff=0.6)
+    if not near:
+        by_name = {known.rsplit(".", 1)[-1]: known for known in keys}
+        near = [by_name[m] for m in difflib.get_close_matches(last, by_name, n=1, cutoff=0.6)]
+    if near:
+        return f"did you mean {near[0]}?"
+    table = key.rsplit(".", 1)[0] + "."
+    siblings = [known for known in keys if known.startswith(table)] or sorted(
+        {known.split(".")[0] for known in keys}
+    )
+    return "known are " + ", ".join(siblings)
+
+
+def show(value: object) -> str:
+    """A value as TOML would write it, shortened."""
+    text = str(value).lower() if isinstance(value, bool) else repr(value)
+    text = " ".join(text.split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _one(error: Any) -> str:
+    key = ".".join(str(part) for part in error["loc"])
+    value = error["input"]
+    kind = error["type"]
+    context = error.get("ctx", {})
+    if kind == "quantity":
+        return f"{key} = {show(value)}: {context['text']}"
+    if kind == "scene":
+        return f"{context['key']} = {show(context['value'])}: {context['text']}"
+    if kind == "extra_forbidden":
+        while isinstance(value, dict) and value:  # an unknown table: name its first key
+            name, value = next(iter(value.items()))
+            key = f"{key}.{name}"
+        return f"{key} = {show(value)}: unknown key; {nearest_key(key)}"
+    if kind == "missing":
+        return f"{key} is missing: {_missing(key)}"
+    if kind == "literal_error":
+        return f"{key} = {show(value)}: must be {context['expected']}"
+    if kind == "bool_type":
+        return f"{key} = {show(value)}: must be true or false"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"{key} = {show(value)}: must be a table; write [{key}] and its keys below it"
+    return f"{key} = {show(value)}: {error['msg']}"
+
+
+def _missing(key: str) -> str:
+    inside = [known for known in known_keys() if known.startswith(key + ".")]
+    if inside:
+        return f"add a table [{key}] with {', '.join(k.removeprefix(key + '.') for k in inside)}"
+    table, _, name = key.rpartition(".")
+    return f"add {name} = ... under [{table}]"
+
+
+def one_line(error: ValidationError) -> str:
+    """The first problem in full, and how many more there are."""
+    problems = error.errors(include_url=False)
+    more = len(problems) - 1
+    return _one(problems[0]) + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")

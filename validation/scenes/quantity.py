@@ -1,0 +1,103 @@
+"""What one number of a scene may be: its unit, its bounds, and the sentence that says so.
+
+Contract: a ``Quantity`` is put beside a type in ``Annotated`` and becomes the field's whole
+validation. The bounds are stated once; the check and the error text both come from them.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number (or one per phalanx) with a unit and bounds.
+
+    Attributes
+    ----------
+    unit : SI unit, "" for a pure number.
+    above, below : open bounds; at_least, at_most : closed bounds.
+    integer : whether only whole numbers are allowed.
+    per_phalanx : whether a list with one number per phalanx is allowed.
+    only_list : whether only such a list is allowed.
+    advice : what to do instead, appended to the refusal.
+    """
+
+    unit: str = ""
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    integer: bool = False
+    per_phalanx: bool = False
+    only_list: bool = False
+    advice: str = ""
+
+    def allowed(self) -> str:
+        """The sentence that says what is allowed."""
+        bounds = [
+            f"{word} {bound:g}"
+            for word, bound in (
+                (">", self.above),
+                (">=", self.at_least),
+                ("<", self.below),
+                ("<=", self.at_most),
+            )
+            if bound is not None
+        ]
+        number = "whole number" if self.integer else "number"
+        if self.only_list:
+            kind = f"a list with one {number} per phalanx"
+        elif self.per_phalanx:
+            kind = f"a {number} or a list with one per phalanx"
+        else:
+            kind = f"a {number}"
+        return (
+            f"must be {kind}"
+            + (f" in {self.unit}" if self.unit else "")
+            + (f", {' and '.join(bounds)}" if bounds else "")
+        )
+
+    def _refuse(self, value: object) -> PydanticCustomError:
+        advice = self.advice
+        if isinstance(value, str) and value[:1].isdigit():
+            unit = f"in {self.unit}, " if self.unit else ""
+            advice = f"write it as a number {unit}without unit or quotes, for example 1e9"
+        # A braced text would be read as a template: the message travels in the context.
+        return PydanticCustomError(
+            "quantity", "{text}", {"text": self.allowed() + (f"; {advice}" if advice else "")}
+        )
+
+    def _number(self, item: object, whole: object) -> float | int:
+        if isinstance(item, bool) or not isinstance(item, int | float):
+            raise self._refuse(whole if not isinstance(item, str) else item)
+        if self.integer and not isinstance(item, int):
+            raise self._refuse(whole)
+        inside = (
+            (isinstance(item, int) or math.isfinite(item))
+            and (self.above is None or item > self.above)
+            and (self.at_least is None or item >= self.at_least)
+            and (self.below is None or item < self.below)
+            and (self.at_most is None or item <= self.at_most)
+        )
+        if not inside:
+            raise self._refuse(whole)
+        return item if self.integer else float(item)
+
+    def check(self, value: object) -> float | int | tuple[float | int, ...]:
+        """The value, or a refusal."""
+        if isinstance(value, list | tuple):
+            if not (self.per_phalanx or self.only_list) or not value:
+                raise self._refuse(value)
+            return tuple(self._number(item, value) for item in value)
+        if self.only_list:
+            raise self._refuse(value)
+        return self._number(value, value)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.check)

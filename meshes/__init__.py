@@ -1,0 +1,23 @@
+"""Meshes of the finger: hexahedra in 3D, quadrilaterals in 2D, by gmsh's transfinite blocks."""
+
+from meshes.errors import MeshError
+from meshes.finger import finger_hexahedra, finger_quadrilaterals
+from meshes.geometry import FingerGeometry
+from meshes.mesh import FingerMesh
+from meshes.plan import count_elements
+from meshes.quality import Quality, critical_step, quality
+from meshes.sizing import SIZINGS, Sizing
+
+__all__ = [
+    "SIZINGS",
+    "FingerGeometry",
+    "FingerMesh",
+    "MeshError",
+    "Quality",
+    "Sizing",
+    "count_elements",
+    "critical_step",
+    "finger_hexahedra",
+    "finger_quadrilaterals",
+    "quality",
+]

@@ -1,0 +1,109 @@
+"""Transfinite blocks on gmsh's built-in kernel: points, curves, four-sided faces, hexahedra.
+
+Faces are found by their four corners and curves by their two ends, so that blocks that name the
+same points share them. Lengths are in millimetres here: gmsh's tolerances are absolute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+
+import numpy as np
+
+from meshes.arrays import Floats, Ints
+from meshes.errors import MeshError
+
+
+class Blocks:
+    """A block structure under construction in gmsh's current model."""
+
+    def __init__(self, gmsh: ModuleType) -> None:
+        self._gmsh = gmsh
+        self._curves: dict[tuple[int, int], int] = {}
+        self._counts: dict[int, int] = {}
+        self._faces: dict[frozenset[int], int] = {}
+
+    def point(self, x: float, y: float, z: float = 0.0) -> int:
+        """Add a point (mm)."""
+        return int(self._gmsh.model.geo.addPoint(x, y, z))
+
+    def curve(
+        self, p: int, q: int, count: int, growth: float = 1.0, centre: int | None = None
+    ) -> None:
+        """Join p to q by `count` edges, each `growth` times the one before.
+
+        A straight line, or the circular arc about the point `centre`.
+        """
+        geo = self._gmsh.model.geo
+        tag = geo.addLine(p, q) if centre is None else geo.addCircleArc(p, centre, q)
+        geo.mesh.setTransfiniteCurve(tag, count + 1, "Progression", growth)
+        self._curves[p, q] = tag
+        self._curves[q, p] = -tag
+        self._counts[tag] = count
+
+    def face(self, corners: Sequence[int], sphere: int | None = None) -> int:
+        """Four-sided face through `corners` in cyclic order, on the sphere about a point if given.
+
+        Returns the face's tag; asked for again with the same corners, the same tag.
+        """
+        key = frozenset(corners)
+        if key not in self._faces:
+            geo = self._gmsh.model.geo
+            sides = [
+                self._curves[a, b]
+                for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
+            ]
+            counts = [self._counts[abs(side)] for side in sides]
+            if counts[0] != counts[2] or counts[1] != counts[3]:
+                raise AssertionError(f"opposite sides of a block differ: {counts}")
+            loop = geo.addCurveLoop(sides)
+            tag = geo.addSurfaceFilling([loop], sphereCenterTag=-1 if sphere is None else sphere)
+            geo.mesh.setTransfiniteSurface(tag, cornerTags=list(corners))
+            geo.mesh.setRecombine(2, tag)
+            self._faces[key] = tag
+        return self._faces[key]
+
+    def hexahedron(self, start: Sequence[int], end: Sequence[int]) -> None:
+        """Block between two faces given by corresponding corners; missing faces are added."""
+        faces = [self.face(start), self.face(end)]
+        for i in range(4):
+            j = (i + 1) % 4
+            faces.append(self.face((start[i], start[j], end[j], end[i])))
+        geo = self._gmsh.model.geo
+        tag = geo.addVolume([geo.addSurfaceLoop(faces)])
+        geo.mesh.setTransfiniteVolume(tag, cornerTags=[*start, *end])
+
+    def find_curve(self, p: int, q: int) -> int:
+        """Tag of the curve between two points."""
+        return abs(self._curves[p, q])
+
+    def generate(self, dim: int) -> tuple[Floats, Ints]:
+        """Mesh the blocks: points (n, 3) in mm and cells (m, 8 or 4) that index them.
+
+        Raises
+        ------
+        MeshError
+            If gmsh fails, or returns anything but hexahedra (3D) or quadrilaterals (2D).
+        """
+        gmsh = self._gmsh
+        gmsh.model.geo.synchronize()
+        try:
+            gmsh.model.mesh.generate(dim)
+        except Exception as error:  # gmsh raises the bare class
+            raise MeshError(f"gmsh could not mesh the finger: {error}") from error
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        self._index = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
+        self._index[tags] = np.arange(tags.size)
+        types, _, nodes = gmsh.model.mesh.getElements(dim)
+        if list(types) != [{2: 3, 3: 5}[dim]]:
+            raise MeshError(f"gmsh returned element types {list(types)} instead of one block type")
+        cells = self._index[nodes[0].astype(np.int64)].reshape(-1, 2**dim)
+        return coordinates.reshape(-1, 3), cells
+
+    def nodes_on(self, dim: int, tags: Sequence[int]) -> Ints:
+        """Sorted indices of the nodes on curves (dim 1) or faces (dim 2), ends included."""
+        found = [
+            self._gmsh.model.mesh.getNodes(dim, tag, includeBoundary=True)[0] for tag in tags
+        ]
+        return np.unique(self._index[np.concatenate(found).astype(np.int64)])

@@ -1,0 +1,40 @@
+"""Outer facets of a mesh, and the reference orientation of its elements (VTK order)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshes.arrays import Floats, Ints
+
+# Local nodes of each side, ordered so that the right-hand normal points outwards.
+HEXAHEDRON_FACES = np.array(
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+)
+# Counter-clockwise quadrilaterals: the outward normal is to the right of the direction.
+QUADRILATERAL_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
+
+
+def local_facets(dim: int) -> Ints:
+    """Local node numbers of an element's sides, (6, 4) or (4, 2), outward oriented."""
+    return HEXAHEDRON_FACES if dim == 3 else QUADRILATERAL_EDGES
+
+
+def outer_facets(cells: Ints) -> Ints:
+    """Facets that belong to one element only, (k, 4) or (k, 2), outward oriented."""
+    dim = 3 if cells.shape[1] == 8 else 2
+    sides = cells[:, local_facets(dim)].reshape(-1, 2 ** (dim - 1))
+    _, first, count = np.unique(
+        np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(sides[np.sort(first[count == 1])], dtype=np.int64)
+
+
+def orient(points: Floats, cells: Ints) -> Ints:
+    """Turn over the elements that are wound the wrong way as a whole (gmsh's blocks may be)."""
+    corner = points[cells]
+    edges = corner[:, [1, 3, 4] if points.shape[1] == 3 else [1, 3]] - corner[:, :1]
+    turned = np.linalg.det(edges) < 0.0
+    mirrored = [0, 3, 2, 1, 4, 7, 6, 5] if points.shape[1] == 3 else [0, 3, 2, 1]
+    cells = cells.copy()
+    cells[turned] = cells[turned][:, mirrored]
+    return cells

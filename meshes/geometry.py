@@ -1,0 +1,93 @@
+"""The finger's outer shape: a chain of round phalanges (design.md section 6)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from meshes.errors import MeshError
+
+LONGEST_PHALANX_M = 10.0
+
+
+@dataclass(frozen=True)
+class FingerGeometry:
+    """Lengths and diameters of the phalanges, first (at the fixed hinge) to last.
+
+    Parameters
+    ----------
+    lengths
+        Length of each phalanx in m. The last one includes its hemispherical end.
+    diameters
+        Diameter of each phalanx in m.
+    tip
+        ``"hemisphere"``: the last phalanx ends in a half-sphere of radius d/2;
+        ``"flat"``: it ends in a plane.
+
+    Raises
+    ------
+    MeshError
+        If a length or diameter is not a positive finite number below 10 m, the tuples differ in
+        length, or the last phalanx is too short to hold its hemisphere.
+    """
+
+    lengths: tuple[float, ...]
+    diameters: tuple[float, ...]
+    tip: Literal["hemisphere", "flat"] = "hemisphere"
+
+    def __post_init__(self) -> None:
+        if len(self.lengths) == 0:
+            raise MeshError("lengths is empty: give at least one phalanx")
+        if len(self.lengths) != len(self.diameters):
+            raise MeshError(
+                f"{len(self.lengths)} lengths but {len(self.diameters)} diameters: "
+                "give one of each per phalanx"
+            )
+        for key, values in (("lengths", self.lengths), ("diameters", self.diameters)):
+            for w, value in enumerate(values, start=1):
+                require_positive(f"{key}[phalanx {w}]", value)
+                if value > LONGEST_PHALANX_M:
+                    raise MeshError(
+                        f"{key}[phalanx {w}] = {value:g} m is above {LONGEST_PHALANX_M:g} m: "
+                        "looks like millimetres; give metres"
+                    )
+        if self.tip not in ("hemisphere", "flat"):
+            raise MeshError(f"tip = {self.tip!r}: allowed are 'hemisphere' and 'flat'")
+        if self.tip == "hemisphere" and self.lengths[-1] <= self.radii[-1]:
+            raise MeshError(
+                f"the last phalanx is {self.lengths[-1]:g} m long, but its hemispherical end "
+                f"alone takes {self.radii[-1]:g} m (d/2): lengthen it or use tip='flat'"
+            )
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Half the diameters, m."""
+        return tuple(0.5 * d for d in self.diameters)
+
+    @property
+    def phalanges(self) -> int:
+        """Number of phalanges."""
+        return len(self.lengths)
+
+    @property
+    def hinges(self) -> tuple[float, ...]:
+        """X of each phalanx's proximal hinge axis, m: 0, -L1, -(L1 + L2), ..."""
+        return tuple(-math.fsum(self.lengths[:w]) for w in range(self.phalanges))
+
+    @property
+    def end(self) -> float:
+        """X of the finger's free end, m."""
+        return -math.fsum(self.lengths)
+
+
+def require_positive(key: str, value: float) -> None:
+    """Refuse what is not a positive finite number.
+
+    Raises
+    ------
+    MeshError
+        Naming `key`, the value and what is allowed.
+    """
+    if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
+        raise MeshError(f"{key} = {value!r}: must be a positive finite number (metres)")

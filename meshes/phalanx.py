@@ -1,0 +1,223 @@
+"""One phalanx as a block structure, in its own coordinates: proximal end at x = 0, along -x."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from meshes.arrays import Floats, Ints
+from meshes.blocks import Blocks
+from meshes.gmsh_session import gmsh_session
+from meshes.o_grid import bulge_centre, names, section_point, tip_point
+from meshes.plan import PhalanxPlan
+
+Station = dict[str, int]
+
+
+@dataclass(frozen=True)
+class PhalanxBlocks:
+    """What gmsh returned: points (n, dim) in mm, cells, and the nodes of each role, sorted.
+
+    Roles: ``proximal_face``, ``proximal_core``, ``shaft`` (lateral surface), ``symmetry`` (3D),
+    then ``distal_face`` and ``distal_core`` (flat end) or ``sphere`` (rounded), and ``pole``.
+    """
+
+    points: Floats
+    cells: Ints
+    roles: dict[str, Ints]
+
+
+def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
+    """Mesh one phalanx with hexahedra (`dim` 3, half model z >= 0) or quadrilaterals (2).
+
+    Raises
+    ------
+    MeshError
+        If gmsh cannot be loaded or fails.
+    """
+    with gmsh_session("fingertap-phalanx") as gmsh:
+        blocks = Blocks(gmsh)
+        builder = _Builder(blocks, plan, dim)
+        faces = builder.build()
+        points, cells = blocks.generate(dim)
+        roles = {role: blocks.nodes_on(dim - 1, tags) for role, tags in faces.items()}
+        roles["pole"] = blocks.nodes_on(0, [builder.pole])
+    return PhalanxBlocks(points[:, :dim].copy(), cells, roles)
+
+
+class _Builder:
+    """The stations of one phalanx and the blocks between them."""
+
+    def __init__(self, blocks: Blocks, plan: PhalanxPlan, dim: int) -> None:
+        self.blocks = blocks
+        self.plan = plan
+        self.dim = dim
+        self.pole = 0
+
+    def build(self) -> dict[str, list[int]]:
+        """Lay the blocks; return the tags of the faces (curves in 2D) of each role."""
+        plan = self.plan
+        hinge = self._section(0.0, graded=0.0)
+        far = self._section(-plan.shaft, graded=0.5 if plan.rounded else 0.0)
+        for name in names(self.dim):
+            self.blocks.curve(far[name], hinge[name], plan.n_axial, plan.axial)
+        self._fill(hinge, far)
+        roles = {
+            "proximal_face": self._section_faces(hinge),
+            "proximal_core": self._core_faces(hinge),
+            "shaft": self._lateral(hinge, far),
+        }
+        symmetry = self._symmetry(hinge, far)
+        if plan.rounded:
+            roles["sphere"], more = self._tip(far)
+            symmetry += more
+        else:
+            self.pole = far["axis"]
+            roles["distal_face"] = self._section_faces(far)
+            roles["distal_core"] = self._core_faces(far)
+        if self.dim == 3:
+            roles["symmetry"] = symmetry
+        return roles
+
+    def _section(self, x: float, graded: float) -> Station:
+        """Points and curves of the plane section at `x`; gradings to the power `graded`."""
+        blocks, plan, radius = self.blocks, self.plan, self.plan.radius
+        points = {
+            name: blocks.point(*section_point(name, x, radius)) for name in names(self.dim)
+        }
+        for half in "-+":
+            power = graded if half == "-" else 0.0
+            cy, oy = points["cy" + half], points["oy" + half]
+            blocks.curve(oy, cy, plan.n_radial, plan.inwards**graded)
+            blocks.curve(cy, points["axis"], plan.n, plan.to_pole ** (0.5 * power))
+            if self.dim == 2:
+                continue
+            cc, oc = points["cc" + half], points["oc" + half]
+            bulge_y = blocks.point(*bulge_centre("cy" + half, x, radius))
+            bulge_z = blocks.point(*bulge_centre("cz", x, radius))
+            blocks.curve(oc, cc, plan.n_radial, plan.inwards**graded)
+            blocks.curve(cy, cc, plan.n, plan.across ** (0.5 * power), bulge_y)
+            blocks.curve(oy, oc, plan.n, plan.across**power, points["axis"])
+            blocks.curve(cc, points["cz"], plan.n, plan.to_pole ** (0.5 * power), bulge_z)
+            blocks.curve(oc, points["oz"], plan.n, plan.to_pole**power, points["axis"])
+        if self.dim == 3:
+            blocks.curve(points["oz"], points["cz"], plan.n_radial, plan.inwards**graded)
+            blocks.curve(points["axis"], points["cz"], plan.n, plan.across ** (0.5 * graded))
+        return points
+
+    def _tip(self, equator: Station) -> tuple[list[int], list[int]]:
+        """Bend the section to the cube's end and close it with the cap.
+
+        Returns the spherical faces and the faces on the symmetry plane.
+        """
+        blocks, plan = self.blocks, self.plan
+        centre = equator["axis"]
+        x = -plan.shaft
+        end = {
+            name: blocks.point(*tip_point(name, x, plan.radius, plan.block_angle))
+            for name in names(self.dim)
+        }
+        self.pole = blocks.point(x - plan.radius, 0.0)
+        for name in names(self.dim):
+            lower = name.endswith("-")
+            growth = plan.to_equator ** (1.0 if lower else 0.0)
+            on_sphere = name.startswith("o")
+            blocks.curve(
+                end[name],
+                equator[name],
+                plan.n_meridian,
+                growth if on_sphere else growth**0.5,
+                centre if on_sphere else None,
+            )
+        blocks.curve(self.pole, end["axis"], plan.n_radial, plan.inwards)
+        for half in "-+":
+            power = 1.0 if half == "-" else 0.0
+            cy, oy = end["cy" + half], end["oy" + half]
+            blocks.curve(oy, cy, plan.n_radial, plan.inwards)
+            blocks.curve(cy, end["axis"], plan.n, plan.to_pole ** (0.5 * power))
+            blocks.curve(oy, self.pole, plan.n, plan.to_pole**power, centre)
+            if self.dim == 2:
+                continue
+            cc, oc = end["cc" + half], end["oc" + half]
+            blocks.curve(oc, cc, plan.n_radial, plan.inwards)
+            blocks.curve(cy, cc, plan.n, plan.across ** (0.5 * power))
+            blocks.curve(oy, oc, plan.n, plan.across**power, centre)
+            blocks.curve(cc, end["cz"], plan.n, plan.to_pole ** (0.5 * power))
+            blocks.curve(oc, end["oz"], plan.n, plan.to_pole**power, centre)
+        if self.dim == 3:
+            blocks.curve(end["oz"], end["cz"], plan.n_radial, plan.inwards)
+            blocks.curve(end["axis"], end["cz"], plan.n, plan.across**0.5)
+            blocks.curve(self.pole, end["oz"], plan.n, plan.across, centre)
+        sphere = self._lateral(equator, end, centre)
+        symmetry = self._symmetry(equator, end)
+        for half in "-+":
+            if self.dim == 2:
+                sphere.append(blocks.find_curve(self.pole, end["oy" + half]))
+                blocks.face((end["axis"], end["cy" + half], end["oy" + half], self.pole))
+                continue
+            inner = _core(end, half)
+            outer = (self.pole, end["oy" + half], end["oc" + half], end["oz"])
+            sphere.append(blocks.face(outer, centre))
+            symmetry.append(blocks.face((inner[0], inner[1], outer[1], outer[0])))
+            blocks.hexahedron(inner, outer)
+        self._fill(equator, end)
+        return sphere, symmetry
+
+    def _fill(self, start: Station, end: Station) -> None:
+        """Blocks between two stations."""
+        for corners in zip(_quads(start, self.dim), _quads(end, self.dim), strict=True):
+            if self.dim == 3:
+                self.blocks.hexahedron(*corners)
+            else:
+                (a, b), (c, d) = corners
+                self.blocks.face((a, b, d, c))
+
+    def _section_faces(self, station: Station) -> list[int]:
+        return [self._face(corners) for corners in _quads(station, self.dim)]
+
+    def _core_faces(self, station: Station) -> list[int]:
+        return [self._face(_core(station, half)[: 4 if self.dim == 3 else 2]) for half in "-+"]
+
+    def _face(self, corners: tuple[int, ...]) -> int:
+        if self.dim == 3:
+            return self.blocks.face(corners)
+        return self.blocks.find_curve(corners[0], corners[1])
+
+    def _lateral(self, start: Station, end: Station, centre: int | None = None) -> list[int]:
+        """Outer faces between two stations, on the sphere about `centre` if given."""
+        if self.dim == 2:
+            return [self.blocks.find_curve(start[oy], end[oy]) for oy in ("oy-", "oy+")]
+        pairs = [
+            pair for half in "-+" for pair in (("oy" + half, "oc" + half), ("oc" + half, "oz"))
+        ]
+        return [self.blocks.face((start[a], start[b], end[b], end[a]), centre) for a, b in pairs]
+
+    def _symmetry(self, start: Station, end: Station) -> list[int]:
+        if self.dim == 2:
+            return []
+        pairs = [
+            pair for half in "-+" for pair in (("axis", "cy" + half), ("cy" + half, "oy" + half))
+        ]
+        return [self.blocks.face((start[a], start[b], end[b], end[a])) for a, b in pairs]
+
+
+def _core(station: Station, half: str) -> tuple[int, ...]:
+    """Corners of the core's quadrilateral in one half (in 2D its first two are its line)."""
+    wanted = ("axis", "cy" + half, "cc" + half, "cz")
+    return tuple(station[name] for name in wanted if name in station)
+
+
+def _quads(station: Station, dim: int) -> list[tuple[int, ...]]:
+    """Corners of the section's quadrilaterals (lines in 2D), core before ring."""
+    quads = []
+    for half in "-+":
+        cy, oy = station["cy" + half], station["oy" + half]
+        if dim == 2:
+            quads += [(station["axis"], cy), (cy, oy)]
+            continue
+        cc, oc = station["cc" + half], station["oc" + half]
+        quads += [
+            _core(station, half),
+            (cy, oy, oc, cc),
+            (cc, oc, station["oz"], station["cz"]),
+        ]
+    return quads

@@ -1,0 +1,166 @@
+"""How many elements each block of one phalanx gets, and how they are graded.
+
+Everything is known before gmsh starts, so that absurd requests cost nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from meshes.errors import MeshError
+from meshes.geometry import FingerGeometry
+from meshes.grading import count_even, count_graded, progression
+from meshes.o_grid import RING_WIDTH
+from meshes.sizing import Sizing
+
+_MM = 1e3
+
+
+@dataclass(frozen=True)
+class PhalanxPlan:
+    """Block counts and gradings of one phalanx; lengths in mm.
+
+    ``n`` edges span an eighth of the circumference, ``n_radial`` the O-grid's ring, ``n_axial``
+    the shaft and ``n_meridian`` the sphere from its equator to the cube's edge. Gradings are
+    ratios of neighbouring edges (1: even) at the contact point, named after the direction in
+    which they run away from it; ``axial`` runs from the equator to the hinge.
+    """
+
+    radius: float
+    shaft: float
+    rounded: bool
+    block_angle: float
+    n: int
+    n_radial: int
+    n_axial: int
+    n_meridian: int
+    across: float = 1.0
+    to_pole: float = 1.0
+    to_equator: float = 1.0
+    inwards: float = 1.0
+    axial: float = 1.0
+
+    def elements(self, dim: int) -> int:
+        """Exact number of elements of this phalanx in the (half) model."""
+        if dim == 3:
+            section = 2 * self.n**2 + 4 * self.n * self.n_radial
+            cap = 2 * self.n**2 * self.n_radial
+        else:
+            section = 2 * self.n + 2 * self.n_radial
+            cap = 2 * self.n * self.n_radial
+        if not self.rounded:
+            return section * self.n_axial
+        return section * (self.n_axial + self.n_meridian) + cap
+
+
+def plan_phalanx(radius: float, length: float, rounded: bool, sizing: Sizing) -> PhalanxPlan:
+    """Counts and gradings for one phalanx of `radius` and `length` (mm)."""
+    size, axial_size, tip_size = (
+        _MM * s for s in (sizing.section_size, sizing.axial_size, sizing.tip_size)
+    )
+    eighth = 0.25 * math.pi * radius
+    ring = RING_WIDTH * radius
+    n = count_even(eighth, size, least=2)
+    n_radial = count_even(ring, size)
+    shaft = length - radius if rounded else length
+    angle = sizing.block_angle
+    if not rounded:
+        return PhalanxPlan(
+            radius, shaft, False, angle, n, n_radial, count_even(shaft, axial_size), 0
+        )
+    meridian = radius * (0.5 * math.pi - angle)
+    to_pole = radius * angle
+    if tip_size >= size:
+        n_axial = count_even(shaft, axial_size)
+        n_meridian = count_even(meridian, axial_size, least=2)
+        return PhalanxPlan(radius, shaft, True, angle, n, n_radial, n_axial, n_meridian)
+    growth = sizing.growth
+    n = max(n, *(count_graded(side, tip_size, growth) for side in (eighth, to_pole)))
+    n_radial = max(n_radial, count_graded(ring, tip_size, growth))
+    n_meridian = max(
+        count_even(meridian, axial_size, least=2), count_graded(meridian, tip_size, growth)
+    )
+    to_equator = progression(meridian, tip_size, n_meridian)
+    # The shaft goes on with the edge that the sphere ends with at its equator.
+    last = min(tip_size * to_equator ** (n_meridian - 1), axial_size)
+    n_axial = max(count_even(shaft, axial_size), _count_up_to(shaft, last, axial_size, growth))
+    return PhalanxPlan(
+        radius,
+        shaft,
+        True,
+        angle,
+        n,
+        n_radial,
+        n_axial,
+        n_meridian,
+        across=progression(eighth, tip_size, n),
+        to_pole=progression(to_pole, tip_size, n),
+        to_equator=to_equator,
+        inwards=progression(ring, tip_size, n_radial),
+        axial=progression(shaft, last, n_axial),
+    )
+
+
+def _count_up_to(length: float, first: float, largest: float, growth: float) -> int:
+    """Edges that grow from `first` to `largest` by at most `growth`, then stay, to fill `length`.
+
+    gmsh's progression has no plateau; the same number of edges with a gentler growth ends
+    slightly above `largest`.
+    """
+    rising = math.log(largest / first) / math.log(growth) if largest > first else 0.0
+    ramp = (largest - first) / math.log(growth)
+    if ramp >= length:
+        return count_graded(length, first, growth)
+    return math.ceil(rising + (length - ramp) / largest - 1e-9)
+
+
+def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[PhalanxPlan, ...]:
+    """Plan every phalanx.
+
+    Raises
+    ------
+    MeshError
+        If a size exceeds the body, or the mesh would have more than ``sizing.max_elements``.
+    """
+    for w, (length, diameter) in enumerate(
+        zip(geometry.lengths, geometry.diameters, strict=True), start=1
+    ):
+        for key, limit, what in (
+            ("section_size", diameter, "diameter"),
+            ("tip_size", diameter, "diameter"),
+            ("axial_size", length, "length"),
+        ):
+            if getattr(sizing, key) > limit:
+                raise MeshError(
+                    f"{key} = {getattr(sizing, key):g} m is larger than the {what} of phalanx "
+                    f"{w} ({limit:g} m): give a smaller size"
+                )
+    last = geometry.phalanges - 1
+    plans = tuple(
+        plan_phalanx(
+            _MM * geometry.radii[w],
+            _MM * geometry.lengths[w],
+            w == last and geometry.tip == "hemisphere",
+            sizing,
+        )
+        for w in range(geometry.phalanges)
+    )
+    total = sum(plan.elements(dim) for plan in plans)
+    if total > sizing.max_elements:
+        raise MeshError(
+            f"these sizes give {total:.3g} elements, above max_elements = "
+            f"{sizing.max_elements:g}: enlarge section_size, axial_size or tip_size"
+        )
+    return plans
+
+
+def count_elements(geometry: FingerGeometry, sizing: Sizing, dim: int = 3) -> int:
+    """Number of elements that the mesh will have (half model in 3D), without building it.
+
+    Raises
+    ------
+    MeshError
+        As for building it.
+    """
+    return sum(plan.elements(dim) for plan in plan_finger(geometry, sizing, dim))

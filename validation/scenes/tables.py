@@ -79,12 +79,15 @@ class DriveTable(Table):
 class HcmTable(Table):
     """Names are those of ``hcm.Settings``; what is absent keeps that class's default."""
 
-    flight_step_s: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
-    contact_step_s: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
+    flight_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
+    contact_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
     spectral_radius: Annotated[float | None, Quantity(at_least=0, at_most=1)] = None
-    newton_tolerance: Annotated[float | None, Quantity(above=0, at_most=1)] = None
-    end_time_s: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_flight_time_s: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    newton_tolerance: Annotated[float | None, Quantity(at_least=1e-13, at_most=1e-3)] = None
+    taps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10_000)] = None
+    end_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    max_flight_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
 
 
 class FemTable(Table):
@@ -94,8 +97,14 @@ class FemTable(Table):
     penalty_factor: Annotated[float | None, Quantity(above=0, at_most=1000)] = None
     step_factor: Annotated[float | None, Quantity(above=0, at_most=2)] = None
     threads: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=1024)] = None
+    element: str | None = None
     flight: Literal["rigid", "explicit"] | None = None
-    end_time_s: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    end_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    max_flight_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    section_size: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
+    axial_size: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
+    tip_size: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
 
 
 class SolverTable(Table):

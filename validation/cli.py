@@ -1,0 +1,77 @@
+"""The command ``fingertap`` (design.md section 9). Each verb imports its work when it is called."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+import cyclopts
+
+from validation.errors import RunFailedError, UserError
+
+app = cyclopts.App(
+    name="fingertap",
+    help="Cross-validation of a reduced model and finite elements: a soft finger taps a surface.",
+    version="0.1.0",
+)
+
+
+@app.command
+def run(
+    scene: str,
+    /,
+    *,
+    model: Literal["hcm", "fem3d", "fem2d"],
+    overrides: Annotated[Sequence[str], cyclopts.Parameter(name="--set", negative="")] = (),
+    as_json: Annotated[bool, cyclopts.Parameter(name="--json", negative="")] = False,
+    out: Path | None = None,
+) -> None:
+    """Run one model on one scene.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
+    model
+        hcm: the reduced model. fem3d, fem2d: finite elements.
+    overrides
+        KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
+    as_json
+        Print only one JSON object; files are written only if --out is given or the run fails.
+    out
+        Folder for run/SCENE-MODEL/ with summary.json, history.nc and fields; by default out.
+    """
+    from validation.run_command import run_scene
+
+    run_scene(scene, model, overrides, as_json, out)
+
+
+@app.command
+def validate(*, out: Path = Path("out")) -> None:
+    """Run all models on the paper's hard and soft scenes; tables, figures, renders, one page.
+
+    Parameters
+    ----------
+    out
+        Folder for validate/: index.html, accuracy.csv, efficiency.csv, figures, renders, runs.
+    """
+    from validation.validate_command import run_validation
+
+    run_validation(out)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
+    from validation.console import say_error
+
+    try:
+        app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except (UserError, RunFailedError) as error:
+        say_error(str(error))
+        sys.exit(error.exit_code)
+    except cyclopts.CycloptsError as error:
+        say_error(f"{error}; see fingertap --help")
+        sys.exit(UserError.exit_code)
+    except KeyboardInterrupt:
+        say_error("interrupted; what was finished is kept in the output folder")
+        sys.exit(RunFailedError.exit_code)

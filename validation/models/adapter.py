@@ -1,0 +1,90 @@
+"""What adapters share: their contract's types, and reading a model's result object."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.fields import Fields
+from validation.provenance import provenance
+from validation.record import SOLID_KEYS, SUMMARY_KEYS, Event, RunRecord
+from validation.scenes.load import NamedScene
+
+Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run's record and, from solid models, its fields."""
+
+    record: RunRecord
+    fields: Fields | None = None
+
+
+class Adapter(Protocol):
+    """See the package's docstring."""
+
+    def warm_up(self) -> None:
+        """Load compiled code."""
+
+    def run(self, scene: NamedScene, progress: Progress | None = None) -> Outcome:
+        """Translate and solve."""
+
+
+def given(**settings: Any) -> dict[str, Any]:
+    """The settings that the scene states; a model keeps its own default for the others."""
+    return {name: value for name, value in settings.items() if value is not None}
+
+
+def _members(source: object) -> dict[str, Any]:
+    """A result object's public members: a mapping's items or a dataclass's fields."""
+    if source is None:
+        return {}
+    if isinstance(source, Mapping):
+        return dict(source)
+    if dataclasses.is_dataclass(source):
+        return {f.name: getattr(source, f.name) for f in dataclasses.fields(source)}
+    return dict(vars(source))
+
+
+def _history(source: object) -> dict[str, NDArray[Any]]:
+    return {name: np.asarray(a) for name, a in _members(source).items() if a is not None}
+
+
+def to_record(
+    result: Any, scene: NamedScene, model: str, variant: str, wall_time_s: float
+) -> RunRecord:
+    """A model's ``TapResult`` as the common record.
+
+    Parameters
+    ----------
+    result : object with status, message, history, summary and, where the model has them,
+        events and statistics (notes of the two models' interfaces).
+    wall_time_s : duration of the solve alone.
+    """
+    summary = {key: getattr(result.summary, key, None) for key in SUMMARY_KEYS + SOLID_KEYS}
+    statistics = _members(getattr(result, "statistics", None))
+    if summary["steps"] is None:
+        summary["steps"] = statistics.get("steps")
+    summary["wall_time_s"] = wall_time_s
+    status = result.status
+    ok = status.name == "COMPLETED"
+    message = "" if ok else " ".join(filter(None, (result.message, status.advice)))
+    return RunRecord(
+        scene=scene.name,
+        model=model,
+        variant=variant,
+        status=status.name,
+        ok=ok,
+        message=" ".join(message.split()),
+        summary=summary,
+        history=_history(result.history),
+        events=tuple(
+            Event(float(e.time_s), str(e.kind)) for e in getattr(result, "events", ()) or ()
+        ),
+        statistics=statistics,
+        provenance=provenance(scene.document),
+    )

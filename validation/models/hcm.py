@@ -1,0 +1,60 @@
+"""Adapter of the reduced model."""
+
+import time
+
+from validation.errors import UserError
+from validation.models.adapter import Outcome, Progress, given, to_record
+from validation.scenes.load import NamedScene, load_scene
+
+WARM_UP = ("finger.elements=2", "surface.height=0.002", "solver.hcm.contact_step=1e-6")
+
+
+def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
+    import hcm
+
+    tables = scene.tables
+    finger, material = tables.finger, tables.material
+    columns = (
+        finger.length,
+        finger.diameter,
+        material.youngs_modulus,
+        material.density,
+        finger.elements,
+    )
+    try:
+        phalanges = tuple(
+            hcm.Phalanx(length, diameter, modulus, density, int(elements))
+            for length, diameter, modulus, density, elements in zip(
+                *map(tables.per_phalanx, columns), strict=True
+            )
+        )
+        arguments = (
+            hcm.Finger(phalanges=phalanges),
+            hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
+            hcm.Tip(
+                normal_stiffness=tables.tip.normal_stiffness,
+                restitution=tables.tip.restitution,
+                tangential_ratio=tables.tangential_ratio,
+            ),
+            hcm.Drive(
+                torques=tables.drive.torques or (),  # none lets the solver skip them
+                gravity=tables.drive.gravity,
+                reaction=tables.drive.reaction,
+            ),
+        )
+        settings = hcm.Settings(**given(**tables.solver.hcm.model_dump()))
+        start = time.perf_counter()
+        result = hcm.simulate(*arguments, settings=settings, progress=progress)
+    except hcm.ParameterError as error:
+        raise UserError(f"scene {scene.name}: {error}") from error
+    return Outcome(to_record(result, scene, "hcm", "", time.perf_counter() - start))
+
+
+def warm_up() -> None:
+    """Tap once with two elements a phalanx from 2 mm: every kernel is loaded."""
+    _solve(load_scene("soft", WARM_UP), None)
+
+
+def run(scene: NamedScene, progress: Progress | None = None) -> Outcome:
+    """Run the reduced model."""
+    return _solve(scene, progress)

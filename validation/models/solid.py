@@ -1,0 +1,107 @@
+"""What the two solid models' adapters share: mesh, translation, timed solve."""
+
+import time
+from dataclasses import replace
+from typing import Any, Literal
+
+from validation.errors import UserError
+from validation.fields import Fields
+from validation.models.adapter import Outcome, Progress, given, to_record
+from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.tables import Scene
+
+Dimension = Literal[2, 3]
+
+PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
+PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
+
+WARM_UP = (
+    "surface.height=0.002",
+    "solver.fem.section_size=5e-3",
+    "solver.fem.axial_size=1e-2",
+    "solver.fem.tip_size=5e-3",
+)
+
+
+def build_mesh(tables: Scene, dimension: Dimension) -> Any:
+    """The finger's mesh: the preset's sizes, scaled with the diameter, then the scene's own."""
+    import meshes
+
+    fem = tables.solver.fem
+    diameters = tables.per_phalanx(tables.finger.diameter)
+    scale = min(diameters) / PRESET_DIAMETER
+    preset = meshes.SIZINGS[fem.preset]
+    sizes = {name: scale * getattr(preset, name) for name in SIZE_NAMES}
+    sizes |= given(**{name: getattr(fem, name) for name in SIZE_NAMES})
+    geometry = meshes.FingerGeometry(tables.per_phalanx(tables.finger.length), diameters)
+    build = meshes.finger_hexahedra if dimension == 3 else meshes.finger_quadrilaterals
+    return build(geometry, replace(preset, **sizes))
+
+
+SIZE_NAMES = ("section_size", "axial_size", "tip_size")
+
+
+def _inputs(tables: Scene) -> tuple[Any, ...]:
+    """Materials, surface, drive and settings of the reference."""
+    import reference_fem
+
+    fem, material = tables.solver.fem, tables.material
+    columns = (material.youngs_modulus, material.poisson_ratio, material.density)
+    materials = tuple(
+        reference_fem.Material(youngs_modulus=modulus, poisson_ratio=nu, density=density)
+        for modulus, nu, density in zip(*map(tables.per_phalanx, columns), strict=True)
+    )
+    settings = reference_fem.Settings(
+        penalty_factor=PENALTY_FACTOR if fem.penalty_factor is None else fem.penalty_factor,
+        **given(
+            step_factor=fem.step_factor,
+            threads=fem.threads,
+            element=fem.element,
+            flight=fem.flight,
+            end_time_s=fem.end_time,
+            max_flight_time_s=fem.max_flight_time,
+            max_contact_time_s=fem.max_contact_time,
+        ),
+    )
+    surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
+    drive = reference_fem.Drive(torques=tables.drive.torques or (), gravity=tables.drive.gravity)
+    return materials, surface, drive, settings
+
+
+def variant(tables: Scene) -> str:
+    """Preset, and the penalty factor where the scene changes it."""
+    fem = tables.solver.fem
+    if fem.penalty_factor in (None, PENALTY_FACTOR):
+        return fem.preset
+    return f"{fem.preset} penalty {fem.penalty_factor:g}"
+
+
+def solve(
+    scene: NamedScene, model: str, dimension: Dimension, progress: Progress | None
+) -> Outcome:
+    """Mesh, translate and solve; the solve alone is timed."""
+    import reference_fem
+
+    tables = scene.tables
+    if tables.drive.reaction:
+        raise UserError(
+            f"scene {scene.name}: drive.reaction = true: {model} applies torques without a "
+            "reaction on the neighbour; set drive.reaction to false or use --model hcm"
+        )
+    start = time.perf_counter()
+    try:  # bad sizes, bad geometry, bad settings
+        mesh = build_mesh(tables, dimension)
+        inputs = _inputs(tables)
+    except ValueError as error:
+        raise UserError(f"scene {scene.name}: {error}") from error
+    mesh_time = time.perf_counter() - start
+    start = time.perf_counter()
+    result = reference_fem.simulate(mesh, *inputs, progress=progress)
+    record = to_record(result, scene, model, variant(tables), time.perf_counter() - start)
+    record = replace(record, statistics={**record.statistics, "mesh_time_s": mesh_time})
+    return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
+
+
+def warm_up(model: str, dimension: Dimension) -> None:
+    """Tap once with a coarse mesh from 2 mm: every kernel is loaded."""
+    solve(load_scene("soft", WARM_UP), model, dimension, None)

@@ -1,0 +1,60 @@
+"""Where a number comes from: the scene as TOML, versions, machine."""
+
+import json
+import os
+import platform
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+PACKAGES = ("fingertap", "numpy", "scipy", "numba", "scikit-fem", "gmsh", "meshio")
+
+
+def version(package: str) -> str:
+    """A distribution's version, or that it runs from a source tree."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "source tree"
+
+
+def to_toml(document: dict[str, Any]) -> str:
+    """A scene's tables as TOML; JSON's numbers, strings, booleans and lists are TOML's too."""
+
+    def table(name: str, values: dict[str, Any]) -> list[str]:
+        lines = [f"{k} = {json.dumps(v)}" for k, v in values.items() if not isinstance(v, dict)]
+        inner = [
+            line
+            for key, value in values.items()
+            if isinstance(value, dict)
+            for line in table(f"{name}.{key}" if name else key, value)
+        ]
+        return ([f"[{name}]"] if name and lines else []) + lines + inner
+
+    return "\n".join(table("", document)) + "\n"
+
+
+def processor() -> str:
+    """The processor's name and how many cores this process may use."""
+    name = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.is_file():
+        for line in info.read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.startswith("model name"):
+                name = line.partition(":")[2].strip()
+                break
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return f"{name}, {cores} cores"
+
+
+def provenance(document: dict[str, Any]) -> dict[str, Any]:
+    """Scene, versions, machine and date of a run."""
+    return {
+        "scene_toml": to_toml(document),
+        "versions": {package: version(package) for package in PACKAGES},
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "processor": processor(),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }

@@ -1,0 +1,117 @@
+"""What scikit-fem knows about elements at their points: volumes, gradients, Jacobians."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import ElementHex1, ElementQuad1, MeshHex, MeshQuad
+from skfem.quadrature import get_quadrature
+
+from reference_fem.elements.protocol import Floats, Integers
+
+# Corners of VTK's (and gmsh's) cells in the reference square and cube [0, 1]^dim.
+CORNERS = {
+    2: np.array([[0, 0], [1, 0], [1, 1], [0, 1]]),
+    3: np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    ),
+}
+CHUNK = 4096  # elements looked at in one go: 24 x 24 stiffness matrices of 19 MB
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """A run of elements at their 2^dim Gauss points, first coordinate running fastest.
+
+    cells : which elements
+    weights : (n, q) volumes of the points, m^dim
+    jacobian : (n, q, dim, dim) dX_i/dxi_k, m
+    gradients : (n, q, a, dim) shape gradients, 1/m, corners a in VTK's order
+    centre_gradients : (n, a, dim) the same at the centre
+    shape : (q, a) shape functions at the points
+    """
+
+    cells: slice
+    weights: Floats
+    jacobian: Floats
+    gradients: Floats
+    centre_gradients: Floats
+    shape: Floats
+
+
+def geometries(points: Floats, cells: Integers) -> Iterator[Geometry]:
+    """Geometry of all elements, CHUNK at a time, so that set-up needs little memory.
+
+    Raises
+    ------
+    ValueError
+        If an element's Jacobian is not positive at one of its points.
+    """
+    dim = points.shape[1]
+    element = ElementHex1() if dim == 3 else ElementQuad1()
+    kind = MeshHex if dim == 3 else MeshQuad
+    # scikit-fem numbers the corners its own way. Handing it each VTK corner in the place of the
+    # same reference corner keeps the Jacobian of a well-formed element positive.
+    place = [int(np.flatnonzero((CORNERS[dim] == c).all(axis=1))[0]) for c in element.doflocs]
+    x, w = get_quadrature(element, 3)
+    order = np.lexsort(x)  # last key, the last coordinate, is the slowest
+    x, w = x[:, order], w[order]
+    centre = np.full((dim, 1), 0.5)
+    n_points = len(w)
+    all_points = np.hstack((x, centre))
+    for start in range(0, len(cells), CHUNK):
+        some = slice(start, min(start + CHUNK, len(cells)))
+        used, local = np.unique(cells[some], return_inverse=True)
+        local = local.reshape(-1, len(place))
+        mapping = kind(
+            np.ascontiguousarray(points[used].T), np.ascontiguousarray(local[:, place].T)
+        ).mapping()
+        jacobian = mapping.DF(all_points).transpose(2, 3, 0, 1)
+        det = np.linalg.det(jacobian)
+        if not (det > 0.0).all():
+            wrong = np.flatnonzero(~(det > 0.0).all(axis=1)) + start
+            raise ValueError(
+                f"{len(wrong)} elements (the first is cell {wrong[0]}) have a Jacobian that is not "
+                "positive: inverted, degenerate or not in VTK's node order; mend the mesh"
+            )
+        inverse = mapping.invDF(all_points)  # (k reference, i space, n, q)
+        shape = np.empty((n_points, len(place)))
+        gradients = np.empty((len(local), n_points + 1, len(place), dim))
+        for i, a in enumerate(place):
+            value, slope = element.lbasis(all_points, i)
+            shape[:, a] = value[:-1]
+            gradients[:, :, a, :] = np.einsum("kq,kinq->nqi", slope, inverse)
+        yield Geometry(
+            cells=some,
+            weights=det[:, :-1] * w,
+            jacobian=jacobian[:, :-1],
+            gradients=gradients[:, :-1],
+            centre_gradients=gradients[:, -1],
+            shape=shape,
+        )
+
+
+def triangular_inverse(jacobian: Floats) -> Floats:
+    """R^-1 of J = Q R with Q a rotation and R upper triangular with a positive diagonal.
+
+    Modified Gram-Schmidt on the columns of J, whose R is backward stable.
+
+    Parameters
+    ----------
+    jacobian : (n, q, dim, dim), m, positive determinants
+
+    Returns
+    -------
+    (n, q, dim (dim + 1)/2) rows of the upper triangle (11, 12, 13, 22, 23, 33 or 11, 12, 22), 1/m
+    """
+    dim = jacobian.shape[-1]
+    columns = [jacobian[..., k] for k in range(dim)]
+    r = np.zeros(jacobian.shape)
+    for k in range(dim):
+        r[..., k, k] = np.linalg.norm(columns[k], axis=-1)
+        q = columns[k] / r[..., k, k, None]
+        for j in range(k + 1, dim):
+            r[..., k, j] = np.einsum("nqi,nqi->nq", q, columns[j])
+            columns[j] = columns[j] - r[..., k, j, None] * q
+    upper = np.triu_indices(dim)
+    return np.linalg.inv(r)[..., upper[0], upper[1]]

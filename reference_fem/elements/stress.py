@@ -1,0 +1,42 @@
+"""Cauchy stress of a St. Venant-Kirchhoff solid, and the equivalent stress of von Mises."""
+
+import numpy as np
+from numba import njit
+
+from reference_fem.elements.protocol import Floats
+
+
+@njit(cache=True, error_model="numpy")
+def cauchy_stress(f: Floats, mu: float, pressure: float, stress: Floats) -> None:
+    """Cauchy stress F S F^T / det F with S = pressure I + mu (F^T F - I), Pa.
+
+    f (3, 3) deformation gradient; `pressure` = lambda tr E; stress (6,) out: xx, yy, zz, xy, yz, xz.
+    With B = F F^T: F S F^T = pressure B + mu B (B - I), which keeps the digits of small strains.
+    """
+    b = f @ f.T
+    d = b.copy()
+    for i in range(3):
+        d[i, i] -= 1.0
+    s = pressure * b + mu * (b @ d)
+    det = (
+        f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
+        + f[0, 1] * (f[1, 2] * f[2, 0] - f[1, 0] * f[2, 2])
+        + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
+    )
+    stress[0], stress[1], stress[2] = s[0, 0] / det, s[1, 1] / det, s[2, 2] / det
+    stress[3], stress[4], stress[5] = s[0, 1] / det, s[1, 2] / det, s[0, 2] / det
+
+
+def von_mises(stress: Floats) -> Floats:
+    """Equivalent stress sqrt(3/2 dev:dev), Pa, (n,).
+
+    Parameters
+    ----------
+    stress : (n, 6) as xx, yy, zz, xy, yz, xz, or (n, 3) as xx, yy, xy of plane stress (zz = 0), Pa
+    """
+    if stress.shape[1] == 3:
+        xx, yy, xy = stress.T
+        return np.sqrt(np.maximum(xx * xx - xx * yy + yy * yy + 3.0 * xy * xy, 0.0))
+    xx, yy, zz, xy, yz, xz = stress.T
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.sqrt(0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz))

@@ -21,7 +21,7 @@ CHUNK = 4096  # elements looked at in one go: 24 x 24 stiffness matrices of 19 M
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """A run of elements at their 2^dim Gauss points, first coordinate running fastest.
+    """A run of elements at their 2^dim Gauss points, point q the one nearest to corner q.
 
     cells : which elements
     weights : (n, q) volumes of the points, m^dim
@@ -54,7 +54,8 @@ def geometries(points: Floats, cells: Integers) -> Iterator[Geometry]:
     # same reference corner keeps the Jacobian of a well-formed element positive.
     place = [int(np.flatnonzero((CORNERS[dim] == c).all(axis=1))[0]) for c in element.doflocs]
     x, w = get_quadrature(element, 3)
-    order = np.lexsort(x)  # last key, the last coordinate, is the slowest
+    nearest = (CORNERS[dim][:, :, None] == np.round(x)).all(axis=1)  # (corner, point)
+    order = nearest.argmax(axis=1)
     x, w = x[:, order], w[order]
     centre = np.full((dim, 1), 0.5)
     n_points = len(w)
@@ -91,6 +92,19 @@ def geometries(points: Floats, cells: Integers) -> Iterator[Geometry]:
         )
 
 
+def sum_at_nodes(cells: Integers, values: Floats, n_nodes: int) -> Floats:
+    """Sums (n_nodes,) over elements of values (n_cells, a) at their corners."""
+    total = np.zeros(n_nodes)
+    np.add.at(total, cells, values)
+    return total
+
+
+def quadrature_points(points: Floats, cells: Integers) -> Floats:
+    """Coordinates (n_cells, q, dim) in m of the Gauss points, point q nearest to corner q."""
+    shapes = next(geometries(points, cells[:1])).shape
+    return np.einsum("qa,nai->nqi", shapes, points[cells])
+
+
 def triangular_inverse(jacobian: Floats) -> Floats:
     """R^-1 of J = Q R with Q a rotation and R upper triangular with a positive diagonal.
 
@@ -114,4 +128,5 @@ def triangular_inverse(jacobian: Floats) -> Floats:
             r[..., k, j] = np.einsum("nqi,nqi->nq", q, columns[j])
             columns[j] = columns[j] - r[..., k, j, None] * q
     upper = np.triu_indices(dim)
-    return np.linalg.inv(r)[..., upper[0], upper[1]]
+    inverse = np.asarray(np.linalg.inv(r), dtype=np.float64)
+    return inverse[..., upper[0], upper[1]]

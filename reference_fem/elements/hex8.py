@@ -9,7 +9,7 @@ import numpy as np
 from reference_fem.elements import hex8_fields, hex8_kernel
 from reference_fem.elements.blocks import Blocks, lanes, make_blocks
 from reference_fem.elements.frequency import element_stiffness, largest_frequency
-from reference_fem.elements.geometry import geometries, triangular_inverse
+from reference_fem.elements.geometry import geometries, sum_at_nodes, triangular_inverse
 from reference_fem.elements.hex8_kernel import POINT_ROWS, ROWS, SCRATCH_ROWS
 from reference_fem.elements.protocol import (
     Floats,
@@ -151,13 +151,12 @@ def hex8(points: Floats, cells: Integers, young: Floats, poisson: Floats, densit
         centre_gradients[g.cells] = g.centre_gradients
     rows[:, 8 * POINT_ROWS] = mu
     rows[:, 8 * POINT_ROWS + 1] = lame / volume
-    mass = np.bincount(cells.ravel(), weights=cell_mass.ravel(), minlength=len(points))
     return Hex8(
         points=points,
         cells=cells,
         mu=mu,
         lame=lame,
-        lumped_mass=mass,
+        lumped_mass=sum_at_nodes(cells, cell_mass, len(points)),
         cell_volume=volume,
         cell_mass=cell_mass,
         centre_gradients=centre_gradients,

@@ -82,11 +82,9 @@ def min_det(position: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: 
             z = at_points(base_vectors(s, 16, lane))
             for q in range(8):
                 det = point_det(x[q], y[q], z[q], r, lane + q * step)
-                # `not >=` instead of `<`: a NaN replaces the smallest and then stays.
-                if not det >= smallest:
-                    smallest = det
-                    if np.isnan(det):
-                        return smallest
+                if np.isnan(det):
+                    return det
+                smallest = min(smallest, det)
     return smallest
 
 

@@ -18,8 +18,7 @@ point stores the 6 numbers of R^-1 and w instead of J^-1 and w, and two products
 
 Layout: blocks of LANES elements in structure-of-arrays form, so the compiler vectorises over lanes.
 `reference[block, row*LANES + lane]`: rows 7q..7q+6 hold R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w
-(m^3) of point q = i + 2j + 4k (i, j, k = 0, 1 along xi, eta, zeta), row 56 mu (Pa), row 57 lambda/V
-(Pa/m^3).
+(m^3) of the point nearest to corner q, row 56 mu (Pa), row 57 lambda/V (Pa/m^3).
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
@@ -162,8 +161,8 @@ def collect(
     """Sums over the two points that share a value of g_1, of g_2 and of g_3."""
     return (
         (f0[0] + f1[0], f2[0] + f3[0], f4[0] + f5[0], f6[0] + f7[0]),
-        (f0[1] + f2[1], f1[1] + f3[1], f4[1] + f6[1], f5[1] + f7[1]),
-        (f0[2] + f4[2], f1[2] + f5[2], f2[2] + f6[2], f3[2] + f7[2]),
+        (f0[1] + f3[1], f1[1] + f2[1], f4[1] + f7[1], f5[1] + f6[1]),
+        (f0[2] + f4[2], f1[2] + f5[2], f3[2] + f7[2], f2[2] + f6[2]),
     )
 
 
@@ -171,17 +170,17 @@ def collect(
 def at_points(
     g: Bases,
 ) -> tuple[Three, Three, Three, Three, Three, Three, Three, Three]:
-    """One Cartesian component of (g_1, g_2, g_3) at the 8 points q = i + 2j + 4k."""
+    """One Cartesian component of (g_1, g_2, g_3) at the 8 points."""
     g1, g2, g3 = g
     return (
         (g1[0], g2[0], g3[0]),
         (g1[0], g2[1], g3[1]),
-        (g1[1], g2[0], g3[2]),
         (g1[1], g2[1], g3[3]),
+        (g1[1], g2[0], g3[2]),
         (g1[2], g2[2], g3[0]),
         (g1[2], g2[3], g3[1]),
-        (g1[3], g2[2], g3[2]),
         (g1[3], g2[3], g3[3]),
+        (g1[3], g2[2], g3[2]),
     )
 
 

@@ -10,7 +10,7 @@ from reference_fem.elements.protocol import Floats
 def cauchy_stress(f: Floats, mu: float, pressure: float, stress: Floats) -> None:
     """Cauchy stress F S F^T / det F with S = pressure I + mu (F^T F - I), Pa.
 
-    f (3, 3) deformation gradient; `pressure` = lambda tr E; stress (6,) out: xx, yy, zz, xy, yz, xz.
+    f (3, 3) deformation gradient; `pressure` = lambda tr E; stress (6,) out: xx yy zz xy yz xz.
     With B = F F^T: F S F^T = pressure B + mu B (B - I), which keeps the digits of small strains.
     """
     b = f @ f.T
@@ -25,6 +25,25 @@ def cauchy_stress(f: Floats, mu: float, pressure: float, stress: Floats) -> None
     )
     stress[0], stress[1], stress[2] = s[0, 0] / det, s[1, 1] / det, s[2, 2] / det
     stress[3], stress[4], stress[5] = s[0, 1] / det, s[1, 2] / det, s[0, 2] / det
+
+
+@njit(cache=True, error_model="numpy")
+def cauchy_plane_stress(f: Floats, mu: float, lame: float, stress: Floats) -> None:
+    """In-plane Cauchy stress F S F^T / (det F lambda_z) of a sheet with S_zz = 0, Pa.
+
+    f (2, 2); `lame` = lambda* = 2 lambda mu/(lambda + 2 mu); stress (3,) out: xx yy xy. S_zz = 0
+    gives 2 mu E_zz = -lambda* tr E, and the stretch lambda_z of the thickness is sqrt(1 + 2 E_zz).
+    """
+    b11 = f[0, 0] * f[0, 0] + f[0, 1] * f[0, 1]
+    b22 = f[1, 0] * f[1, 0] + f[1, 1] * f[1, 1]
+    b12 = f[0, 0] * f[1, 0] + f[0, 1] * f[1, 1]
+    d11, d22 = b11 - 1.0, b22 - 1.0
+    pressure = 0.5 * lame * (d11 + d22)
+    det = f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]
+    volume = det * np.sqrt(1.0 - pressure / mu)
+    stress[0] = (pressure * b11 + mu * (b11 * d11 + b12 * b12)) / volume
+    stress[1] = (pressure * b22 + mu * (b22 * d22 + b12 * b12)) / volume
+    stress[2] = (pressure * b12 + mu * (b11 * b12 + b12 * d22)) / volume
 
 
 def von_mises(stress: Floats) -> Floats:

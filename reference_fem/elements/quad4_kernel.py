@@ -1,0 +1,226 @@
+"""Compiled kernels of the 4-node quadrilateral in plane stress: force, energy, stress, det F.
+
+Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = thickness x area:
+
+    C = F^T F,  E = (C - I)/2,  lambda* = 2 lambda mu/(lambda + 2 mu)            (S_zz = 0)
+    W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
+    S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
+
+Edges and frames as in `hex8_kernel`: [g_1 g_2] from the 4 edge vectors, F Q = [g_1 g_2] R^-1.
+`reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
+point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa). Scratch rows 0..3 x, 4..7 y of the nodes.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from reference_fem.elements.blocks import LANES, add_buffers, touched
+from reference_fem.elements.hex8_kernel import LOW, SAFE_MATH
+from reference_fem.elements.protocol import Floats, Integers, Nodes
+from reference_fem.elements.stress import cauchy_plane_stress
+
+POINT_ROWS = 4
+ROWS = 4 * POINT_ROWS + 2
+SCRATCH_ROWS = 8
+
+Two = tuple[float, float]
+Three = tuple[float, float, float]
+Points = tuple[Two, Two, Two, Two]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def base_vectors(s: Floats, row: int, lane: int) -> Points:
+    """One Cartesian component of (g_1, g_2) at the 4 points, from 4 nodal rows of scratch s."""
+    o = row * LANES + lane
+    x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
+    a, b = x1 - x0, x2 - x3
+    c, d = x3 - x0, x2 - x1
+    t, h = b - a, d - c
+    a, b = a + LOW * t, b - LOW * t
+    c, d = c + LOW * h, d - LOW * h
+    return (a, c), (a, d), (b, d), (b, c)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def base_forces(s: Floats, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: Two) -> None:
+    """Transpose of `base_vectors`: 4 nodal rows of s from the points' forces on (g_1, g_2)."""
+    o = row * LANES + lane
+    a, b = f0[0] + f1[0], f2[0] + f3[0]
+    c, d = f0[1] + f3[1], f1[1] + f2[1]
+    t, h = b - a, d - c
+    a, b = a + LOW * t, b - LOW * t
+    c, d = c + LOW * h, d - LOW * h
+    s[o] = -a - c
+    s[o + LANES] = a - d
+    s[o + 2 * LANES] = b + d
+    s[o + 3 * LANES] = c - b
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gradient_row(g: Two, r: Floats, o: int) -> Two:
+    """One row of F Q = [g_1 g_2] R^-1."""
+    return g[0] * r[o], g[0] * r[o + LANES] + g[1] * r[o + 2 * LANES]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def green_strain(fx: Two, fy: Two) -> Three:
+    """2E = C - I in the point's frame: 11, 22, 12."""
+    return (
+        fx[0] * fx[0] + fy[0] * fy[0] - 1.0,
+        fx[1] * fx[1] + fy[1] * fy[1] - 1.0,
+        fx[0] * fx[1] + fy[0] * fy[1],
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def force_row(f: Two, s11: float, s22: float, s12: float, r: Floats, o: int) -> Two:
+    """One row of w (F Q)(Q^T S Q) R^-T."""
+    p1, p2 = f[0] * s11 + f[1] * s12, f[0] * s12 + f[1] * s22
+    return p1 * r[o] + p2 * r[o + LANES], p2 * r[o + 2 * LANES]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_force(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> tuple[Two, Two]:
+    """Rows x, y of w F S J^-T: the forces conjugate to g_1, g_2 at one point."""
+    fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
+    c11, c22, c12 = green_strain(fx, fy)
+    w = r[o + 3 * LANES]
+    pressure = 0.5 * w * lame * (c11 + c22)
+    wmu = w * mu
+    s11, s22, s12 = wmu * c11 + pressure, wmu * c22 + pressure, wmu * c12
+    return force_row(fx, s11, s22, s12, r, o), force_row(fy, s11, s22, s12, r, o)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_energy(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> float:
+    """Energy of one point, J."""
+    c11, c22, c12 = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
+    trace = c11 + c22
+    shear = c11 * c11 + c22 * c22 + 2.0 * c12 * c12
+    return 0.25 * r[o + 3 * LANES] * (mu * shear + 0.5 * lame * trace * trace)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_force(s: Floats, r: Floats) -> None:
+    """Rows 0..7 of s: positions in, forces out."""
+    step = POINT_ROWS * LANES
+    for lane in range(LANES):
+        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+        mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+        f0 = point_force(x[0], y[0], r, lane, mu, lame)
+        f1 = point_force(x[1], y[1], r, lane + step, mu, lame)
+        f2 = point_force(x[2], y[2], r, lane + 2 * step, mu, lame)
+        f3 = point_force(x[3], y[3], r, lane + 3 * step, mu, lame)
+        base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
+        base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gather(x: Floats, nodes: Nodes, s: Floats) -> None:
+    """Nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
+    for lane in range(LANES):
+        for a in range(4):
+            n = nodes[lane, a]
+            s[a * LANES + lane] = x[n, 0]
+            s[(4 + a) * LANES + lane] = x[n, 1]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def chunk_force(
+    x: Floats, nodes: Nodes, reference: Floats, start: int, stop: int, s: Floats, f: Floats
+) -> None:
+    """Add the forces of blocks start..stop-1 to f."""
+    for block in range(start, stop):
+        gather(x, nodes[block], s)
+        block_force(s, reference[block])
+        for lane in range(LANES):
+            for a in range(4):
+                n = nodes[block, lane, a]
+                f[n, 0] += s[a * LANES + lane]
+                f[n, 1] += s[(4 + a) * LANES + lane]
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def internal_force(
+    points: Floats,
+    displacement: Floats,
+    nodes: Nodes,
+    reference: Floats,
+    node_range: Integers,
+    n_threads: int,
+    position: Floats,
+    scratch: Floats,
+    buffers: Floats,
+    out: Floats,
+) -> None:
+    """Internal force of the mesh, (n_nodes, 2), N; threads as in `hex8_kernel.internal_force`."""
+    n_nodes, n_blocks = len(points), len(nodes)
+    for n in prange(n_nodes):
+        for i in range(2):
+            position[n, i] = points[n, i] + displacement[n, i]
+    for t in prange(n_threads):
+        start, stop = t * n_blocks // n_threads, (t + 1) * n_blocks // n_threads
+        low, high = touched(node_range, start, stop)
+        buffers[t, low:high] = 0.0
+        chunk_force(position, nodes, reference, start, stop, scratch[t], buffers[t])
+    for t in prange(n_threads):
+        first, last = t * n_nodes // n_threads, (t + 1) * n_nodes // n_threads
+        add_buffers(buffers, node_range, n_threads, first, last, out)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def strain_energy(position: Floats, nodes: Nodes, reference: Floats, s: Floats) -> float:
+    """Stored energy of the mesh, J."""
+    energy = 0.0
+    for block in range(len(nodes)):
+        r = reference[block]
+        gather(position, nodes[block], s)
+        for lane in range(LANES):
+            x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+            mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+            for q in range(4):
+                o = lane + q * POINT_ROWS * LANES
+                energy += point_energy(x[q], y[q], r, o, mu, lame)
+    return energy
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def min_det(position: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats) -> float:
+    """Smallest in-plane det F over the 4 points of all elements; NaN if any of them is NaN."""
+    smallest = np.inf
+    for block in range(len(nodes)):
+        r = reference[block]
+        gather(position, nodes[block], s)
+        for lane in range(min(LANES, n_cells - block * LANES)):
+            x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+            for q in range(4):
+                o = lane + q * POINT_ROWS * LANES
+                fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
+                det = fx[0] * fy[1] - fx[1] * fy[0]
+                if np.isnan(det):
+                    return det
+                smallest = min(smallest, det)
+    return smallest
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def centre_stress(
+    position: Floats,
+    cell_nodes: Integers,
+    centre_gradients: Floats,
+    mu: Floats,
+    lame: Floats,
+    cells: Integers,
+    stress: Floats,
+) -> None:
+    """Cauchy stress at the centres of `cells` into stress (n, 3), Pa; `lame` holds lambda*."""
+    f = np.empty((2, 2))
+    for row in range(len(cells)):
+        cell = cells[row]
+        f[:] = 0.0
+        for a in range(4):
+            n = cell_nodes[cell, a]
+            for i in range(2):
+                for j in range(2):
+                    f[i, j] += position[n, i] * centre_gradients[cell, a, j]
+        cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])

@@ -68,14 +68,19 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
         plt.close(figure)
 
 
-def mesh_figure(path: Path, runs: Sequence[RunRecord], scenes: Sequence[str]) -> None:
-    """Fig. 7: the reduced model with different numbers of elements."""
+def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
+    """Fig. 7: the reduced model with different numbers of elements.
+
+    Parameters
+    ----------
+    runs : label and run of each line.
+    """
     styles = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
 
     def draw(axis: Any, scene: str) -> None:
-        mine = [run for run in runs if run.scene == scene and usable(run)]
-        time = _window(mine)
-        for run, (color, line, width) in zip(mine, styles, strict=False):
+        mine = [(label, run) for label, run in runs if run.scene == scene and usable(run)]
+        time = _window([run for _, run in mine])
+        for (title, run), (color, line, width) in zip(mine, styles, strict=False):
             for number, force in enumerate(FORCES):
                 axis.plot(
                     time * 1e3,
@@ -83,7 +88,7 @@ def mesh_figure(path: Path, runs: Sequence[RunRecord], scenes: Sequence[str]) ->
                     line,
                     color=color,
                     linewidth=width,
-                    label=None if number else run.variant or run.label,
+                    label=None if number else title,
                 )
         axis.legend(loc="upper right")
 

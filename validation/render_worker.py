@@ -2,6 +2,7 @@
 
 import json
 import sys
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,22 @@ import numpy as np
 from validation.storage import atomic
 
 FRAMES = 6
+GAP = 6  # pixels between the frames of a sheet
 SIZE = (1000, 640)
-SURFACE_COLOR, EDGE_COLOR = "#c9c4ba", "#5a5a5a"
+STRESS, SPEED = "von Mises stress (MPa)", "speed (m/s)"
+SURFACE_COLOR, EDGE_COLOR = "#d8d4cc", "#808080"
+BAR = {
+    "color": "black",
+    "vertical": False,
+    "position_x": 0.4,
+    "position_y": 0.03,
+    "width": 0.5,
+    "height": 0.1,
+    "title_font_size": 20,
+    "label_font_size": 18,
+    "n_labels": 4,
+    "fmt": "%.3g",
+}
 
 
 def read_steps(folder: Path) -> list[tuple[float, Path]]:
@@ -24,133 +39,129 @@ def read_steps(folder: Path) -> list[tuple[float, Path]]:
     ]
 
 
-def deformed(path: Path) -> Any:
-    """The deformed body of one step, a half model mirrored to the full one."""
+def deformed(path: Path, cut: bool) -> Any:
+    """Surface of the deformed body of one step.
+
+    Parameters
+    ----------
+    cut : whether to keep only the far half of a half model, so that the plane of motion with the
+        stress inside the body faces the camera; otherwise the half is completed by its mirror.
+    """
     import pyvista as pv
 
     mesh = pv.read(path)
-    mesh["speed"] = np.linalg.norm(mesh["velocity"], axis=1)
-    mesh["von Mises stress (MPa)"] = mesh.cell_data.pop("von_mises_Pa") / 1e6
-    mesh["speed (m/s)"] = mesh.point_data.pop("speed")
-    depth = float(np.ptp(mesh.points[:, 2]))
+    mesh[STRESS] = mesh.cell_data.pop("von_mises_Pa") / 1e6
+    mesh[SPEED] = np.linalg.norm(mesh["velocity"], axis=1)
     mesh.points += mesh["displacement"]
-    if depth > 0:
-        mesh = pv.merge([mesh, mesh.reflect((0, 0, 1), point=(0, 0, 0))], merge_points=False)
+    if np.ptp(mesh.points[:, 2]) > 0:
+        far_half = mesh.reflect((0, 0, 1), point=(0, 0, 0))
+        mesh = far_half if cut else pv.merge([mesh, far_half], merge_points=False)
     return mesh.extract_surface(algorithm="dataset_surface")
 
 
-def _scene(plotter: Any, mesh: Any, height: float, zoom: bool) -> None:
-    """Surface plane, scale bar and camera; shared by all pictures."""
+def _surface_and_camera(plotter: Any, mesh: Any, height: float, zoom: bool) -> None:
+    """The tapped surface, a scale bar, and a side view that shows the surface edge-on."""
     import pyvista as pv
 
-    low, high = np.asarray(mesh.bounds)[[0, 2, 4]], np.asarray(mesh.bounds)[[1, 3, 5]]
-    radius = max(float(high[2] - low[2]) / 2, 0.002)
+    x_low, x_high, y_low, y_high = np.asarray(mesh.bounds)[:4]
+    del y_low
     tip = mesh.points[np.argmin(mesh.points[:, 1])]
+    radius = float(np.ptp(mesh.points[np.abs(mesh.points[:, 0] - tip[0]) < 1e-3, 1])) / 2
+    radius = min(max(radius, 1e-4), float(x_high - x_low))
     if zoom:
-        focus = np.array([tip[0] + 0.2 * radius, -height + 1.0 * radius, 0.0])
-        half_view = 1.9 * radius
-        bar = 0.005
+        half_view, bar, center = 1.6 * radius, 0.002, float(tip[0]) + 0.6 * radius
     else:
-        focus = (low + high) / 2
-        focus[1] = (high[1] - height) / 2
-        half_view = 0.62 * max(float(high[1] + height), 0.7 * float(high[0] - low[0]))
-        bar = 0.02
-    plane = pv.Plane(
-        center=(focus[0], -height, 0),
-        direction=(0, 1, 0),
-        i_size=6 * half_view,
-        j_size=6 * radius,
-    )
-    plotter.add_mesh(plane, color=SURFACE_COLOR, ambient=0.4)
-    start = np.array([focus[0] - 1.35 * half_view, -height - 0.42 * half_view, 3 * radius])
-    plotter.add_mesh(
-        pv.Line(start, start + np.array([bar, 0, 0])), color="black", line_width=4, lighting=False
-    )
+        half_view = 0.66 * max(float(y_high) + height, 0.6 * float(x_high - x_low))
+        bar, center = 0.02, float(x_low + x_high) / 2
+    focus = np.array([center, -height + 0.5 * half_view, 0.0])
+    far = 8 * half_view
+    slab = (center - far, center + far, -height - far, -height, -far, -1e-4 * half_view)
+    plotter.add_mesh(pv.Box(slab), color=SURFACE_COLOR, lighting=False)
+    start = focus + half_view * np.array([-1.45, -0.78, 2.0])
+    end = start + np.array([bar, 0, 0])
+    plotter.add_mesh(pv.Line(start, end), color="black", line_width=5, lighting=False)
     plotter.add_point_labels(
-        [start + np.array([bar / 2, 0.05 * half_view, 0])],
+        [(start + end) / 2 + np.array([0, 0.05 * half_view, 0])],
         [f"{bar * 1e3:g} mm"],
         shape=None,
         show_points=False,
-        font_size=18,
+        font_size=20,
         text_color="black",
         always_visible=True,
         justification_horizontal="center",
     )
-    away = np.array([0.0, 0.12, 1.0])
     plotter.camera.focal_point = focus
-    plotter.camera.position = focus + away
+    plotter.camera.position = focus + np.array([0, 0, far])
     plotter.camera.up = (0, 1, 0)
     plotter.enable_parallel_projection()
     plotter.camera.parallel_scale = half_view
+    plotter.camera.clipping_range = (0.1 * far, 3 * far)
     plotter.set_background("white")
 
 
 def draw(
-    path: Path, mesh: Any, field: str, text: str, height: float, *, zoom: bool, limits: Any = None
+    path: Path,
+    mesh: Any,
+    field: str,
+    text: str,
+    height: float,
+    *,
+    zoom: bool,
+    limits: tuple[float, float],
+    with_bar: bool = True,
 ) -> None:
-    """One picture of one field."""
+    """One picture of one field, stored whole or not at all."""
     import pyvista as pv
 
     plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
-    stress = field.startswith("von Mises")
     plotter.add_mesh(
         mesh,
         scalars=field,
-        cmap="inferno" if stress else "viridis",
+        cmap="inferno" if field == STRESS else "viridis",
         clim=limits,
         show_edges=zoom,
         edge_color=EDGE_COLOR,
+        edge_opacity=0.35,
         line_width=0.5,
-        scalar_bar_args={
-            "title": field,
-            "color": "black",
-            "vertical": False,
-            "position_x": 0.33,
-            "position_y": 0.02,
-            "width": 0.34,
-            "height": 0.08,
-            "title_font_size": 18,
-            "label_font_size": 16,
-            "n_labels": 4,
-        },
+        lighting=not zoom,
+        ambient=0.4,
+        show_scalar_bar=with_bar,
+        scalar_bar_args={**BAR, "title": f"{field}\n"} if with_bar else None,
     )
-    _scene(plotter, mesh, height, zoom)
-    plotter.add_text(text, position="upper_left", font_size=11, color="black")
+    _surface_and_camera(plotter, mesh, height, zoom)
+    plotter.add_text(text, position="upper_left", font_size=12, color="black")
     with atomic(path) as temporary:
         plotter.screenshot(str(temporary))
     plotter.close()
+    _compress(path)
+
+
+def _compress(path: Path) -> None:
+    """Store a screenshot with the best compression."""
+    from PIL import Image
+
+    with Image.open(path) as image, atomic(path) as temporary:
+        image.convert("RGB").save(temporary, format="PNG", optimize=True)
 
 
 def contact_sheet(path: Path, pictures: list[Path], columns: int) -> None:
     """Several pictures as one, reduced in size."""
     from PIL import Image
 
-    width, height = SIZE[0] * 2 // 3, SIZE[1] * 2 // 3
+    width, height = SIZE[0] // 2, SIZE[1] // 2
     rows = -(-len(pictures) // columns)
-    sheet = Image.new("RGB", (columns * width, rows * height), "white")
+    sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
     for number, picture in enumerate(pictures):
         with Image.open(picture) as image:
             tile = image.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
-        sheet.paste(tile, (number % columns * width, number // columns * height))
+        sheet.paste(tile, (number % columns * (width + GAP), number // columns * (height + GAP)))
     with atomic(path) as temporary:
-        sheet.quantize(192).save(temporary, format="PNG", optimize=True)
-
-
-def shrink(path: Path) -> None:
-    """Store a picture with a palette: a quarter of the bytes, no visible difference."""
-    from PIL import Image
-
-    with Image.open(path) as image:
-        small = image.convert("RGB").quantize(192)
-    with atomic(path) as temporary:
-        small.save(temporary, format="PNG", optimize=True)
+        sheet.save(temporary, format="PNG", optimize=True)
 
 
 def main(run_folder: Path, out: Path, prefix: str) -> None:
     """Draw stress and velocity at peak force, and a sequence of the tap."""
     summary = json.loads((run_folder / "summary.json").read_text(encoding="utf-8"))
-    import tomllib
-
     height = tomllib.loads(summary["provenance"]["scene_toml"])["surface"]["height"]
     contact = summary["contact_time_s"] or 0.0
     steps = read_steps(run_folder / "fields")
@@ -159,30 +170,34 @@ def main(run_folder: Path, out: Path, prefix: str) -> None:
     title = f"{summary['scene']} finger, {summary['model']} {summary['variant']}"
 
     def moment(time: float) -> str:
-        return f"t - t_c = {(time - contact) * 1e6:.0f} us"
+        return f"t - t_c = {(time - contact) * 1e6:.0f} µs"
 
-    mesh = deformed(peak[1])
+    def picture(what: str) -> Path:
+        return out / f"{prefix}-{what}.png"
+
+    inside, whole = deformed(peak[1], cut=True), deformed(peak[1], cut=False)
     text = f"{title}\n{moment(peak[0])} (peak force)"
-    for what, field in (("stress", "von Mises stress (MPa)"), ("velocity", "speed (m/s)")):
-        path = out / f"{prefix}-{what}.png"
-        draw(path, mesh, field, text, height, zoom=what == "stress")
-        shrink(path)
-    limit = float(np.percentile(mesh["von Mises stress (MPa)"], 99.5))
-    chosen = [steps[round(i)] for i in np.linspace(0, len(steps) - 1, min(FRAMES, len(steps)))]
+    limits = (0.0, float(np.max(inside[STRESS])) or 1.0)
+    draw(picture("stress"), inside, STRESS, text, height, zoom=True, limits=limits)
+    speeds = (0.0, float(np.max(whole[SPEED])) or 1.0)
+    draw(picture("velocity"), whole, SPEED, text, height, zoom=False, limits=speeds)
+
+    indices = np.linspace(0, len(steps) - 1, min(FRAMES, len(steps))).round().astype(int)
     frames = []
-    for number, (time, file) in enumerate(chosen):
-        frame = out / f".{prefix}-frame-{number}.png"
+    for number, index in enumerate(indices):
+        time, file = steps[index]
+        frames.append(out / f".{prefix}-frame-{number}.png")
         draw(
-            frame,
-            deformed(file),
-            "von Mises stress (MPa)",
+            frames[-1],
+            deformed(file, cut=True),
+            STRESS,
             moment(time),
             height,
             zoom=True,
-            limits=(0, limit or 1.0),
+            limits=limits,
+            with_bar=number == len(indices) - 1,
         )
-        frames.append(frame)
-    contact_sheet(out / f"{prefix}-sequence.png", frames, columns=3)
+    contact_sheet(picture("sequence"), frames, columns=3)
     for frame in frames:
         frame.unlink()
 

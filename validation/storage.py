@@ -114,8 +114,9 @@ def history_dataset(record: RunRecord) -> "xarray.Dataset":
 
 
 def write_run(folder: Path, record: RunRecord) -> None:
-    """Write ``summary.json`` and ``history.nc`` of a run."""
+    """Write ``summary.json`` and ``history.nc`` of a run, in place of an earlier run's files."""
     folder.mkdir(parents=True, exist_ok=True)
+    (folder / "error.txt").unlink(missing_ok=True)
     if record.history:
         with atomic(folder / "history.nc") as temporary:
             history_dataset(record).to_netcdf(temporary, engine="h5netcdf")

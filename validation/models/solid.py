@@ -12,6 +12,7 @@ from validation.scenes.tables import Scene
 
 Dimension = Literal[2, 3]
 
+SIZE_NAMES = ("section_size", "axial_size", "tip_size")
 PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 
@@ -38,10 +39,7 @@ def build_mesh(tables: Scene, dimension: Dimension) -> Any:
     return build(geometry, replace(preset, **sizes))
 
 
-SIZE_NAMES = ("section_size", "axial_size", "tip_size")
-
-
-def _inputs(tables: Scene) -> tuple[Any, ...]:
+def _inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     """Materials, surface, drive and settings of the reference."""
     import reference_fem
 

@@ -1,6 +1,7 @@
 """Meshes of the finger: hexahedra in 3D, quadrilaterals in 2D, by gmsh's transfinite blocks."""
 
 from meshes.errors import MeshError
+from meshes.files import read, write
 from meshes.finger import finger_hexahedra, finger_quadrilaterals
 from meshes.geometry import FingerGeometry
 from meshes.mesh import FingerMesh
@@ -20,4 +21,6 @@ __all__ = [
     "finger_hexahedra",
     "finger_quadrilaterals",
     "quality",
+    "read",
+    "write",
 ]

@@ -23,6 +23,7 @@ class Blocks:
         self._curves: dict[tuple[int, int], int] = {}
         self._counts: dict[int, int] = {}
         self._faces: dict[frozenset[int], int] = {}
+        self._index: Ints = np.empty(0, dtype=np.int64)
 
     def point(self, x: float, y: float, z: float = 0.0) -> int:
         """Add a point (mm)."""
@@ -51,8 +52,7 @@ class Blocks:
         if key not in self._faces:
             geo = self._gmsh.model.geo
             sides = [
-                self._curves[a, b]
-                for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
+                self._curves[a, b] for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
             ]
             counts = [self._counts[abs(side)] for side in sides]
             if counts[0] != counts[2] or counts[1] != counts[3]:
@@ -103,7 +103,5 @@ class Blocks:
 
     def nodes_on(self, dim: int, tags: Sequence[int]) -> Ints:
         """Sorted indices of the nodes on curves (dim 1) or faces (dim 2), ends included."""
-        found = [
-            self._gmsh.model.mesh.getNodes(dim, tag, includeBoundary=True)[0] for tag in tags
-        ]
+        found = [self._gmsh.model.mesh.getNodes(dim, tag, includeBoundary=True)[0] for tag in tags]
         return np.unique(self._index[np.concatenate(found).astype(np.int64)])

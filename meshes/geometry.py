@@ -8,7 +8,8 @@ from typing import Literal
 
 from meshes.errors import MeshError
 
-LONGEST_PHALANX_M = 10.0
+LONGEST_PHALANX_M = 2.0
+"""Above this a length was most likely meant in millimetres."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class FingerGeometry:
     Raises
     ------
     MeshError
-        If a length or diameter is not a positive finite number below 10 m, the tuples differ in
+        If a length or diameter is not a positive finite number up to 2 m, the tuples differ in
         length, or the last phalanx is too short to hold its hemisphere.
     """
 

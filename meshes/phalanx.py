@@ -81,9 +81,7 @@ class _Builder:
     def _section(self, x: float, graded: float) -> Station:
         """Points and curves of the plane section at `x`; gradings to the power `graded`."""
         blocks, plan, radius = self.blocks, self.plan, self.plan.radius
-        points = {
-            name: blocks.point(*section_point(name, x, radius)) for name in names(self.dim)
-        }
+        points = {name: blocks.point(*section_point(name, x, radius)) for name in names(self.dim)}
         for half in "-+":
             power = graded if half == "-" else 0.0
             cy, oy = points["cy" + half], points["oy" + half]
@@ -208,7 +206,7 @@ def _core(station: Station, half: str) -> tuple[int, ...]:
 
 def _quads(station: Station, dim: int) -> list[tuple[int, ...]]:
     """Corners of the section's quadrilaterals (lines in 2D), core before ring."""
-    quads = []
+    quads: list[tuple[int, ...]] = []
     for half in "-+":
         cy, oy = station["cy" + half], station["oy" + half]
         if dim == 2:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.grading import count_even, count_graded, progression
-from meshes.o_grid import RING_WIDTH
+from meshes.o_grid import CONTACT_DEPTH, RING_WIDTH, contact_arc
 from meshes.sizing import Sizing
 
 _MM = 1e3
@@ -60,9 +60,8 @@ def plan_phalanx(radius: float, length: float, rounded: bool, sizing: Sizing) ->
         _MM * s for s in (sizing.section_size, sizing.axial_size, sizing.tip_size)
     )
     eighth = 0.25 * math.pi * radius
-    ring = RING_WIDTH * radius
     n = count_even(eighth, size, least=2)
-    n_radial = count_even(ring, size)
+    n_radial = count_even(RING_WIDTH * radius, size)
     shaft = length - radius if rounded else length
     angle = sizing.block_angle
     if not rounded:
@@ -76,8 +75,10 @@ def plan_phalanx(radius: float, length: float, rounded: bool, sizing: Sizing) ->
         n_meridian = count_even(meridian, axial_size, least=2)
         return PhalanxPlan(radius, shaft, True, angle, n, n_radial, n_axial, n_meridian)
     growth = sizing.growth
-    n = max(n, *(count_graded(side, tip_size, growth) for side in (eighth, to_pole)))
-    n_radial = max(n_radial, count_graded(ring, tip_size, growth))
+    across = radius * contact_arc(angle)
+    depth = radius * CONTACT_DEPTH
+    n = max(n, *(count_graded(side, tip_size, growth) for side in (across, to_pole)))
+    n_radial = max(n_radial, count_graded(depth, tip_size, growth))
     n_meridian = max(
         count_even(meridian, axial_size, least=2), count_graded(meridian, tip_size, growth)
     )
@@ -94,10 +95,10 @@ def plan_phalanx(radius: float, length: float, rounded: bool, sizing: Sizing) ->
         n_radial,
         n_axial,
         n_meridian,
-        across=progression(eighth, tip_size, n),
+        across=progression(across, tip_size, n),
         to_pole=progression(to_pole, tip_size, n),
         to_equator=to_equator,
-        inwards=progression(ring, tip_size, n_radial),
+        inwards=progression(depth, tip_size, n_radial),
         axial=progression(shaft, last, n_axial),
     )
 

@@ -71,8 +71,8 @@ class Sizing:
 
 SIZINGS: Mapping[str, Sizing] = MappingProxyType(
     {
-        "fast": Sizing(section_size=2.0e-3, axial_size=2.5e-3, tip_size=2.0e-3),
-        "ls-dyna-like": Sizing(section_size=0.84e-3, axial_size=0.74e-3, tip_size=0.84e-3),
+        "fast": Sizing(section_size=1.5e-3, axial_size=2.5e-3, tip_size=1.5e-3),
+        "ls-dyna-like": Sizing(section_size=0.736e-3, axial_size=0.76e-3, tip_size=0.736e-3),
     }
 )
 """`fast`: 2,000-5,000 elements counted for the full body; `ls-dyna-like`: about 60,000 (30,000 in

@@ -1,0 +1,158 @@
+"""Mesh files through meshio: .vtu (ParaView) and .msh (gmsh 4.1).
+
+Sets overlap, so each is a field of its own: ``nodes_NAME`` (0 or 1 per point), ``cells_NAME``
+(0 or 1 per element) and ``facets_NAME`` (per element, bit i for its local side i).
+meshio's format modules are called directly, because ``meshio.read`` ends the process on bad files.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from meshes.arrays import Floats, Ints
+from meshes.check import check
+from meshes.errors import MeshError
+from meshes.facets import local_facets
+from meshes.mesh import FingerMesh
+
+_CELL_TYPES = {"hexahedron": 3, "quad": 2}
+
+
+def write(mesh: FingerMesh, path: str | Path) -> None:
+    """Write `mesh` to `path`; the suffix (.vtu or .msh) chooses the format.
+
+    The file appears whole or not at all.
+
+    Raises
+    ------
+    MeshError
+        If the suffix is unknown or the file cannot be written.
+    """
+    import meshio
+
+    path = Path(path)
+    module = _format(path)
+    points = np.zeros((len(mesh.points), 3))
+    points[:, : mesh.dim] = mesh.points
+    point_data = {f"nodes_{name}": _mask(nodes, len(points)) for name, nodes in _items(mesh, 0)}
+    cell_data = {
+        f"cells_{name}": [_mask(cells, len(mesh.cells))] for name, cells in _items(mesh, 1)
+    }
+    for name, facets in mesh.facet_sets.items():
+        cell_data[f"facets_{name}"] = [_side_bits(mesh, facets)]
+    kind = "hexahedron" if mesh.dim == 3 else "quad"
+    content = meshio.Mesh(points, [(kind, mesh.cells)], point_data, cell_data)
+    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        if path.suffix == ".msh":
+            module.write(partial, content, fmt_version="4.1", binary=True)
+        else:
+            module.write(partial, content)
+        os.replace(partial, path)
+    except OSError as error:
+        with suppress(OSError):
+            partial.unlink()
+        raise MeshError(f"{path}: cannot write ({error.strerror or error})") from error
+
+
+def read(path: str | Path) -> FingerMesh:
+    """Read and check a mesh that `write` wrote, or another program in the same form.
+
+    Raises
+    ------
+    MeshError
+        One line that names the file and what is wrong: unreadable or truncated, missing sets,
+        inverted or degenerate elements, coordinates that are not finite, an implausible unit.
+    """
+    path = Path(path)
+    module = _format(path)
+    if not path.is_file():
+        raise MeshError(f"{path}: no such file")
+    try:
+        content = module.read(path)
+    except Exception as error:  # meshio's readers raise whatever their parsing runs into
+        reason = " ".join(str(error).split())[:100] or type(error).__name__
+        raise MeshError(f"{path}: unreadable or truncated ({reason})") from error
+    try:
+        mesh = _from_content(content)
+        check(mesh)
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from error
+    return mesh
+
+
+def _format(path: Path) -> ModuleType:
+    import meshio
+
+    modules: dict[str, ModuleType] = {".vtu": meshio.vtu, ".msh": meshio.gmsh}
+    if path.suffix not in modules:
+        raise MeshError(f"{path}: suffix {path.suffix!r} is unknown; use .vtu or .msh")
+    return modules[path.suffix]
+
+
+def _from_content(content: Any) -> FingerMesh:
+    """Sets from fields; the same order as in the mesh that was written."""
+    blocks = [(i, b) for i, b in enumerate(content.cells) if b.type in _CELL_TYPES]
+    if len(blocks) != 1 or len(content.cells) != 1:
+        found = ", ".join(sorted({block.type for block in content.cells})) or "nothing"
+        raise MeshError(f"holds {found}: need one block of hexahedra or of quadrilaterals")
+    block = blocks[0][1]
+    dim = _CELL_TYPES[block.type]
+    points: Floats = np.ascontiguousarray(content.points[:, :dim], dtype=np.float64)
+    cells: Ints = np.ascontiguousarray(block.data, dtype=np.int64)
+    cell_data = {name: data[0] for name, data in content.cell_data.items()}
+    node_sets = {
+        name: np.flatnonzero(flags) for name, flags in _fields(content.point_data, "nodes_")
+    }
+    cell_sets = {name: np.flatnonzero(flags) for name, flags in _fields(cell_data, "cells_")}
+    facet_sets = {}
+    for name, bits in _fields(cell_data, "facets_"):
+        chosen = (bits[:, None] >> np.arange(2 * dim)) & 1
+        facet_sets[name] = cells[:, local_facets(dim)][chosen.astype(bool)]
+    return FingerMesh(
+        points,
+        cells,
+        MappingProxyType(node_sets),
+        MappingProxyType(facet_sets),
+        MappingProxyType(cell_sets),
+    )
+
+
+def _fields(data: Mapping[str, Any], prefix: str) -> list[tuple[str, Ints]]:
+    """Integer fields whose name starts with `prefix` (.msh stores them as floats)."""
+    fields = []
+    for key, values in data.items():
+        if key.startswith(prefix):
+            flat = np.asarray(values, dtype=np.float64).reshape(-1)
+            if not np.isfinite(flat).all():
+                raise MeshError(f"field {key} holds values that are not finite")
+            fields.append((key.removeprefix(prefix), np.rint(flat).astype(np.int64)))
+    return fields
+
+
+def _items(mesh: FingerMesh, kind: int) -> list[tuple[str, Ints]]:
+    return list((mesh.node_sets, mesh.cell_sets)[kind].items())
+
+
+def _mask(members: Ints, size: int) -> Ints:
+    mask = np.zeros(size, dtype=np.int64)
+    mask[members] = 1
+    return mask
+
+
+def _side_bits(mesh: FingerMesh, facets: Ints) -> Ints:
+    """Bit i of each element is set if its local side i is among `facets`, (n_cells,)."""
+    sides = np.sort(mesh.cells[:, local_facets(mesh.dim)], axis=2)
+    wanted = np.sort(facets, axis=1)
+    stacked = np.concatenate([wanted, sides.reshape(-1, sides.shape[2])])
+    _, group = np.unique(stacked, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    found = np.isin(group[len(wanted) :], group[: len(wanted)]).reshape(len(mesh.cells), -1)
+    return np.asarray(found @ (1 << np.arange(2 * mesh.dim)), dtype=np.int64)

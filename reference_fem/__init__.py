@@ -1,0 +1,30 @@
+"""The reference: explicit finite elements with penalty contact, in 3D and plane stress.
+
+>>> import meshes, reference_fem
+>>> mesh = meshes.finger_hexahedra(meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3),
+...                                meshes.SIZINGS["fast"])          # doctest: +SKIP
+>>> result = reference_fem.simulate(
+...     mesh, (reference_fem.Material(1e9, 0.4, 1400.0),) * 3,
+...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
+"""
+
+from reference_fem.parameters import Drive, Material, Settings, Surface
+from reference_fem.result import ForceRecord, History, Snapshot, Summary, TapResult
+from reference_fem.rigid_chain import ChainState
+from reference_fem.simulate import simulate
+from reference_fem.status import Status
+
+__all__ = [
+    "ChainState",
+    "Drive",
+    "ForceRecord",
+    "History",
+    "Material",
+    "Settings",
+    "Snapshot",
+    "Status",
+    "Summary",
+    "Surface",
+    "TapResult",
+    "simulate",
+]

@@ -1,0 +1,226 @@
+"""Drives the explicit loop: when to search for contact, what to record, when to stop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_fem.audit import Sample, sample
+from reference_fem.explicit_step import Block, advance, lowest_gap, start_state
+from reference_fem.model import Model
+from reference_fem.parameters import Settings
+from reference_fem.penalty_contact import NORMAL
+from reference_fem.recorder import Recorder
+from reference_fem.result import TapResult
+from reference_fem.state import State
+from reference_fem.status import Status
+from reference_fem.summary import Cost, summarize
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+# Steps of a block in flight: contact is out of reach for longer than that.
+FLIGHT_BLOCK = 1000
+# Speed that the surface may gain within a flight block, m/s: a generous bound on its reach.
+SPEED_MARGIN = 1.0
+# Audits between two searches for inverted elements, which cost nearly as much as an audit.
+INVERSION_CHECK = 4
+
+
+@dataclass(frozen=True)
+class Tap:
+    """What is known of the first tap so far: absolute times and the pole's velocity."""
+
+    first_touch_s: float | None = None
+    last_touch_s: float | None = None
+    over: bool = False
+    tip_velocity: tuple[float, float] | None = None
+
+
+def run(
+    model: Model,
+    settings: Settings,
+    displacement: Array,
+    velocity: Array,
+    time_s: float,
+    progress: Progress | None = None,
+    started: float | None = None,
+    origin_energy_J: float | None = 0.0,
+) -> TapResult:
+    """Explicit run from u and v at `time_s` to the end of the tap.
+
+    Ends where the surface has not been touched for 10 % of the contact so far, or a quarter of
+    an axial wave's transit of the last phalanx if that is longer (single nodes chatter at the
+    start and at the end); with `settings.end_time_s`, at that time.
+
+    Parameters
+    ----------
+    displacement, velocity : (n_points, dim)
+    started
+        `time.perf_counter()` of the caller's start, for the wall time.
+    origin_energy_J
+        Total energy that the balance is measured from: 0 for a body that set out from the mesh's
+        rest position at rest; None takes the start of this run.
+    """
+    started = time.perf_counter() if started is None else started
+    state = start_state(model, displacement, velocity, time_s)
+    recorder = Recorder(settings.max_samples, settings.snapshots)
+    tap, largest_kinetic, largest_error = Tap(), 0.0, 0.0
+    status, message = Status.INTERRUPTED, ""
+    audits, interval = 0, settings.output_interval or _interval(model)
+    origin = origin_energy_J
+    try:
+        while True:
+            search = _in_reach(model, state)
+            after, block = advance(model, state, interval if search else FLIGHT_BLOCK, search)
+            taken = sample(model, state, block, origin or 0.0)
+            if origin is None:
+                origin = taken.energy_balance_J
+                taken = sample(model, state, block, origin)
+            failure = _watch(model, settings, state, taken, largest_kinetic)
+            if failure is None and audits % INVERSION_CHECK == 0:
+                failure = _inverted(model, state)
+            audits += 1
+            if taken.finite:
+                recorder.add(model, state, block, taken)
+                largest_kinetic = max(largest_kinetic, taken.kinetic_energy_J)
+                largest_error = max(largest_error, abs(taken.energy_balance_J))
+            if failure is not None:
+                status, message = failure
+                break
+            tap = _follow(model, tap, state, block)
+            state = after
+            ending = _ending(settings, tap, state, time_s)
+            if ending is not None:
+                status, message = ending
+                break
+            if progress is not None:
+                progress(*_progress(model, settings, tap, state, time_s))
+    except KeyboardInterrupt:
+        message = f"interrupted at step {state.step}, t = {state.time_s:.6g} s"
+    forces, history = recorder.forces(), recorder.history()
+    cost = Cost(
+        wall_time_s=time.perf_counter() - started,
+        steps=state.step,
+        elements=model.copies * len(model.cells),
+        time_step_s=model.step_s,
+    )
+    summary = summarize(
+        forces,
+        history,
+        model.surface.friction,
+        tap.tip_velocity,
+        tap.last_touch_s if tap.over else None,
+        largest_error / largest_kinetic if largest_kinetic > 0.0 else None,
+        cost,
+    )
+    if status.advice:
+        message = f"{message}: {status.advice}"
+    return TapResult(status, message, history, forces, recorder.snapshots(model), summary)
+
+
+def _interval(model: Model) -> int:
+    """Steps between audits: some 250 in a tap of five transits of the last phalanx."""
+    return max(1, round(5.0 * model.transit_s / (250.0 * model.step_s)))
+
+
+def _in_reach(model: Model, state: State) -> bool:
+    """Whether contact can happen within a flight block."""
+    gap = lowest_gap(model, state.displacement)
+    speed = float(np.max(-state.velocity[model.contact.nodes, 1], initial=0.0)) + SPEED_MARGIN
+    return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s
+
+
+def _watch(
+    model: Model, settings: Settings, state: State, taken: Sample, largest_kinetic: float
+) -> tuple[Status, str] | None:
+    """Failure of this state, if any."""
+    where = _where(model, state)
+    if not taken.finite:
+        return Status.UNSTABLE, f"values are no longer finite {where}"
+    # A body at rest has no kinetic energy to compare with: its potential over H stands in.
+    scale = max(
+        largest_kinetic,
+        taken.kinetic_energy_J,
+        1e-6 * model.copies * model.mass.sum() * abs(model.gravity) * model.surface.height,
+    )
+    error = abs(taken.energy_balance_J)
+    if error > settings.energy_tolerance * scale:
+        return (
+            Status.UNSTABLE,
+            f"the energy balance is off by {error:.3g} J, {100 * error / scale:.3g} % of the "
+            f"largest kinetic energy, {where}",
+        )
+    return None
+
+
+def _inverted(model: Model, state: State) -> tuple[Status, str] | None:
+    """Failure by an element turned inside out, if any."""
+    smallest = model.kernel.min_det_F(state.displacement)
+    if smallest > 0.0:
+        return None
+    return Status.INVERTED_ELEMENT, f"det F fell to {smallest:.3g} {_where(model, state)}"
+
+
+def _where(model: Model, state: State) -> str:
+    return f"at step {state.step}, t = {state.time_s:.6g} s, with a step of {model.step_s:.4g} s"
+
+
+def _follow(model: Model, tap: Tap, state: State, block: Block) -> Tap:
+    """The tap after a block."""
+    touched = np.flatnonzero(block.log[:, NORMAL] > 0.0)
+    if tap.over:
+        return tap
+    first, last, velocity = tap.first_touch_s, tap.last_touch_s, tap.tip_velocity
+    if touched.size:
+        if first is None:
+            first = state.time_s + touched[0] * model.step_s
+            # The body is still untouched at the block's start, a few steps before.
+            x, y = block.velocity[model.pole, :2]
+            velocity = (float(x), float(y))
+        last = state.time_s + touched[-1] * model.step_s
+    if first is None or last is None:
+        return tap
+    now = state.time_s + len(block.log) * model.step_s
+    over = now - last > max(0.1 * (last - first), 0.25 * model.transit_s)
+    return Tap(first, last, over, velocity)
+
+
+def _ending(
+    settings: Settings, tap: Tap, state: State, start_s: float
+) -> tuple[Status, str] | None:
+    """How the run ends here, if it does."""
+    now, end = state.time_s, settings.end_time_s
+    if tap.first_touch_s is None:
+        late = end is not None and now >= end
+        waited = settings.max_flight_time_s if start_s == 0.0 else settings.max_contact_time_s
+        if late or now - start_s > waited:
+            return Status.NOT_REACHED, f"no contact up to t = {now:.6g} s"
+        return None
+    if (end is not None and now >= end) or (end is None and tap.over):
+        if tap.over:
+            return Status.COMPLETED, f"completed at t = {now:.6g} s"
+        return Status.STILL_IN_CONTACT, f"in contact at the end time, t = {now:.6g} s"
+    if not tap.over and now - tap.first_touch_s > settings.max_contact_time_s:
+        return (
+            Status.STILL_IN_CONTACT,
+            f"in contact for {now - tap.first_touch_s:.3g} s, at t = {now:.6g} s",
+        )
+    return None
+
+
+def _progress(
+    model: Model, settings: Settings, tap: Tap, state: State, start_s: float
+) -> tuple[float, str]:
+    """Share done, as far as it can be known, and what is going on."""
+    if tap.first_touch_s is None:
+        if start_s > 0.0:
+            return 0.0, "approach"
+        return min(0.99, state.time_s / settings.max_flight_time_s), "flight"
+    # A tap lasts for some five to eight transits of the last phalanx.
+    expected = 8.0 * model.transit_s
+    return min(0.99, (state.time_s - tap.first_touch_s) / expected), "contact"

@@ -1,0 +1,192 @@
+"""A block of explicit steps: state in, state out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference_fem.central_difference import half_kick, leapfrog
+from reference_fem.hinges import hinge_reactions
+from reference_fem.model import Model
+from reference_fem.penalty_contact import COLUMNS, DISSIPATION, GAP, contact_forces
+from reference_fem.state import State
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a block of steps saw, summed over the mesh as given.
+
+    Attributes
+    ----------
+    log : (steps, COLUMNS)
+        Contact at t_n, t_{n+1}, ... (see `penalty_contact`); DISSIPATION accumulates from the
+        start of the run. All zero, and GAP infinite, where contact was not searched for.
+    velocity : (n_points, dim)
+        v at t_n, synchronous with the displacement of the state that went in.
+    reactions : (P, 2)
+        Hinge forces at t_n.
+    searched
+        Whether contact was searched for.
+    """
+
+    log: Array
+    velocity: Array
+    reactions: Array
+    searched: bool
+
+
+def start_state(model: Model, displacement: Array, velocity: Array, time_s: float) -> State:
+    """State for the first step from u and v at the same time.
+
+    v(-Δt/2) = v(0) - Δt/2 a(0): central differences keep their second order from the start.
+
+    Raises
+    ------
+    ValueError
+        If the surface already cuts into the body.
+    """
+    surface_nodes = model.contact.nodes
+    dim = model.points.shape[1]
+    touching = np.zeros(surface_nodes.size, dtype=np.bool_)
+    state = State(
+        step=0,
+        time_s=time_s,
+        displacement=np.array(displacement, dtype=np.float64, order="C"),
+        velocity=np.array(velocity, dtype=np.float64, order="C"),
+        touching=touching,
+        anchor=np.zeros((surface_nodes.size, dim - 1)),
+        spring_force=np.zeros((surface_nodes.size, dim - 1)),
+        dissipation_J=0.0,
+        face_angles=np.array([c.angle(displacement, 0.0) for c in model.couples]),
+    )
+    gap = lowest_gap(model, state.displacement)
+    if gap < 0.0:
+        raise ValueError(
+            f"surface.height = {model.surface.height}: the surface cuts {-gap:.3g} m into the "
+            "finger at the start; put it lower"
+        )
+    residual = np.empty_like(state.velocity)
+    reactions = np.zeros((model.hinges.count, 2))
+    row = np.zeros(COLUMNS)
+    _forces(model, state, state.velocity, residual, False, row, reactions)
+    back = np.empty_like(residual)
+    half_kick(state.velocity, residual, model.inverse_mass, model.gravity, -model.step_s, back)
+    return State(**{**vars(state), "velocity": back})
+
+
+def lowest_gap(model: Model, displacement: Array) -> float:
+    """Height of the lowest surface node above the plane, m."""
+    nodes = model.contact.nodes
+    return float(np.min(model.points[nodes, 1] + displacement[nodes, 1]) + model.surface.height)
+
+
+def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State, Block]:
+    """Take `steps` explicit steps; the state that goes in is left as it is.
+
+    Parameters
+    ----------
+    search
+        False skips contact: the caller knows that the surface is out of reach.
+    """
+    u, v = state.displacement.copy(), state.velocity.copy()
+    work = State(
+        **{
+            **vars(state),
+            "displacement": u,
+            "velocity": v,
+            "touching": state.touching.copy(),
+            "anchor": state.anchor.copy(),
+            "spring_force": state.spring_force.copy(),
+        }
+    )
+    residual = np.empty_like(u)
+    synchronous = np.empty_like(u)
+    log = np.zeros((steps, COLUMNS))
+    log[:, GAP] = np.inf
+    reactions = np.zeros((model.hinges.count, 2))
+    first_reactions = reactions
+    for number in range(steps):
+        _forces(model, work, v, residual, search, log[number], reactions)
+        if number == 0:
+            half_kick(v, residual, model.inverse_mass, model.gravity, model.step_s, synchronous)
+            first_reactions = reactions.copy()
+        leapfrog(u, v, residual, model.inverse_mass, model.gravity, model.step_s)
+    log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
+    after = State(
+        **{
+            **vars(work),
+            "step": state.step + steps,
+            "time_s": state.time_s + steps * model.step_s,
+            "dissipation_J": float(log[-1, DISSIPATION]),
+            "face_angles": np.array(
+                [
+                    couple.angle(u, near)
+                    for couple, near in zip(model.couples, state.face_angles, strict=True)
+                ]
+            ),
+        }
+    )
+    return after, Block(log, synchronous, first_reactions, search)
+
+
+def _forces(
+    model: Model,
+    state: State,
+    velocity: Array,
+    residual: Array,
+    search: bool,
+    row: Array,
+    reactions: Array,
+) -> None:
+    """Fill the residual: internal force less contact, couples and hinge reactions."""
+    u = state.displacement
+    model.kernel.internal_force(u, residual)
+    if search:
+        contact = model.contact
+        contact_forces(
+            model.points,
+            u,
+            velocity,
+            contact.nodes,
+            contact.stiffness,
+            contact.area,
+            model.surface.height,
+            model.surface.friction,
+            state.touching,
+            state.anchor,
+            state.spring_force,
+            residual,
+            row,
+        )
+    for couple in model.couples:
+        couple.apply(u, residual)
+    if model.symmetry.size:
+        _hold(residual, model.symmetry)
+    hinges = model.hinges
+    if hinges.count:
+        hinge_reactions(
+            u,
+            velocity,
+            residual,
+            model.inverse_mass,
+            model.gravity,
+            model.step_s,
+            hinges.nodes,
+            hinges.weights,
+            hinges.starts,
+            hinges.inverse_schur,
+            reactions,
+        )
+
+
+@njit(cache=True)
+def _hold(residual: Array, nodes: Index) -> None:
+    """r_z = 0 on the symmetry plane, where u_z and v_z start at zero: u_z stays zero."""
+    for j in range(nodes.size):
+        residual[nodes[j], 2] = 0.0

@@ -1,0 +1,231 @@
+"""From mesh, materials, surface and drive to the arrays that the explicit loop runs on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import meshes
+from reference_fem import elements
+from reference_fem.contact_stiffness import ContactSurface, contact_surface
+from reference_fem.couples import Couple, build_couple
+from reference_fem.elements import ElementKernel, hex8
+from reference_fem.hinges import Hinges, build_hinges
+from reference_fem.parameters import Drive, Material, Settings, Surface
+from reference_fem.plane_stress_thickness import chord_thickness
+from reference_fem.rigid_chain import RigidChain, build_chain
+from reference_fem.stable_step import stable_step
+from reference_fem.stress_probe import StressProbe, build_probe
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Model:
+    """Constants of a run. Masses, stiffnesses and torques are those of the mesh as given.
+
+    Attributes
+    ----------
+    points, cells
+        Of the mesh.
+    kernel
+        Elements.
+    mass, inverse_mass : (n_points,)
+    copies
+        2 for a half model, else 1: what sums are multiplied by for the full body.
+    symmetry : (k,)
+        Nodes held in the plane Z = 0.
+    hinges, couples, contact, probe
+        See their classes.
+    pole
+        Node at the tip's end on the axis.
+    chain
+        Rigid chain for the flight; None for a free body (a mesh without hinges).
+    body_of_point : (n_points,)
+        Phalanx of each node, from 0.
+    surface, gravity
+    step_s
+        Δt.
+    transit_s
+        Time of an axial wave over the length of the last phalanx.
+    """
+
+    points: Array
+    cells: Index
+    kernel: ElementKernel
+    mass: Array
+    inverse_mass: Array
+    copies: int
+    symmetry: Index
+    hinges: Hinges
+    couples: tuple[Couple, ...]
+    contact: ContactSurface
+    probe: StressProbe
+    pole: int
+    chain: RigidChain | None
+    body_of_point: Index
+    surface: Surface
+    gravity: float
+    step_s: float
+    transit_s: float
+
+
+ElementFactory = Callable[[Array, Index, Array, Array, Array, Array], ElementKernel]
+
+
+def _hexahedra(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array, _radius: Array
+) -> ElementKernel:
+    return hex8(points, cells, young, poisson, density)
+
+
+def _plane_stress(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array, radius: Array
+) -> ElementKernel:
+    thickness = chord_thickness(points, cells, radius)
+    return elements.quad4_plane_stress(points, cells, young, poisson, density, thickness)
+
+
+# Formulations by space dimension; the first of each is the default.
+ELEMENTS: dict[int, dict[str, ElementFactory]] = {
+    3: {"hex8-sri": _hexahedra},
+    2: {"quad4-plane-stress": _plane_stress},
+}
+
+
+def build_model(
+    mesh: meshes.FingerMesh,
+    materials: Sequence[Material],
+    surface: Surface,
+    drive: Drive,
+    settings: Settings,
+) -> Model:
+    """Assemble the constants of a run.
+
+    A mesh without any hinge set is a free body.
+
+    Raises
+    ------
+    ValueError
+        If sets are missing, their numbers do not match materials or torques, or hinges do not
+        meet.
+    """
+    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
+    cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)
+    count = mesh.phalanges
+    if len(materials) != count:
+        raise ValueError(
+            f"materials: {len(materials)} given for {count} phalanges; give one per phalanx"
+        )
+    bodies = [_wanted(mesh.cell_sets, f"phalanx_{w}", "cell") for w in range(1, count + 1)]
+    body_nodes = [np.unique(cells[body]) for body in bodies]
+    body_of_point = np.full(len(points), -1, dtype=np.int64)
+    young, poisson, density, bulk, radius = (np.full(len(cells), np.nan) for _ in range(5))
+    for w, (body, material) in enumerate(zip(bodies, materials, strict=True)):
+        body_of_point[body_nodes[w]] = w
+        young[body], poisson[body] = material.youngs_modulus, material.poisson_ratio
+        density[body], bulk[body] = material.density, material.bulk_modulus
+        radius[body] = np.abs(points[body_nodes[w], 1]).max()
+    if np.isnan(young).any() or (body_of_point < 0).any():
+        raise ValueError(
+            "cell sets phalanx_w: some cells or nodes belong to no phalanx; every cell needs one "
+            "and every node a cell"
+        )
+    kernel = _element(mesh.dim, settings)(points, cells, young, poisson, density, radius)
+    mass = np.ascontiguousarray(kernel.lumped_mass)
+    symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
+    copies = 2 if symmetry.size else 1
+    torques = np.array(drive.torques_for(count)) / copies
+    contact = contact_surface(
+        points,
+        cells,
+        _wanted(mesh.facet_sets, "surface", "facet"),
+        kernel.cell_volume,
+        bulk,
+        settings.penalty_factor,
+    )
+    limit = stable_step(kernel.max_frequency(), contact.stiffness, mass[contact.nodes])
+    hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)
+    last = points[body_nodes[-1], 0]
+    return Model(
+        points=points,
+        cells=cells,
+        kernel=kernel,
+        mass=mass,
+        inverse_mass=1.0 / mass,
+        copies=copies,
+        symmetry=symmetry,
+        hinges=build_hinges(hinge_sides, mass),
+        couples=tuple(
+            build_couple(
+                w, torque, points, _wanted(mesh.node_sets, f"proximal_face_{w + 1}", "node"), mass
+            )
+            for w, torque in enumerate(torques)
+            if torque != 0.0
+        ),
+        contact=contact,
+        probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass),
+        pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
+        chain=build_chain(points, mass, body_nodes, hinge_points, torques, drive.gravity)
+        if hinge_sides
+        else None,
+        body_of_point=body_of_point,
+        surface=surface,
+        gravity=drive.gravity,
+        step_s=settings.step_factor * limit,
+        transit_s=float(last.max() - last.min()) / materials[-1].bar_speed,
+    )
+
+
+def _element(dim: int, settings: Settings) -> ElementFactory:
+    known = ELEMENTS[dim]
+    name = next(iter(known)) if settings.element is None else settings.element
+    if name not in known:
+        raise ValueError(
+            f"element = {name!r}: a {dim}-dimensional mesh takes {', '.join(map(repr, known))}"
+        )
+    return known[name]
+
+
+def _wanted(sets: Mapping[str, Index], name: str, kind: str) -> Index:
+    members = np.asarray(sets.get(name, ()), dtype=np.int64)
+    if not members.size:
+        raise ValueError(f"mesh: {kind} set '{name}' is missing or empty; a finger mesh needs it")
+    return members
+
+
+def _hinge_sides(
+    mesh: meshes.FingerMesh, points: Array, symmetry: Index
+) -> tuple[list[tuple[tuple[Index, Array], ...]], Array]:
+    """Signed weights of every hinge's sides, and the hinges' rest positions (P, 2)."""
+    if not any(name.startswith("hinge_") for name in mesh.node_sets):
+        return [], np.zeros((0, 2))
+    size = np.ptp(points[:, 0])
+    sides: list[tuple[tuple[Index, Array], ...]] = []
+    centres = []
+    for w in range(1, mesh.phalanges + 1):
+        nodes = _wanted(mesh.node_sets, f"hinge_{w}_proximal", "node")
+        weights = _mean_weights(nodes, symmetry)
+        centres.append(weights @ points[nodes, :2])
+        if w == 1:
+            sides.append(((nodes, weights),))
+            continue
+        other = _wanted(mesh.node_sets, f"hinge_{w - 1}_distal", "node")
+        other_weights = _mean_weights(other, symmetry)
+        apart = np.abs(other_weights @ points[other, :2] - centres[-1]).max()
+        if apart > 1e-9 * size:
+            raise ValueError(
+                f"mesh: hinge {w} does not close: the means of 'hinge_{w - 1}_distal' and "
+                f"'hinge_{w}_proximal' are {apart:.3g} m apart; they must coincide"
+            )
+        sides.append(((nodes, weights), (other, -other_weights)))
+    return sides, np.array(centres)
+
+
+def _mean_weights(nodes: Index, symmetry: Index) -> Array:
+    weights = np.where(np.isin(nodes, symmetry), 1.0, 2.0)
+    return weights / weights.sum()

@@ -1,0 +1,115 @@
+"""Keeps what a run of unknown length has to show, in bounded memory."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_fem.audit import Sample
+from reference_fem.explicit_step import Block
+from reference_fem.model import Model
+from reference_fem.penalty_contact import GAP, NORMAL, TANGENTIAL
+from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.state import State
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+
+class Thinned(Generic[T]):
+    """Every stride-th of what is offered; the stride doubles when `most` items are held.
+
+    Equally spaced at any time, whatever the length: between most/2 and most items once there
+    have been that many.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._stride = 1
+        self._offered = 0
+        self.items: list[T] = []
+
+    def offer(self, item: T) -> None:
+        """Keep the item if its turn has come."""
+        if self._offered % self._stride == 0:
+            if len(self.items) == self._most:
+                del self.items[1::2]
+                self._stride *= 2
+            if self._offered % self._stride == 0:
+                self.items.append(item)
+        self._offered += 1
+
+
+Fields = tuple[float, Array, Array]
+
+
+class Recorder:
+    """Samples, forces and fields of one run, in flight and in the contact window."""
+
+    def __init__(self, max_samples: int, snapshots: int) -> None:
+        self._flight: Thinned[Sample] = Thinned(max_samples)
+        self._window: Thinned[Sample] = Thinned(max_samples)
+        self._fields: Thinned[Fields] = Thinned(snapshots)
+        self._last: Sample | None = None
+        self._logs: list[Array] = []
+        self._times: list[Array] = []
+        self._peak: tuple[float, Fields] | None = None
+        self._latest_fields: Fields | None = None
+
+    def add(self, model: Model, state: State, block: Block, taken: Sample) -> None:
+        """Record `state`, the block that started there and its audit."""
+        self._last = taken
+        (self._window if block.searched else self._flight).offer(taken)
+        # States are never written to again, so holding them is no copy.
+        kept = (state.time_s, state.displacement, block.velocity)
+        self._latest_fields = kept
+        if not block.searched:
+            return
+        self._fields.offer(kept)
+        if taken.normal_force_N > 0.0 and (
+            self._peak is None or taken.normal_force_N > self._peak[0]
+        ):
+            self._peak = (taken.normal_force_N, kept)
+        self._times.append(state.time_s + model.step_s * np.arange(len(block.log)))
+        full: Array = block.log * model.copies
+        full[:, GAP] = block.log[:, GAP]
+        self._logs.append(full)
+
+    def forces(self) -> ForceRecord:
+        """Contact of every step of the window."""
+        if not self._logs:
+            return ForceRecord(*(np.empty(0) for _ in range(4)))
+        log = np.concatenate(self._logs)
+        time = np.concatenate(self._times)
+        good = np.isfinite(log).all(axis=1)
+        log, time = log[good], time[good]
+        columns = (np.ascontiguousarray(log[:, c]) for c in (NORMAL, TANGENTIAL, GAP))
+        return ForceRecord(time, *columns)
+
+    def history(self) -> History:
+        """The samples as arrays."""
+        kept = [*self._flight.items, *self._window.items]
+        if self._last is not None and (not kept or kept[-1] is not self._last):
+            kept.append(self._last)
+        kept.sort(key=lambda item: item.time_s)
+        return History(
+            **{f.name: np.array([getattr(item, f.name) for item in kept]) for f in fields(Sample)}
+        )
+
+    def snapshots(self, model: Model) -> tuple[Snapshot, ...]:
+        """Equally spaced fields, the last ones, and those at peak."""
+        held = list(self._fields.items)
+        if self._latest_fields is not None and (not held or held[-1][0] != self._latest_fields[0]):
+            held.append(self._latest_fields)
+        chosen = [(kept, False) for kept in held]
+        if self._peak is not None:
+            peak = self._peak[1]
+            chosen = [(f, flag) for f, flag in chosen if f[0] != peak[0]] + [(peak, True)]
+        chosen.sort(key=lambda entry: entry[0][0])
+        return tuple(
+            Snapshot(time, u, v, model.kernel.von_mises(u), at_peak)
+            for (time, u, v), at_peak in chosen
+        )

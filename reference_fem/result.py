@@ -1,0 +1,150 @@
+"""What a run returns: status, history, fields and summary, for the FULL body.
+
+A half model's forces, energies and areas are doubled before they get here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_fem.status import Status
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class History:
+    """Samples of the explicit run, arrays of equal length n; t is absolute time.
+
+    Energies are measured from the finger at rest at t = 0, so that the balance
+    kinetic + strain + gravity + contact + friction dissipation - drive work, which the
+    discretization alone keeps from being zero, covers a skipped flight as well.
+
+    Attributes
+    ----------
+    time_s : (n,)
+    normal_force_N : (n,)
+        On the tip, pushing up.
+    tangential_force_N : (n,)
+        On the tip, along +X.
+    tip_position_m, tip_velocity_m_per_s : (n, 2)
+        Of the pole, the tip's end on the axis.
+    stress_R_Pa : (n,)
+        Axial Cauchy stress at R, mid-length of the last phalanx, lower surface.
+    kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,)
+        Contact energy is that of the normal and tangential penalty springs.
+    friction_dissipation_J, drive_work_J, energy_balance_J : (n,)
+    coulomb_excess : (n,)
+        Largest |f_t| - μ f_n over the nodes in contact, N.
+    contact_area_m2 : (n,)
+        Tributary area of the nodes in contact.
+    hinge_reactions_N : (n, P, 2)
+        Force that hinge w exerts on phalanx w.
+    """
+
+    time_s: Array
+    normal_force_N: Array
+    tangential_force_N: Array
+    tip_position_m: Array
+    tip_velocity_m_per_s: Array
+    stress_R_Pa: Array
+    kinetic_energy_J: Array
+    strain_energy_J: Array
+    gravity_energy_J: Array
+    contact_energy_J: Array
+    friction_dissipation_J: Array
+    drive_work_J: Array
+    energy_balance_J: Array
+    coulomb_excess: Array
+    contact_area_m2: Array
+    hinge_reactions_N: Array
+
+
+@dataclass(frozen=True)
+class ForceRecord:
+    """Contact of every step of the window, arrays of length s (the history is sampled).
+
+    Attributes
+    ----------
+    time_s, normal_force_N, tangential_force_N : (s,)
+    lowest_gap_m : (s,)
+        Height of the lowest surface node above the plane.
+    """
+
+    time_s: Array
+    normal_force_N: Array
+    tangential_force_N: Array
+    lowest_gap_m: Array
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Fields at one time, on the mesh as given (a half model stays half).
+
+    Attributes
+    ----------
+    time_s
+        Absolute time.
+    displacement, velocity : (n_points, dim)
+        m and m/s, at the same time.
+    von_mises_Pa : (n_cells,)
+    at_peak
+        True for the snapshot nearest to the peak normal force.
+    """
+
+    time_s: float
+    displacement: Array
+    velocity: Array
+    von_mises_Pa: Array
+    at_peak: bool = False
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The scalars of a tap; None where a quantity has no meaning (no contact, no friction).
+
+    They describe the FIRST tap: from the first touch to the separation. See `summary` for the
+    definitions of the transitions.
+    """
+
+    contact_time_s: float | None
+    tip_velocity_at_contact_m_per_s: tuple[float, float] | None
+    peak_normal_force_N: float | None
+    peak_normal_force_time_s: float | None
+    first_peak_normal_force_N: float | None
+    peak_tangential_force_N: float | None
+    contact_duration_s: float | None
+    normal_impulse_N_s: float | None
+    compression_to_restitution: int | None
+    stick_to_slip: int | None
+    slip_to_stick: int | None
+    reverse_slip: bool | None
+    peak_stress_R_Pa: float | None
+    energy_residual: float | None
+    wall_time_s: float
+    steps: int
+    elements: int
+    time_step_s: float
+
+
+@dataclass(frozen=True)
+class TapResult:
+    """A run's outcome.
+
+    Attributes
+    ----------
+    status, message
+        How it ended, in one word and in one sentence with numbers and remedy.
+    history, forces, snapshots, summary
+        See the classes. After a failure they hold what was computed before it.
+    """
+
+    status: Status
+    message: str
+    history: History
+    forces: ForceRecord
+    snapshots: tuple[Snapshot, ...]
+    summary: Summary

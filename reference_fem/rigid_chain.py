@@ -1,0 +1,214 @@
+"""The reference's own rigid flight: a planar chain of the mesh's rigid phalanges.
+
+Masses, mass centres and moments of inertia are those of the lumped nodal masses, so that the
+explicit run which takes over has the same momentum and energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ChainState:
+    """Absolute angles from the rest position, rad, their rates, rad/s, and the time, s."""
+
+    angles: Array
+    rates: Array
+    time_s: float
+
+
+@dataclass(frozen=True)
+class RigidChain:
+    """P rigid bodies chained by hinges, the first hinge fixed.
+
+    Attributes
+    ----------
+    mass, inertia : (P,)
+        Inertia about the body's own mass centre, about Z, kg·m².
+    arms : (P, P, 2)
+        arms[w, j]: what body j adds, at rest, to the mass centre of body w: hinge to hinge for
+        j < w, hinge to mass centre for j = w, zero beyond.
+    origins : (P, 2)
+        Rest position of each body's first hinge.
+    torques : (P,)
+        Absolute torques t_w (no reaction on the neighbour).
+    gravity
+        g along -Y.
+    """
+
+    mass: Array
+    inertia: Array
+    arms: Array
+    origins: Array
+    torques: Array
+    gravity: float
+
+    @property
+    def links(self) -> int:
+        """P."""
+        return self.mass.size
+
+    def rates_of_change(self, state: Array) -> Array:
+        """d(θ, ω)/dt of state (2P,), from Lagrange's equations.
+
+            Σ_k [Σ_w m_w b_wj·b_wk + δ_jk J_j] ω'_k
+                = t_j + Σ_w m_w (e x b_wj)·[(0, -g) + Σ_k ω_k² b_wk]
+
+        with b_wj = R(θ_j) arms[w, j] and e the unit vector along Z.
+        """
+        angles, rates = state[: self.links], state[self.links :]
+        b = self._rotated(angles)
+        turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
+        inertia = np.einsum("w,wjd,wkd->jk", self.mass, b, b) + np.diag(self.inertia)
+        pull = np.einsum("k,wkd->wd", rates**2, b)
+        pull[:, 1] -= self.gravity
+        load = self.torques + np.einsum("w,wjd,wd->j", self.mass, turned, pull)
+        return np.concatenate([rates, np.linalg.solve(inertia, load)])
+
+    def energy(self, state: ChainState) -> float:
+        """Kinetic energy + gravity potential - drive work, from rest at zero angles, J."""
+        b = self._rotated(state.angles)
+        turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
+        speed = np.einsum("k,wkd->wd", state.rates, turned)
+        kinetic = 0.5 * (self.mass @ (speed**2).sum(axis=1) + self.inertia @ state.rates**2)
+        rise = (b - self.arms).sum(axis=1)[:, 1]
+        return float(kinetic + self.gravity * self.mass @ rise - self.torques @ state.angles)
+
+    def hinges_at(self, angles: Array) -> Array:
+        """Positions (P, 2) of the first hinges."""
+        rest = np.diff(self.origins, axis=0)
+        links = _rotate(angles[:-1], rest)
+        return self.origins[0] + np.vstack([np.zeros(2), np.cumsum(links, axis=0)])
+
+    def hinge_velocities(self, angles: Array, rates: Array) -> Array:
+        """Velocities (P, 2) of the first hinges."""
+        links = _rotate(angles[:-1], np.diff(self.origins, axis=0))
+        turned = np.stack([-links[:, 1], links[:, 0]], axis=1) * rates[:-1, None]
+        return np.vstack([np.zeros(2), np.cumsum(turned, axis=0)])
+
+    def _rotated(self, angles: Array) -> Array:
+        c, s = np.cos(angles), np.sin(angles)
+        x, y = self.arms[..., 0], self.arms[..., 1]
+        return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def build_chain(
+    points: Array,
+    lumped_mass: Array,
+    body_nodes: list[Index],
+    hinge_points: Array,
+    torques: Array,
+    gravity: float,
+) -> RigidChain:
+    """Chain from the mesh's masses.
+
+    Parameters
+    ----------
+    points : (n_points, dim)
+    lumped_mass : (n_points,)
+        As meshed; `torques` must belong to the same (half or full) body.
+    body_nodes
+        Nodes of each phalanx.
+    hinge_points : (P, 2)
+        Rest position of each phalanx's first hinge.
+    """
+    count = len(body_nodes)
+    mass, inertia = np.zeros(count), np.zeros(count)
+    arms = np.zeros((count, count, 2))
+    for w, nodes in enumerate(body_nodes):
+        m, x = lumped_mass[nodes], points[nodes, :2]
+        centre = m @ x / m.sum()
+        mass[w] = m.sum()
+        inertia[w] = m @ ((x - centre) ** 2).sum(axis=1)
+        arms[w, :w] = np.diff(hinge_points[: w + 1], axis=0)
+        arms[w, w] = centre - hinge_points[w]
+    return RigidChain(mass, inertia, arms, np.asarray(hinge_points), np.asarray(torques), gravity)
+
+
+def fly(
+    chain: RigidChain,
+    start: ChainState,
+    gap: Callable[[Array], float],
+    end_time_s: float,
+) -> tuple[Callable[[float], ChainState], float | None]:
+    """Integrate from `start` until the gap of the rigidly moved surface closes.
+
+    Dormand-Prince 8(5,3), relative tolerance 1e-11; steps of at most 5 ms, so that the closing
+    is not stepped over.
+
+    Parameters
+    ----------
+    gap
+        Of the angles (P,): height of the lowest surface node above the plane, m.
+
+    Returns
+    -------
+    state_at
+        State at any time of the flight.
+    contact_time_s
+        None if the surface is not reached before `end_time_s`.
+    """
+    links = chain.links
+
+    def closing(_time: float, state: Array) -> float:
+        return gap(state[:links])
+
+    closing.terminal = True  # type: ignore[attr-defined]
+    closing.direction = -1  # type: ignore[attr-defined]
+    solution = solve_ivp(
+        lambda _time, state: chain.rates_of_change(state),
+        (start.time_s, end_time_s),
+        np.concatenate([start.angles, start.rates]),
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-13,
+        max_step=5e-3,
+        dense_output=True,
+        events=closing,
+    )
+    if not solution.success:
+        raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
+
+    def state_at(time_s: float) -> ChainState:
+        values = solution.sol(time_s)
+        return ChainState(values[:links], values[links:], time_s)
+
+    hits = solution.t_events[0]
+    return state_at, float(hits[0]) if hits.size else None
+
+
+def pose(
+    chain: RigidChain, state: ChainState, points: Array, body_of_point: Index
+) -> tuple[Array, Array]:
+    """Displacement u = R(θ)(X - h) + x_h - X and velocity x_h' + ω x (x - x_h) of all points.
+
+    Returns
+    -------
+    displacement, velocity : (n_points, dim)
+    """
+    rest = chain.origins[body_of_point]
+    arm = points[:, :2] - rest
+    turned = _rotate(state.angles[body_of_point], arm)
+    hinge = chain.hinges_at(state.angles)[body_of_point]
+    drift = chain.hinge_velocities(state.angles, state.rates)[body_of_point]
+    displacement, velocity = np.zeros_like(points), np.zeros_like(points)
+    displacement[:, :2] = (turned - arm) + (hinge - rest)
+    rate = state.rates[body_of_point]
+    velocity[:, 0] = drift[:, 0] - rate * turned[:, 1]
+    velocity[:, 1] = drift[:, 1] + rate * turned[:, 0]
+    return displacement, velocity
+
+
+def _rotate(angles: Array, vectors: Array) -> Array:
+    c, s = np.cos(angles), np.sin(angles)
+    x, y = vectors[:, 0], vectors[:, 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=1)

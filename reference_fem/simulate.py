@@ -1,0 +1,155 @@
+"""The one call: a finger falls and taps a surface."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+import meshes
+from reference_fem.explicit_run import run
+from reference_fem.model import Model, build_model
+from reference_fem.parameters import Drive, Material, Settings, Surface
+from reference_fem.recorder import Recorder
+from reference_fem.result import TapResult
+from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
+from reference_fem.status import Status
+from reference_fem.summary import Cost, summarize
+
+Array = NDArray[np.float64]
+
+# A force evaluation of this many cells takes about a millisecond on one thread.
+THREADED_CELLS = 8000
+
+
+def simulate(
+    mesh: meshes.FingerMesh,
+    materials: Sequence[Material],
+    surface: Surface,
+    drive: Drive,
+    settings: Settings | None = None,
+    progress: Callable[[float, str], None] | None = None,
+    start: ChainState | None = None,
+) -> TapResult:
+    """Let the finger of `mesh` fall and tap the surface.
+
+    Parameters
+    ----------
+    mesh
+        3D (the half Z >= 0 with a node set `symmetry`, or the full body) or 2D (plane stress).
+    materials
+        One per phalanx.
+    surface, drive, settings
+        See `parameters`.
+    progress
+        Called with the share done and what is going on.
+    start
+        Rigid state to start the flight from: absolute angles, rates and time; None: at rest
+        along -X at t = 0. An impact state starts right above the surface.
+
+    Returns
+    -------
+    TapResult
+        Of the full body; failures of the run are in its status, not raised.
+
+    Raises
+    ------
+    ValueError
+        For bad input, naming it, its value and what is allowed.
+    """
+    settings = Settings() if settings is None else settings
+    with _threads(settings.threads, len(mesh.cells)):
+        started = time.perf_counter()
+        if progress is not None:
+            progress(0.0, "set-up")
+        model = build_model(mesh, materials, surface, drive, settings)
+        chain = model.chain
+        if chain is None:
+            raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
+        rest = ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
+        begin = rest if start is None else start
+        if begin.angles.shape != (chain.links,) or begin.rates.shape != (chain.links,):
+            raise ValueError(
+                f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
+                f"{chain.links} phalanges; give one of each per phalanx"
+            )
+        clearance = _surface_gap(model, chain)(begin.angles)
+        if clearance <= 0.0:
+            raise ValueError(
+                f"height = {surface.height}: the surface cuts {-clearance:.3g} m into the finger "
+                "at the start; it must lie below it"
+            )
+        origin = chain.energy(begin) * model.copies
+        if settings.flight == "rigid":
+            if progress is not None:
+                progress(0.0, "rigid flight")
+            landed = _land(model, chain, begin, settings)
+            if landed is None:
+                return _not_reached(model, settings, started)
+            begin = landed
+        displacement, velocity = pose(chain, begin, model.points, model.body_of_point)
+        return run(model, settings, displacement, velocity, begin.time_s, progress, started, origin)
+
+
+def _surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
+    """Lowest surface node's height above the plane, as a function of the angles."""
+    nodes = model.contact.nodes
+    points, bodies = model.points[nodes], model.body_of_point[nodes]
+
+    def gap(angles: Array) -> float:
+        still = ChainState(angles, np.zeros_like(angles), 0.0)
+        displacement, _ = pose(chain, still, points, bodies)
+        return float(np.min(points[:, 1] + displacement[:, 1])) + model.surface.height
+
+    return gap
+
+
+def _land(
+    model: Model, chain: RigidChain, begin: ChainState, settings: Settings
+) -> ChainState | None:
+    """Rigid state `lead_steps` before the surface is reached; None if it never is."""
+    end = begin.time_s + settings.max_flight_time_s
+    if settings.end_time_s is not None:
+        end = min(end, settings.end_time_s)
+    if end <= begin.time_s:
+        return None
+    state_at, contact = fly(chain, begin, _surface_gap(model, chain), end)
+    if contact is None:
+        return None
+    return state_at(max(begin.time_s, contact - settings.lead_steps * model.step_s))
+
+
+def _not_reached(model: Model, settings: Settings, started: float) -> TapResult:
+    """A result without an explicit run."""
+    recorder = Recorder(settings.max_samples, settings.snapshots)
+    forces, history = recorder.forces(), recorder.history()
+    elements = model.copies * len(model.cells)
+    cost = Cost(time.perf_counter() - started, 0, elements, model.step_s)
+    summary = summarize(forces, history, model.surface.friction, None, None, None, cost)
+    status = Status.NOT_REACHED
+    waited = settings.max_flight_time_s
+    if settings.end_time_s is not None:
+        waited = min(waited, settings.end_time_s)
+    message = (
+        f"height = {model.surface.height}: the surface is not reached within {waited:.6g} s: "
+        f"{status.advice}"
+    )
+    return TapResult(status, message, history, forces, (), summary)
+
+
+@contextmanager
+def _threads(wanted: int | None, cells: int) -> Iterator[None]:
+    """Numba's thread count for the duration of a run."""
+    most = numba.config.NUMBA_NUM_THREADS
+    if wanted is not None and wanted > most:
+        raise ValueError(f"threads = {wanted}: this machine offers {most}; use at most that")
+    before = numba.get_num_threads()
+    numba.set_num_threads(wanted or (most if cells >= THREADED_CELLS else 1))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

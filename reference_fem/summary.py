@@ -1,0 +1,124 @@
+"""The scalars of the first tap, from the record of every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference_fem.result import ForceRecord, History, Summary
+from reference_fem.transitions import slip_states, turning_points
+
+# Shares of the peak normal force: a turn of F_n counts if it goes this far, ...
+PROMINENCE = 0.05
+# ... and stick and slip are judged above this.
+LEAST_NORMAL = 0.02
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the run cost: s, explicit steps, elements of the full body, Δt in s."""
+
+    wall_time_s: float
+    steps: int
+    elements: int
+    time_step_s: float
+
+
+def summarize(
+    forces: ForceRecord,
+    history: History,
+    friction: float,
+    tip_velocity: tuple[float, float] | None,
+    separation_s: float | None,
+    energy_residual: float | None,
+    cost: Cost,
+) -> Summary:
+    """Scalars of the first tap.
+
+    - contact time: where the lowest node's gap crosses zero, linear between two steps
+    - end: the last step with F_n > 0 of the first tap (`separation_s`); None while it lasts,
+      and then the duration is None and the other scalars cover what there was
+    - peaks: over every step; the first peak is the first turning point of F_n (`transitions`)
+    - impulse: ∫ F_n dt, trapezoid over every step
+    - stress at R: the reading of largest magnitude during the tap, signed
+
+    Parameters
+    ----------
+    friction
+        μ; stick and slip mean nothing at 0 and are then None.
+    tip_velocity
+        Of the pole at the first touch.
+    separation_s
+        Absolute time of the first tap's last touch.
+    energy_residual
+        Largest |balance error| over the largest kinetic energy.
+    """
+    touched = np.flatnonzero(forces.normal_force_N > 0.0)
+    if not touched.size:
+        return _without_contact(energy_residual, cost)
+    first = int(touched[0])
+    contact_time = _crossing(forces, first)
+    end = forces.time_s.size - 1
+    if separation_s is not None:
+        end = int(np.searchsorted(forces.time_s, separation_s * (1.0 + 1e-14), "right"))
+        end = min(end, forces.time_s.size - 1)
+    tap = slice(max(first - 1, 0), end + 1)
+    time, normal = forces.time_s[tap], forces.normal_force_N[tap]
+    tangential = forces.tangential_force_N[tap]
+    top = int(np.argmax(normal))
+    peak = float(normal[top])
+    turns = turning_points(normal, PROMINENCE * peak)
+    slips = (
+        slip_states(normal, tangential, friction, LEAST_NORMAL * peak) if friction > 0.0 else None
+    )
+    during = (history.time_s >= contact_time) & (history.time_s <= time[-1])
+    stress = history.stress_R_Pa[during]
+    return Summary(
+        contact_time_s=contact_time,
+        tip_velocity_at_contact_m_per_s=tip_velocity,
+        peak_normal_force_N=peak,
+        peak_normal_force_time_s=float(time[top]) - contact_time,
+        first_peak_normal_force_N=float(normal[turns.maxima[0]]) if turns.maxima else None,
+        peak_tangential_force_N=float(tangential[np.argmax(np.abs(tangential))]),
+        contact_duration_s=None if separation_s is None else separation_s - contact_time,
+        normal_impulse_N_s=float(np.trapezoid(normal, time)),
+        compression_to_restitution=len(turns.maxima),
+        stick_to_slip=None if slips is None else slips.stick_to_slip,
+        slip_to_stick=None if slips is None else slips.slip_to_stick,
+        reverse_slip=None if slips is None else slips.reverse_slip,
+        peak_stress_R_Pa=float(stress[np.argmax(np.abs(stress))]) if stress.size else None,
+        energy_residual=energy_residual,
+        **vars(cost),
+    )
+
+
+def _crossing(forces: ForceRecord, first: int) -> float:
+    """Time of zero gap between step first - 1 and step first."""
+    if first == 0:
+        return float(forces.time_s[0])
+    before, after = forces.lowest_gap_m[first - 1], forces.lowest_gap_m[first]
+    share = before / (before - after)
+    return float(
+        forces.time_s[first - 1] + share * (forces.time_s[first] - forces.time_s[first - 1])
+    )
+
+
+def _without_contact(energy_residual: float | None, cost: Cost) -> Summary:
+    return Summary(
+        contact_time_s=None,
+        tip_velocity_at_contact_m_per_s=None,
+        peak_normal_force_N=None,
+        peak_normal_force_time_s=None,
+        first_peak_normal_force_N=None,
+        peak_tangential_force_N=None,
+        contact_duration_s=None,
+        normal_impulse_N_s=None,
+        compression_to_restitution=None,
+        stick_to_slip=None,
+        slip_to_stick=None,
+        reverse_slip=None,
+        peak_stress_R_Pa=None,
+        energy_residual=energy_residual,
+        **vars(cost),
+    )

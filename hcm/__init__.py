@@ -1,0 +1,34 @@
+"""Reduced model of a soft finger that taps a rough surface (Yang and Shen 2019).
+
+Planar ANCF beams, hinges by Lagrange multipliers, a lumped-parameter contact with located
+compression-restitution and stick-slip events, generalized-alpha in time.
+"""
+
+from hcm.parameters import (
+    Drive,
+    Finger,
+    ParameterError,
+    Phalanx,
+    Settings,
+    Surface,
+    Tip,
+)
+from hcm.result import Event, History, Statistics, Status, Summary, TapResult
+from hcm.simulate import simulate
+
+__all__ = [
+    "Drive",
+    "Event",
+    "Finger",
+    "History",
+    "ParameterError",
+    "Phalanx",
+    "Settings",
+    "Statistics",
+    "Status",
+    "Summary",
+    "Surface",
+    "TapResult",
+    "Tip",
+    "simulate",
+]

@@ -1,0 +1,207 @@
+"""Numbering of the finger's unknowns, so that the bordered matrix is a narrow band.
+
+Walking from the fixed hinge to the tip, phalanx w contributes its hinge's two multipliers and then,
+node by node, the four nodal coordinates (X, Y, r'_X, r'_Y):
+
+    [lam_1 | node 1.1 | node 1.2 | ... | lam_2 | node 2.1 | ... ]
+
+Neighbouring nodes lie at most seven places apart, and lam_w couples the last node of phalanx w-1
+(four places before) with the first of phalanx w (two places after), so the half bandwidth is 7
+whatever the number of elements. Vectors of this length are called *bordered*: nodal coordinates
+in the nodes' places and, in the accelerations, the multipliers in the hinges' places.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm.ancf_element import bending_matrix, mass_matrix
+from hcm.parameters import Drive, Finger, Surface, Tip
+
+HALF_BANDWIDTH = 7
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Chain(NamedTuple):
+    """The finger as arrays; N elements, P phalanges, n bordered unknowns.
+
+    first, second : (N,) place of the element's first and second node.
+    length, axial_stiffness : (N,) l (m) and E A (N).
+    mass, bending : (N, 4, 4) one component's mass (kg, kg m, kg m^2) and bending stiffness.
+    hinge : (P,) place of hinge w's first multiplier.
+    hinge_inner, hinge_outer : (P,) place of the node before (-1 at the fixed hinge) and after it.
+    weight : (n,) generalized gravity force Q (N, N m).
+    torque, torque_node : (T,) tau (N m) and the place of the node that it acts on.
+    scale : (n,) D, the unit of each unknown: 1 for positions, 1/l for slopes, an element's mass for
+        multipliers. x = D y makes y an acceleration throughout, and D A D of one magnitude.
+    tip : place of the tip node C.
+    roundoff : m/s^2, largest acceleration that one rounding of a position can cause through an
+        element's stiffness; an iteration that stalls below it has nothing left to gain.
+    """
+
+    first: Ints
+    second: Ints
+    length: Floats
+    axial_stiffness: Floats
+    mass: Floats
+    bending: Floats
+    hinge: Ints
+    hinge_inner: Ints
+    hinge_outer: Ints
+    weight: Floats
+    torque: Floats
+    torque_node: Ints
+    scale: Floats
+    tip: int
+    roundoff: float
+
+
+class Probe(NamedTuple):
+    """Section R, mid-length of the last phalanx: one element, or the two that meet there.
+
+    elements : (2,) indices of the elements; abscissa : (2,) x/l in each.
+    youngs_modulus : Pa; radius : d/2, m.
+    """
+
+    elements: Ints
+    abscissa: Floats
+    youngs_modulus: float
+    radius: float
+
+
+class Law(NamedTuple):
+    """Constants of the lumped contact: k (N/m), e*, eta^-2, mu and H (m)."""
+
+    k: float
+    restitution: float
+    tangential_ratio: float
+    mu: float
+    height: float
+
+
+def contact_law(surface: Surface, tip: Tip) -> Law:
+    """Gather the contact's constants from the surface and the tip."""
+    return Law(
+        float(tip.normal_stiffness),
+        float(tip.restitution),
+        float(tip.tangential_ratio),
+        float(surface.friction),
+        float(surface.height),
+    )
+
+
+def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
+    """Number the unknowns and evaluate the constant element matrices.
+
+    Returns
+    -------
+    chain : the finger as arrays.
+    rest : (n,) nodal coordinates at rest along -X: positions (-s, 0), slopes (-1, 0).
+    """
+    first: list[int] = []
+    second: list[int] = []
+    length: list[float] = []
+    axial: list[float] = []
+    mass: list[Floats] = []
+    bending: list[Floats] = []
+    weight_per_length: list[float] = []
+    hinge: list[int] = []
+    inner: list[int] = []
+    outer: list[int] = []
+    place, s = 0, 0.0
+    node_s: list[tuple[int, float, float]] = []
+    for phalanx in finger.phalanges:
+        hinge.append(place)
+        inner.append(place - 4 if s > 0 else -1)
+        place += 2
+        outer.append(place)
+        el = phalanx.length / phalanx.elements
+        for i in range(phalanx.elements):
+            first.append(place + 4 * i)
+            second.append(place + 4 * (i + 1))
+            length.append(el)
+            axial.append(phalanx.youngs_modulus * phalanx.area)
+            mass.append(mass_matrix(phalanx.density * phalanx.area, el))
+            bending.append(bending_matrix(phalanx.youngs_modulus * phalanx.second_moment, el))
+            weight_per_length.append(phalanx.density * phalanx.area * drive.gravity)
+        node_s += [(place + 4 * i, s + el * i, el) for i in range(phalanx.elements + 1)]
+        place += 4 * (phalanx.elements + 1)
+        s += phalanx.length
+    rest, scale, weight = np.zeros(place), np.zeros(place), np.zeros(place)
+    for node, arc, el in node_s:
+        rest[node], rest[node + 2] = -arc, -1.0
+        scale[node : node + 2], scale[node + 2 : node + 4] = 1.0, 1.0 / el
+    for a, b, el, w in zip(first, second, length, weight_per_length, strict=True):
+        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components
+        weight[[a + 1, a + 3, b + 1, b + 3]] -= w * np.array(
+            [el / 2, el**2 / 12, el / 2, -(el**2) / 12]
+        )
+    for place_of_hinge, phalanx in zip(hinge, finger.phalanges, strict=True):
+        element_mass = phalanx.density * phalanx.area * phalanx.length / phalanx.elements
+        scale[place_of_hinge : place_of_hinge + 2] = element_mass
+    torque, torque_node = _torques(drive, inner, outer)
+    chain = Chain(
+        np.array(first, dtype=np.int64),
+        np.array(second, dtype=np.int64),
+        np.array(length),
+        np.array(axial),
+        np.array(mass),
+        np.array(bending),
+        np.array(hinge, dtype=np.int64),
+        np.array(inner, dtype=np.int64),
+        np.array(outer, dtype=np.int64),
+        weight,
+        torque,
+        torque_node,
+        scale,
+        place - 4,
+        _roundoff(finger),
+    )
+    return chain, rest
+
+
+def _roundoff(finger: Finger) -> float:
+    largest = 0.0
+    softest_mass = float(np.linalg.eigvalsh(mass_matrix(1.0, 1.0))[0])
+    for phalanx in finger.phalanges:
+        el = phalanx.length / phalanx.elements
+        bending = 12 * phalanx.youngs_modulus * phalanx.second_moment / el**3
+        axial = phalanx.youngs_modulus * phalanx.area / el
+        element_mass = phalanx.density * phalanx.area * el
+        largest = max(largest, (bending + axial) / (softest_mass * element_mass))
+    return float(np.finfo(float).eps) * finger.length * largest
+
+
+def _torques(drive: Drive, inner: list[int], outer: list[int]) -> tuple[Floats, Ints]:
+    torque: list[float] = []
+    node: list[int] = []
+    for w, tau in enumerate(drive.torques):
+        if tau != 0.0:
+            torque.append(float(tau))
+            node.append(outer[w])
+            if drive.reaction and w > 0:
+                torque.append(-float(tau))
+                node.append(inner[w])
+    return np.array(torque), np.array(node, dtype=np.int64)
+
+
+def build_probe(finger: Finger) -> Probe:
+    """Locate section R at mid-length of the last phalanx."""
+    last = finger.phalanges[-1]
+    offset = sum(p.elements for p in finger.phalanges[:-1])
+    middle = last.elements // 2
+    if last.elements % 2:
+        elements, abscissa = [offset + middle] * 2, [0.5, 0.5]
+    else:  # r'' jumps at a node: the two sides are averaged
+        elements, abscissa = [offset + middle - 1, offset + middle], [1.0, 0.0]
+    return Probe(
+        np.array(elements, dtype=np.int64),
+        np.array(abscissa),
+        float(last.youngs_modulus),
+        last.diameter / 2,
+    )

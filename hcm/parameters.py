@@ -1,0 +1,220 @@
+"""What is given: finger, surface, tip, drive and solver settings of the reduced model (SI units).
+
+Every class is frozen and checks itself when it is made; `dataclasses.replace` gives a changed copy.
+A refusal is a `ParameterError` that names the field, the value, what is allowed and what to do.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+class ParameterError(ValueError):
+    """A parameter lies outside what the model can compute with."""
+
+
+def _require(field: str, value: float, allowed: str, holds: bool) -> None:
+    if not (isinstance(value, (int, float)) and math.isfinite(value) and holds):
+        raise ParameterError(f"{field} = {value!r}: must be {allowed}")
+
+
+def _require_positive(field: str, value: float) -> None:
+    _require(field, value, "a finite number above 0", value > 0)
+
+
+@dataclass(frozen=True)
+class Phalanx:
+    """One link: a round bar meshed with equal ANCF beam elements.
+
+    Parameters
+    ----------
+    length : L_w, m.
+    diameter : d_w, m.
+    youngs_modulus : E_w, Pa.
+    density : rho_w, kg/m^3.
+    elements : n_w, number of beam elements along the phalanx.
+    """
+
+    length: float
+    diameter: float
+    youngs_modulus: float
+    density: float
+    elements: int = 20
+
+    def __post_init__(self) -> None:
+        for field in ("length", "diameter", "youngs_modulus", "density"):
+            _require_positive(field, getattr(self, field))
+        if not (isinstance(self.elements, int) and self.elements >= 1):
+            raise ParameterError(f"elements = {self.elements!r}: must be a whole number above 0")
+
+    @property
+    def area(self) -> float:
+        """A_w = pi d^2/4, m^2."""
+        return math.pi * self.diameter**2 / 4
+
+    @property
+    def second_moment(self) -> float:
+        """I_w = pi d^4/64, m^4."""
+        return math.pi * self.diameter**4 / 64
+
+
+@dataclass(frozen=True)
+class Finger:
+    """Phalanges in order from the fixed hinge (the origin) to the tip."""
+
+    phalanges: tuple[Phalanx, ...]
+
+    def __post_init__(self) -> None:
+        if not self.phalanges:
+            raise ParameterError("phalanges = (): a finger needs at least one phalanx")
+
+    @property
+    def length(self) -> float:
+        """Total length, m."""
+        return sum(p.length for p in self.phalanges)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The rigid rough line Y = -height.
+
+    Parameters
+    ----------
+    height : H, m, depth of the surface below the fixed hinge.
+    friction : mu, coefficient of Coulomb friction; 0 leaves out the tangential state.
+    """
+
+    height: float
+    friction: float
+
+    def __post_init__(self) -> None:
+        _require_positive("height", self.height)
+        _require("friction", self.friction, "a finite number, 0 or above", self.friction >= 0)
+
+
+@dataclass(frozen=True)
+class Tip:
+    """Lumped-parameter contact of the fingertip (paper, section 2.2.2).
+
+    Parameters
+    ----------
+    normal_stiffness : k, N/m, slope of the normal element while it is compressed.
+    restitution : e*, energetic coefficient in (0, 1]; the slope of restitution is k/e*^2.
+    tangential_ratio : eta^-2, tangential over normal stiffness; 0 transmits no tangential force.
+    """
+
+    normal_stiffness: float
+    restitution: float = 1.0
+    tangential_ratio: float = 0.75
+
+    def __post_init__(self) -> None:
+        _require_positive("normal_stiffness", self.normal_stiffness)
+        _require("restitution", self.restitution, "in (0, 1]", 0 < self.restitution <= 1)
+        _require(
+            "tangential_ratio",
+            self.tangential_ratio,
+            "a finite number, 0 or above",
+            self.tangential_ratio >= 0,
+        )
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Joint torques and gravity.
+
+    Parameters
+    ----------
+    torques : tau_w, N m, counter-clockwise, one per phalanx, on the phalanx's first node; an empty
+        tuple means none.
+    gravity : g, m/s^2, along -Y.
+    reaction : whether each torque w > 1 reacts on the previous phalanx's last node (a motor in the
+        hinge). The paper's eq. 14 has no reaction.
+    """
+
+    torques: tuple[float, ...] = ()
+    gravity: float = 9.8
+    reaction: bool = False
+
+    def __post_init__(self) -> None:
+        for torque in self.torques:
+            _require("torques", torque, "finite numbers", True)
+        _require("gravity", self.gravity, "a finite number", True)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Numerical choices; the paper's, with a finer flight.
+
+    Parameters
+    ----------
+    flight_step : s, longest step out of contact.
+    flight_tolerance : m, bound on a flight step's local error, which shortens the steps where
+        vibrations matter; 0 keeps all flight steps at `flight_step`.
+    contact_step : s, step in contact. Any step is shortened to end on an event, and when Newton's
+        method fails.
+    spectral_radius : xi in [0, 1], generalized-alpha's spectral radius at infinite frequency.
+    newton_tolerance : largest change of an acceleration, relative to the largest acceleration, at
+        which Newton's iteration stops.
+    taps : the run ends at the separation that ends this many taps, unless `end_time` is given.
+    end_time : s, or None; when given the run goes on through further taps until then.
+    max_flight_time : s, a flight that lasts longer ends the run as `NOT_REACHED`.
+    max_contact_time : s, a contact that lasts longer ends the run as `STILL_IN_CONTACT`.
+    max_steps : bound on the accepted steps of one run.
+    """
+
+    flight_step: float = 1e-4
+    flight_tolerance: float = 1e-9
+    contact_step: float = 1e-7
+    spectral_radius: float = 0.8
+    newton_tolerance: float = 1e-9
+    taps: int = 1
+    end_time: float | None = None
+    max_flight_time: float = 2.0
+    max_contact_time: float = 0.05
+    max_steps: int = 2_000_000
+
+    def __post_init__(self) -> None:
+        for field in ("flight_step", "contact_step", "max_flight_time", "max_contact_time"):
+            _require_positive(field, getattr(self, field))
+        _require(
+            "flight_tolerance",
+            self.flight_tolerance,
+            "a finite number, 0 or above",
+            self.flight_tolerance >= 0,
+        )
+        _require(
+            "spectral_radius", self.spectral_radius, "in [0, 1]", 0 <= self.spectral_radius <= 1
+        )
+        _require(
+            "newton_tolerance",
+            self.newton_tolerance,
+            "in [1e-13, 1e-3]",
+            1e-13 <= self.newton_tolerance <= 1e-3,
+        )
+        for field in ("taps", "max_steps"):
+            value = getattr(self, field)
+            if not (isinstance(value, int) and value >= 1):
+                raise ParameterError(f"{field} = {value!r}: must be a whole number above 0")
+        if self.end_time is not None:
+            _require_positive("end_time", self.end_time)
+
+
+def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:
+    """Check what no single object can: parts that must fit each other.
+
+    Raises
+    ------
+    ParameterError
+        The number of torques is not the number of phalanges, or the surface is out of reach.
+    """
+    if drive.torques and len(drive.torques) != len(finger.phalanges):
+        raise ParameterError(
+            f"torques has {len(drive.torques)} values: must be one per phalanx"
+            f" ({len(finger.phalanges)}), or none"
+        )
+    if surface.height >= finger.length:
+        raise ParameterError(
+            f"height = {surface.height!r}: must be below the finger's length {finger.length:g} m,"
+            " or the tip never reaches the surface"
+        )

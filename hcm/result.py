@@ -1,0 +1,157 @@
+"""What a run returns: status with advice, history, events, statistics and summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Status(Enum):
+    """How a run ended; `advice` says what to do about it."""
+
+    COMPLETED = "completed"
+    NOT_REACHED = "not reached"
+    STILL_IN_CONTACT = "still in contact"
+    NEWTON_FAILED = "Newton's method failed"
+    WORK_LIMIT = "work limit"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def advice(self) -> str:
+        """One sentence for the user; empty when there is nothing to do."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Status.COMPLETED: "",
+    Status.NOT_REACHED: "raise the surface (surface.height), turn the torques (drive.torques)"
+    " towards it, or raise solver.hcm.max_flight_time",
+    Status.STILL_IN_CONTACT: "raise solver.hcm.max_contact_time, or reduce the torques that press"
+    " the tip on the surface",
+    Status.NEWTON_FAILED: "reduce solver.hcm.flight_step and solver.hcm.contact_step, or raise"
+    " finger.elements",
+    Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
+    Status.INTERRUPTED: "run again; what was computed so far is kept",
+}
+
+EVENT_KINDS = (
+    "contact",
+    "compression_to_restitution",
+    "restitution_to_compression",
+    "stick_to_slip",
+    "slip_to_stick",
+    "separation",
+)
+
+
+@dataclass(frozen=True)
+class Event:
+    """A located transition: time_s since the start of the motion, kind one of EVENT_KINDS."""
+
+    time_s: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class History:
+    """Values at every accepted step; n rows, P phalanges.
+
+    mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
+    hinge_reactions_N (n, P, 2) is lam_w: the force that hinge w takes from phalanx w.
+    contact_energy_J is what both contact elements could give back.
+    """
+
+    time_s: Floats
+    normal_force_N: Floats
+    tangential_force_N: Floats
+    tip_position_m: Floats
+    tip_velocity_m_per_s: Floats
+    particle_velocity_m_per_s: Floats
+    stress_R_Pa: Floats
+    kinetic_energy_J: Floats
+    strain_energy_J: Floats
+    gravity_energy_J: Floats
+    contact_energy_J: Floats
+    friction_dissipation_J: Floats
+    restitution_dissipation_J: Floats
+    drive_work_J: Floats
+    mode: NDArray[np.int8]
+    hinge_reactions_N: Floats
+
+    @property
+    def energy_balance_J(self) -> Floats:
+        """Energy held and lost, less the drive's work and the energy at the start; 0 if exact."""
+        total = (
+            self.kinetic_energy_J
+            + self.strain_energy_J
+            + self.gravity_energy_J
+            + self.contact_energy_J
+            + self.friction_dissipation_J
+            + self.restitution_dissipation_J
+            - self.drive_work_J
+        )
+        return total - total[0]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run cost.
+
+    steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
+    trial steps of the event search, steps taken through chatter, and seconds of solving.
+    """
+
+    steps: int
+    newton_iterations: int
+    factorizations: int
+    rejected_steps: int
+    event_trials: int
+    chatter_steps: int
+    wall_time_s: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Scalars of the first tap; None where the run did not get that far.
+
+    Peak times and durations count from first contact. peak_tangential_force_N is signed, of the
+    largest magnitude. energy_residual is the largest |energy balance| over the largest kinetic
+    energy, of the whole run.
+    """
+
+    contact_time_s: float | None
+    tip_velocity_at_contact_m_per_s: tuple[float, float] | None
+    peak_normal_force_N: float | None
+    peak_normal_force_time_s: float | None
+    first_peak_normal_force_N: float | None
+    peak_tangential_force_N: float | None
+    contact_duration_s: float | None
+    normal_impulse_N_s: float | None
+    compression_to_restitution: int
+    stick_to_slip: int
+    slip_to_stick: int
+    reverse_slip: bool
+    peak_stress_R_Pa: float | None
+    energy_residual: float
+
+
+@dataclass(frozen=True)
+class TapResult:
+    """A run of the reduced model.
+
+    nodal_coordinates (n,) is the final bordered state; message says where and why a run that is not
+    COMPLETED ended.
+    """
+
+    status: Status
+    message: str
+    history: History
+    events: tuple[Event, ...]
+    statistics: Statistics
+    summary: Summary
+    nodal_coordinates: Floats

@@ -1,0 +1,161 @@
+"""Run the reduced model: from rest, through flight and contact, to separation or an end time."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm import tap
+from hcm.clock import Clock, Plan
+from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, workspace
+from hcm.layout import build_chain, build_probe, contact_law
+from hcm.lumped_contact import FLIGHT, FREE, Contact
+from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
+from hcm.result import EVENT_KINDS, Event, Floats, History, Statistics, Status, TapResult
+from hcm.summary import summarize
+
+Progress = Callable[[float, str], None]
+
+TABLE_ROWS = 4096
+
+_STATUS = {
+    tap.DONE: Status.COMPLETED,
+    tap.NEWTON_FAILED: Status.NEWTON_FAILED,
+    tap.FLIGHT_TOO_LONG: Status.NOT_REACHED,
+    tap.CONTACT_TOO_LONG: Status.STILL_IN_CONTACT,
+}
+
+
+def simulate(
+    finger: Finger,
+    surface: Surface,
+    tip: Tip,
+    drive: Drive = Drive(),  # noqa: B008  frozen
+    settings: Settings = Settings(),  # noqa: B008  frozen
+    progress: Progress | None = None,
+) -> TapResult:
+    """Let the finger fall from rest along -X and tap the surface.
+
+    Parameters
+    ----------
+    finger, surface, tip, drive : the scene, SI units.
+    settings : numerical choices.
+    progress : called now and then with (fraction of the run, what it is doing).
+
+    Returns
+    -------
+    The result so far whatever the status: a run that fails or is interrupted keeps its history.
+
+    Raises
+    ------
+    ParameterError
+        The parts of the scene do not fit each other.
+    """
+    check_scene(finger, surface, drive)
+    started = time.perf_counter()
+    chain, rest = build_chain(finger, drive)
+    law, probe = contact_law(surface, tip), build_probe(finger)
+    n, phalanges = rest.size, len(finger.phalanges)
+    old = Motion(rest, np.zeros(n), np.zeros(n), np.zeros(n))
+    new = Motion(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    work = workspace(n)
+    contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+    clock = Clock(0.0, 0.0, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    plan = _plan(settings)
+    co = coefficients(settings.spectral_radius, settings.newton_tolerance)
+    rows: list[Floats] = [np.zeros((1, len(tap.COLUMNS)))]
+    reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
+    events: list[Event] = []
+    status = Status.COMPLETED
+    if not initial_acceleration(old, chain, contact, law, work):
+        status = Status.NEWTON_FAILED
+    tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, law, chain, probe)
+    steps, code = 0, tap.RUNNING
+    while status is Status.COMPLETED and code == tap.RUNNING:
+        size = min(TABLE_ROWS, settings.max_steps - steps)
+        if size <= 0:
+            status = Status.WORK_LIMIT
+            break
+        table, forces = np.empty((size, len(tap.COLUMNS))), np.empty((size, 2 * phalanges))
+        times, kinds = np.empty(size + 1), np.empty(size + 1, dtype=np.int64)
+        try:
+            contact, clock, n_rows, n_events, code = tap.advance(
+                old, new, contact, clock, plan, co, chain, law, probe, work,
+                table, forces, times, kinds,
+            )  # fmt: skip
+            rows.append(table[:n_rows])
+            reactions.append(forces[:n_rows])
+            events += [
+                Event(float(t), EVENT_KINDS[k])
+                for t, k in zip(times[:n_events], kinds[:n_events], strict=True)
+            ]
+            steps += n_rows
+            status = _STATUS.get(code, Status.COMPLETED)
+            if progress is not None:
+                progress(*_fraction(clock, contact, settings))
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+    history = _history(np.concatenate(rows), np.concatenate(reactions), phalanges)
+    statistics = Statistics(
+        steps=steps,
+        newton_iterations=int(work.cost[0]),
+        factorizations=int(work.cost[1]),
+        rejected_steps=clock.rejected,
+        event_trials=clock.trials,
+        chatter_steps=clock.chatter_steps,
+        wall_time_s=time.perf_counter() - started,
+    )
+    message = ""
+    if status is not Status.COMPLETED:
+        message = f"{status.value} at t = {clock.time:.9g} s after {steps} steps"
+    return TapResult(
+        status, message, history, tuple(events), statistics,
+        summarize(history, tuple(events)), old.q,
+    )  # fmt: skip
+
+
+def _plan(settings: Settings) -> Plan:
+    endless = settings.end_time is not None
+    return Plan(
+        float(settings.flight_step),
+        float(settings.contact_step),
+        np.iinfo(np.int64).max if endless else settings.taps,
+        float(settings.end_time) if settings.end_time is not None else math.inf,
+        float(settings.flight_tolerance),
+        math.inf if endless else float(settings.max_flight_time),
+        float(settings.max_contact_time),
+    )
+
+
+def _fraction(clock: Clock, contact: Contact, settings: Settings) -> tuple[float, str]:
+    doing = "in flight" if contact.normal == FLIGHT else "in contact"
+    label = f"{doing}, t = {clock.time:.4g} s"
+    if settings.end_time is not None:
+        return clock.time / settings.end_time, label
+    return clock.taps / settings.taps, label
+
+
+def _history(table: Floats, reactions: NDArray[np.float64], phalanges: int) -> History:
+    column = {name: table[:, i] for i, name in enumerate(tap.COLUMNS)}
+    return History(
+        time_s=column["time"],
+        normal_force_N=column["normal_force"],
+        tangential_force_N=column["tangential_force"],
+        tip_position_m=table[:, 3:5],
+        tip_velocity_m_per_s=table[:, 5:7],
+        particle_velocity_m_per_s=column["particle_velocity"],
+        stress_R_Pa=column["stress_R"],
+        kinetic_energy_J=column["kinetic"],
+        strain_energy_J=column["strain"],
+        gravity_energy_J=column["gravity"],
+        contact_energy_J=column["contact_energy"],
+        friction_dissipation_J=column["friction_loss"],
+        restitution_dissipation_J=column["restitution_loss"],
+        drive_work_J=column["drive_work"],
+        mode=column["mode"].astype(np.int8),
+        hinge_reactions_N=reactions.reshape(-1, phalanges, 2),
+    )

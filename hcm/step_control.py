@@ -1,0 +1,79 @@
+"""How long the next step is: Newton's convergence, the flight's tolerance, the first event."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from hcm.clock import Clock, Plan
+from hcm.contact_events import Triple
+from hcm.event_search import NO_EVENT, first_event
+from hcm.generalized_alpha import Coefficients, Motion, Workspace, local_error, step
+from hcm.layout import Chain, Law
+from hcm.lumped_contact import FLIGHT, STICK, Contact, normal_slope
+
+# A step is tried again at most this often, shorter each time.
+REPEATS = 40
+# Factors by which the error control may change a flight step at once.
+SHRINK, GROW = 0.2, 1.5
+
+
+@njit(cache=True)
+def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> Triple:
+    """Round-off of each event function: metres or m/s, N, and m/s or N."""
+    force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
+    speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
+    return (
+        1e-16 if contact.normal == FLIGHT else speed_tolerance,
+        force_tolerance,
+        force_tolerance if contact.tangential == STICK else speed_tolerance,
+    )
+
+
+@njit(cache=True)
+def accept(
+    h: float,
+    in_flight: bool,
+    chatter: bool,
+    tolerance: Triple,
+    plan: Plan,
+    co: Coefficients,
+    old: Motion,
+    new: Motion,
+    chain: Chain,
+    contact: Contact,
+    law: Law,
+    work: Workspace,
+) -> tuple[float, int, int, int, float]:
+    """Take a step of at most h that converges, keeps the flight's tolerance and ends on any event.
+
+    Returns its length, the slot that fires, the trials and the repeats used, and the factor by
+    which the next flight step may grow. More than `REPEATS` repeats mean failure.
+    """
+    bound = plan.flight_tolerance if in_flight else 0.0
+    slot, trials, growth = NO_EVENT, 0, GROW
+    for repeats in range(REPEATS + 1):
+        if not step(h, co, old, new, chain, contact, law, work):
+            work.key[0] = np.nan
+            h *= 0.5
+            continue
+        if bound > 0.0:
+            error = local_error(h, co, old, new, chain)
+            growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / 3.0)
+            if error > bound:
+                h *= max(SHRINK, growth)
+                continue
+            growth = min(growth, GROW)
+            if 0.9 < growth < 1.1:
+                growth = 1.0
+        if chatter:
+            return h, slot, trials, repeats, growth
+        length, slot, used = first_event(h, tolerance, co, old, new, chain, contact, law, work)
+        trials += used
+        if math.isfinite(length):
+            return length, slot, trials, repeats, growth
+        work.key[0] = np.nan
+        h *= 0.5
+    return h, NO_EVENT, trials, REPEATS + 1, growth

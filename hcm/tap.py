@@ -1,0 +1,166 @@
+"""The compiled loop: steps, events, and the record of both (paper, figs. 5 and 6).
+
+A step is accepted whole or up to the first event in it; then the contact's mode and history change,
+and nowhere else. The loop returns to Python when its tables are full, so that progress can be shown
+and a run can be interrupted.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcm.clock import Clock, Plan, account
+from hcm.contact_events import LIFT_OFF, TOUCH, transition
+from hcm.event_search import NO_EVENT
+from hcm.generalized_alpha import Coefficients, Motion, Workspace, change_step
+from hcm.layout import Chain, Law, Probe
+from hcm.lumped_contact import (
+    FLIGHT,
+    Contact,
+    contact_force,
+    particle_velocity,
+    stored_energy,
+)
+from hcm.observe import energies, stress_at_probe
+from hcm.step_control import REPEATS, accept, event_tolerances
+
+Floats = NDArray[np.float64]
+
+# Why the loop came back.
+RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG = 0, 1, 2, 3, 4
+
+COLUMNS = (
+    "time",
+    "normal_force",
+    "tangential_force",
+    "tip_x",
+    "tip_y",
+    "tip_vx",
+    "tip_vy",
+    "particle_velocity",
+    "stress_R",
+    "kinetic",
+    "strain",
+    "gravity",
+    "contact_energy",
+    "friction_loss",
+    "restitution_loss",
+    "drive_work",
+    "mode",
+)
+# After this many events without an advance in time, a whole step is taken in the current mode:
+# chatter is then resolved to the step, and the loop always moves on.
+INSTANT_EVENTS = 8
+
+
+@njit(cache=True)
+def write_row(
+    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact, law: Law,
+    chain: Chain, probe: Probe,
+) -> None:  # fmt: skip
+    """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
+    q, v, tip = motion.q, motion.v, chain.tip
+    x, gap = q[tip], q[tip + 1] + law.height
+    ft, fn = contact_force(x, gap, contact, law)
+    kinetic, strain, gravity = energies(q, v, chain)
+    row[0], row[1], row[2] = clock.time, fn, ft
+    row[3], row[4], row[5], row[6] = x, q[tip + 1], v[tip], v[tip + 1]
+    row[7] = particle_velocity(v[tip], v[tip + 1], contact, law)
+    row[8] = stress_at_probe(q, chain, probe)
+    row[9], row[10], row[11] = kinetic, strain, gravity
+    row[12] = stored_energy(x, gap, contact, law)
+    row[13], row[14], row[15] = clock.friction_loss, clock.restitution_loss, clock.drive_work
+    row[16] = 3 * contact.normal + contact.tangential
+    for w in range(chain.hinge.size):
+        for c in range(2):
+            reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]
+
+
+@njit(cache=True)
+def copy_motion(source: Motion, target: Motion) -> None:
+    """Overwrite `target` with `source`."""
+    target.q[:] = source.q
+    target.v[:] = source.v
+    target.acceleration[:] = source.acceleration
+    target.a[:] = source.a
+
+
+@njit(cache=True)
+def advance(
+    old: Motion,
+    new: Motion,
+    contact: Contact,
+    clock: Clock,
+    plan: Plan,
+    co: Coefficients,
+    chain: Chain,
+    law: Law,
+    probe: Probe,
+    work: Workspace,
+    rows: Floats,
+    reactions: Floats,
+    event_times: Floats,
+    event_kinds: NDArray[np.int64],
+) -> tuple[Contact, Clock, int, int, int]:
+    """Step on until the run ends or a table is full.
+
+    `old` holds the state and is overwritten. Returns the contact, the clock, the number of rows and
+    of events written, and why the loop came back.
+    """
+    n_rows, n_events = 0, 0
+    while n_rows < rows.shape[0] and n_events < event_times.size - 1:
+        in_flight = contact.normal == FLIGHT
+        remaining = plan.end_time - clock.time
+        if remaining <= 1e-12 * clock.time:
+            return contact, clock, n_rows, n_events, DONE
+        elapsed = clock.time - clock.phase_start
+        if in_flight and elapsed > plan.max_flight_time:
+            return contact, clock, n_rows, n_events, FLIGHT_TOO_LONG
+        if not in_flight and elapsed > plan.max_contact_time:
+            return contact, clock, n_rows, n_events, CONTACT_TOO_LONG
+        h = min(clock.flight_step if in_flight else plan.contact_step, remaining)
+        tolerance = event_tolerances(contact, clock, plan, law)
+        chatter = clock.instant >= INSTANT_EVENTS
+        h, slot, trials, repeats, growth = accept(
+            h, in_flight, chatter, tolerance, plan, co, old, new, chain, contact, law, work
+        )
+        if repeats > REPEATS:
+            return contact, clock, n_rows, n_events, NEWTON_FAILED
+        if h > 0.0:
+            clock = account(clock, h, old, new, chain, contact, law)
+            copy_motion(new, old)
+        tip = chain.tip
+        x, gap = old.q[tip], old.q[tip + 1] + law.height
+        phase_start, taps, instant = clock.phase_start, clock.taps, clock.instant
+        flight_step, kind = clock.flight_step, NO_EVENT
+        if in_flight and h > 0.0:
+            flight_step = min(plan.flight_step, growth * h)
+            change_step(flight_step / h, old)
+        if slot != NO_EVENT:
+            contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
+            event_times[n_events], event_kinds[n_events] = clock.time, kind
+            n_events += 1
+            instant += 1
+            # the jerk jumps at an event: a's delay behind q.. starts anew
+            old.a[:] = old.acceleration
+            if kind in (TOUCH, LIFT_OFF):
+                phase_start = clock.time
+            if kind == LIFT_OFF:
+                taps += 1
+                flight_step = plan.contact_step
+        elif contact.normal == FLIGHT and gap > 0.0 and contact.gap_ref < 0.0:
+            contact = Contact(FLIGHT, contact.tangential, 0.0, 0.0, 0.0, x)
+        clock = Clock(
+            clock.time, phase_start, flight_step, taps, instant,
+            clock.rejected + repeats, clock.trials + trials, clock.chatter_steps + int(chatter),
+            clock.friction_loss, clock.restitution_loss, clock.drive_work,
+            clock.speed, clock.force,
+        )  # fmt: skip
+        if h > 0.0 or kind != NO_EVENT:
+            write_row(rows[n_rows], reactions[n_rows], old, clock, contact, law, chain, probe)
+            n_rows += 1
+        if kind == LIFT_OFF and taps >= plan.taps:
+            return contact, clock, n_rows, n_events, DONE
+    return contact, clock, n_rows, n_events, RUNNING

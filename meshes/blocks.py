@@ -92,14 +92,16 @@ class Blocks:
             gmsh.model.mesh.generate(dim)
         except Exception as error:  # gmsh raises the bare class
             raise MeshError(f"gmsh could not mesh the finger: {error}") from error
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        self._index = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
-        self._index[tags] = np.arange(tags.size)
         types, _, nodes = gmsh.model.mesh.getElements(dim)
         if list(types) != [{2: 3, 3: 5}[dim]]:
             raise MeshError(f"gmsh returned element types {list(types)} instead of one block type")
-        cells = self._index[nodes[0].astype(np.int64)].reshape(-1, 2**dim)
-        return coordinates.reshape(-1, 3), cells
+        members = nodes[0].astype(np.int64)
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        # gmsh makes a node of every point, the arcs' centres too, which no element uses.
+        used = np.isin(tags, members)
+        self._index = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
+        self._index[tags[used]] = np.arange(np.count_nonzero(used))
+        return coordinates.reshape(-1, 3)[used], self._index[members].reshape(-1, 2**dim)
 
     def nodes_on(self, dim: int, tags: Sequence[int]) -> Ints:
         """Sorted indices of the nodes on curves (dim 1) or faces (dim 2), ends included."""

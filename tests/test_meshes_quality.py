@@ -1,0 +1,89 @@
+"""Quality figures on elements whose values are known by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import meshes
+from meshes.grading import count_graded, progression
+from meshes.quality import characteristic_lengths, edge_lengths, scaled_jacobians, volumes
+
+CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+    dtype=float,
+)
+ONE = np.arange(8)[None]
+
+
+def single(points: np.ndarray) -> meshes.FingerMesh:
+    cells = np.arange(len(points))[None]
+    return meshes.FingerMesh(points, cells, {}, {}, {"phalanx_1": np.array([0])})
+
+
+def test_brick() -> None:
+    brick = CUBE * [2.0, 3.0, 5.0]
+    assert_allclose(scaled_jacobians(brick, ONE), 1.0)
+    assert_allclose(volumes(brick, ONE), 30.0)
+    assert_allclose(characteristic_lengths(brick, ONE), 2.0)  # 30 / (3 x 5)
+    q = meshes.quality(single(brick))
+    assert (q.min_edge_m, q.max_edge_m, q.inverted, q.elements) == (2.0, 5.0, 0, 1)
+    assert meshes.critical_step(single(brick), 4.0) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("angle", [30.0, 45.0, 80.0, 120.0])
+def test_sheared_cube_and_rhombus_have_the_sine_of_their_angle(angle: float) -> None:
+    a = math.radians(angle)
+    shear = np.eye(3)
+    shear[1] = [math.cos(a), math.sin(a), 0.0]
+    assert_allclose(scaled_jacobians(CUBE @ shear, ONE), math.sin(a))
+    assert_allclose(volumes(CUBE @ shear, ONE), math.sin(a))
+    rhombus = (CUBE @ shear)[:4, :2]
+    cells = np.arange(4)[None]
+    assert_allclose(scaled_jacobians(rhombus, cells), math.sin(a))
+    assert_allclose(characteristic_lengths(rhombus, cells), math.sin(a))  # its altitude
+
+
+def test_every_corner_and_edge_counts() -> None:
+    for corner in range(8):
+        dented = CUBE.copy()
+        dented[corner] = 0.75 - 0.5 * CUBE[corner]  # beyond the plane of its three neighbours
+        assert scaled_jacobians(dented, ONE)[0] < 0
+        assert meshes.quality(single(dented)).inverted == 1
+    for corner in range(4):
+        dented = CUBE[:4, :2].copy()
+        dented[corner] = 0.75 - 0.5 * dented[corner]
+        assert scaled_jacobians(dented, np.arange(4)[None])[0] < 0
+    assert edge_lengths(CUBE, ONE).shape == (1, 12)
+    assert_allclose(edge_lengths(CUBE, ONE), 1.0)
+
+
+def test_collapsed_edge_gives_zero_not_nan() -> None:
+    collapsed = CUBE.copy()
+    collapsed[1] = collapsed[0]
+    assert scaled_jacobians(collapsed, ONE)[0] == 0.0
+
+
+def test_volume_of_a_frustum() -> None:
+    frustum = CUBE.copy()
+    frustum[4:, :2] = 0.25 + 0.5 * frustum[4:, :2]
+    assert_allclose(volumes(frustum, ONE), (1 + 0.5 + 0.25) / 3)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, math.inf])
+def test_bad_wave_speed(speed: float) -> None:
+    with pytest.raises(meshes.MeshError, match="wave_speed_m_per_s"):
+        meshes.critical_step(single(CUBE), speed)
+
+
+@pytest.mark.parametrize(("length", "size", "growth"), [(7.0, 0.1, 1.25), (2.0, 0.3, 1.1)])
+def test_progression_fills_the_length(length: float, size: float, growth: float) -> None:
+    n = count_graded(length, size, growth)
+    q = progression(length, size, n)
+    assert 1.0 < q <= growth
+    assert size * sum(q**k for k in range(n)) == pytest.approx(length, rel=1e-12)
+    assert size * sum(growth**k for k in range(n - 1)) < length  # one fewer would not do
+    assert progression(length, length, 3) == 1.0

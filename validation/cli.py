@@ -13,6 +13,7 @@ app = cyclopts.App(
     name="fingertap",
     help="Cross-validation of a reduced model and finite elements: a soft finger taps a surface.",
     version="0.1.0",
+    suppress_keyboard_interrupt=False,
 )
 
 

@@ -3,8 +3,10 @@
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
-from validation.record import RunRecord
+if TYPE_CHECKING:  # help and errors need no numpy
+    from validation.record import RunRecord
 
 
 def say_error(text: str) -> None:
@@ -53,7 +55,7 @@ ROWS = (  # title, key, factor, unit
 )
 
 
-def summary_text(record: RunRecord) -> str:
+def summary_text(record: "RunRecord") -> str:
     """A run's scalars, one a line."""
     lines = [f"{record.scene}, {record.label}: {record.status.lower().replace('_', ' ')}"]
     velocity = record.summary.get("tip_velocity_at_contact_m_per_s")

@@ -63,6 +63,8 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
             axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction")
             axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction")
             axis.margins(x=0)
+            if axis.get_legend_handles_labels()[0]:
+                axis.legend(loc="upper right")
         with atomic(path) as temporary:
             figure.savefig(temporary, format="png")
         plt.close(figure)
@@ -90,7 +92,6 @@ def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Seque
                     linewidth=width,
                     label=None if number else title,
                 )
-        axis.legend(loc="upper right")
 
     _panels(path, scenes, draw)
 
@@ -141,6 +142,5 @@ def overlay_figure(
                     linewidth=width,
                     label=None if number else run.label,
                 )
-        axis.legend(loc="upper right")
 
     _panels(path, scenes, draw)

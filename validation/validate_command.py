@@ -104,7 +104,7 @@ def page_context(
         "differences": headline,
         "costs": costs(runs),
         "spread_count": count,
-        "spread_text": f"two meshes (penalty factor 0.1) and penalty factors {factors} (coarse mesh)",
+        "spread_text": f"two meshes (penalty 0.1) and penalty factors {factors} (coarse mesh)",
         "processor": origin["processor"],
         "figures": figures,
         "accuracy": {scene: rows for scene, rows in shown.items() if rows},

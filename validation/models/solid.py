@@ -17,7 +17,7 @@ PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 
 WARM_UP = (
-    "surface.height=0.002",
+    "surface.height=0.01",
     "solver.fem.section_size=5e-3",
     "solver.fem.axial_size=1e-2",
     "solver.fem.tip_size=5e-3",
@@ -86,6 +86,12 @@ def solve(
             f"scene {scene.name}: drive.reaction = true: {model} applies torques without a "
             "reaction on the neighbour; set drive.reaction to false or use --model hcm"
         )
+    radius = max(tables.per_phalanx(tables.finger.diameter)) / 2
+    if tables.surface.height <= radius:
+        raise UserError(
+            f"scene {scene.name}: surface.height = {tables.surface.height:g}: must be > {radius:g} "
+            f"for {model}: at rest the surface would cut the finger, whose radius that is"
+        )
     start = time.perf_counter()
     try:  # bad sizes, bad geometry, bad settings
         mesh = build_mesh(tables, dimension)
@@ -101,5 +107,5 @@ def solve(
 
 
 def warm_up(model: str, dimension: Dimension) -> None:
-    """Tap once with a coarse mesh from 2 mm: every kernel is loaded."""
+    """Tap once with a coarse mesh from 2.5 mm: every kernel is loaded."""
     solve(load_scene("soft", WARM_UP), model, dimension, None)

@@ -22,12 +22,11 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str
 def nearest_key(key: str) -> str:
     """The remedy for an unknown key: the nearest known one, or the list of its table's."""
     keys = list(known_keys())
+    by_name = {known.rsplit(".", 1)[-1]: known for known in keys}
     last = key.rsplit(".", 1)[-1]
-    same_name = [known for known in keys if known.rsplit(".", 1)[-1] == last]
-    near = same_name or difflib.get_close_matches(key, keys, n=1, cutoff=0.6)
-    if not near:
-        by_name = {known.rsplit(".", 1)[-1]: known for known in keys}
-        near = [by_name[m] for m in difflib.get_close_matches(last, by_name, n=1, cutoff=0.6)]
+    near = [known for known in keys if known.rsplit(".", 1)[-1] == last] or [
+        by_name[name] for name in difflib.get_close_matches(last, by_name, n=1)
+    ]
     if near:
         return f"did you mean {near[0]}?"
     table = key.rsplit(".", 1)[0] + "."

@@ -80,6 +80,7 @@ class HcmTable(Table):
     """Names are those of ``hcm.Settings``; what is absent keeps that class's default."""
 
     flight_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
+    flight_tolerance: Annotated[float | None, Quantity("m", at_least=0, at_most=1)] = None
     contact_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
     spectral_radius: Annotated[float | None, Quantity(at_least=0, at_most=1)] = None
     newton_tolerance: Annotated[float | None, Quantity(at_least=1e-13, at_most=1e-3)] = None

@@ -1,0 +1,66 @@
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from validation.provenance import provenance
+from validation.record import Event, RunRecord
+from validation.scenes.load import load_scene
+
+PEAK, DURATION, CONTACT, FRICTION = 64.0, 2e-4, 0.136, 0.5
+
+
+@pytest.fixture
+def make_record() -> Callable[..., RunRecord]:
+    """A run whose contact force is a half sine: peak, duration and impulse 2 F T / pi are known."""
+
+    def make(
+        scene: str = "soft",
+        model: str = "hcm",
+        variant: str = "",
+        peak: float = PEAK,
+        duration: float = DURATION,
+        **changes: Any,
+    ) -> RunRecord:
+        time = CONTACT + np.linspace(-0.1 * duration, 1.1 * duration, 2401)
+        phase = np.clip((time - CONTACT) / duration, 0, 1)
+        normal = peak * np.sin(np.pi * phase)
+        summary = {
+            "contact_time_s": CONTACT,
+            "tip_velocity_at_contact_m_per_s": (1.8, -1.65),
+            "peak_normal_force_N": peak,
+            "peak_normal_force_time_s": duration / 2,
+            "first_peak_normal_force_N": peak,
+            "peak_tangential_force_N": -FRICTION * peak,
+            "contact_duration_s": duration,
+            "normal_impulse_N_s": 2 * peak * duration / np.pi,
+            "compression_to_restitution": 1,
+            "stick_to_slip": 0,
+            "slip_to_stick": 0,
+            "reverse_slip": False,
+            "peak_stress_R_Pa": 2.24e6,
+            "energy_residual": 1e-6,
+            "wall_time_s": 0.25 if model == "hcm" else 50.0,
+            "peak_memory_MB": 180.0,
+            "steps": 3000,
+            "elements": None if model == "hcm" else 4000,
+            "time_step_s": None if model == "hcm" else 5e-7,
+        }
+        fields: dict[str, Any] = {
+            "status": "COMPLETED",
+            "ok": True,
+            "message": "",
+            "summary": summary,
+            "history": {
+                "time_s": time,
+                "normal_force_N": normal,
+                "tangential_force_N": -FRICTION * normal,
+                "tip_position_m": np.column_stack([time, -time]),
+            },
+            "events": (Event(CONTACT, "contact"), Event(CONTACT + duration, "separation")),
+            "provenance": provenance(load_scene(scene).document),
+        } | changes
+        return RunRecord(scene, model, variant, **fields)
+
+    return make

@@ -70,18 +70,16 @@ def plan_phalanx(radius: float, length: float, rounded: bool, sizing: Sizing) ->
         )
     meridian = radius * (0.5 * math.pi - angle)
     to_pole = radius * angle
+    even = count_even(meridian, min(axial_size, size), least=2)
     if tip_size >= size:
         n_axial = count_even(shaft, axial_size)
-        n_meridian = count_even(meridian, axial_size, least=2)
-        return PhalanxPlan(radius, shaft, True, angle, n, n_radial, n_axial, n_meridian)
+        return PhalanxPlan(radius, shaft, True, angle, n, n_radial, n_axial, even)
     growth = sizing.growth
     across = radius * contact_arc(angle)
     depth = radius * CONTACT_DEPTH
     n = max(n, *(count_graded(side, tip_size, growth) for side in (across, to_pole)))
     n_radial = max(n_radial, count_graded(depth, tip_size, growth))
-    n_meridian = max(
-        count_even(meridian, axial_size, least=2), count_graded(meridian, tip_size, growth)
-    )
+    n_meridian = max(even, count_graded(meridian, tip_size, growth))
     to_equator = progression(meridian, tip_size, n_meridian)
     # The shaft goes on with the edge that the sphere ends with at its equator.
     last = min(tip_size * to_equator ** (n_meridian - 1), axial_size)

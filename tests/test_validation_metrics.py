@@ -76,7 +76,7 @@ def test_forces_without_contact_or_friction_are_not_compared(make_record: Make) 
 
 def test_error_percent() -> None:
     assert error_percent(110, 100) == pytest.approx(10)
-    assert error_percent(-90, -100) == pytest.approx(10)  # 10 above -100
+    assert error_percent(-90, -100) == pytest.approx(-10)  # smaller in magnitude
     assert error_percent(None, 100) is None
     assert error_percent(1, 0) is None
 

@@ -52,7 +52,7 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
 
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(
-            1, len(scenes), figsize=(4.1 * len(scenes), 3.1), layout="constrained", squeeze=False
+            1, len(scenes), figsize=(4.1 * len(scenes), 3.3), layout="constrained", squeeze=False
         )
         for axis, scene in zip(axes[0], scenes, strict=True):
             draw(axis, scene)
@@ -63,8 +63,14 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
             axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction")
             axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction")
             axis.margins(x=0)
-            if axis.get_legend_handles_labels()[0]:
-                axis.legend(loc="upper right")
+        handles, labels = axes[0][0].get_legend_handles_labels()
+        for axis in axes[0][1:]:  # a run may be missing on one scene only
+            for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+                if label not in labels:
+                    handles.append(handle)
+                    labels.append(label)
+        if handles:
+            figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         with atomic(path) as temporary:
             figure.savefig(temporary, format="png")
         plt.close(figure)

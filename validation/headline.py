@@ -47,6 +47,13 @@ class Cost:
             return None
         return self.reference_s / self.reduced_s
 
+    @property
+    def memory_ratio(self) -> float | None:
+        """How many times the reference takes more memory."""
+        if not self.reduced_MB or not self.reference_MB:
+            return None
+        return self.reference_MB / self.reduced_MB
+
 
 def differences(runs: Runs) -> list[Difference]:
     """Peak force, duration and impulse of every scene."""
@@ -102,8 +109,9 @@ def sentences(rows: list[Difference]) -> list[str]:
         if row.band is not None and row.band_percent is not None:
             place = "inside" if row.inside else "outside"
             text += (
-                f", {place} the {row.band_percent:.0f} % by which the reference itself moves over "
-                f"{row.band.count} meshes and penalty factors"
+                f"; over {row.band.count} meshes and penalty factors the reference itself ranges "
+                f"from {row.band.low:.0f} to {row.band.high:.0f} {row.unit}, "
+                f"a spread of {row.band_percent:.0f} %, and the reduced model lies {place} it"
             )
         result.append(text + ".")
     return result

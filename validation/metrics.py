@@ -57,10 +57,13 @@ def quantity(key: str) -> Quantity:
 
 
 def error_percent(reduced: float | None, reference: float | None) -> float | None:
-    """100 (reduced - reference) / |reference|; None where it has no meaning."""
+    """100 (reduced - reference) / reference; None where it has no meaning.
+
+    Negative means smaller in magnitude, for negative quantities (Ft, vy) as for positive ones.
+    """
     if reduced is None or reference is None or reference == 0:
         return None
-    return 100 * (reduced - reference) / abs(reference)
+    return 100 * (reduced - reference) / reference
 
 
 @dataclass(frozen=True)

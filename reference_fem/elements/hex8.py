@@ -60,12 +60,11 @@ class Hex8:
         check_out(out, self.points.shape)
         hex8_kernel.internal_force(
             self.points,
-            check_displacement(displacement, self.points.shape),
+            self._checked(displacement),
             self.blocks.nodes,
             self.reference,
             self.blocks.node_range,
             numba.get_num_threads(),
-            self.blocks.position,
             self.blocks.scratch,
             self.blocks.buffers,
             out,
@@ -74,7 +73,11 @@ class Hex8:
     def strain_energy(self, displacement: Floats) -> float:
         """Stored energy in J, from the strains at the points."""
         return hex8_fields.strain_energy(
-            self._positions(displacement), self.blocks.nodes, self.reference, self.blocks.scratch[0]
+            self.points,
+            self._checked(displacement),
+            self.blocks.nodes,
+            self.reference,
+            self.blocks.scratch[0],
         )
 
     def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
@@ -82,7 +85,8 @@ class Hex8:
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
         stress = np.empty((len(chosen), 6))
         hex8_fields.centre_stress(
-            self._positions(displacement),
+            self.points,
+            self._checked(displacement),
             self.blocks.nodes,
             self.reference,
             self.centre_gradients,
@@ -99,7 +103,8 @@ class Hex8:
     def min_det_F(self, displacement: Floats) -> float:
         """Smallest det F over the 8 points of all elements; NaN if the displacement holds one."""
         return hex8_fields.min_det(
-            self._positions(displacement),
+            self.points,
+            self._checked(displacement),
             self.blocks.nodes,
             self.reference,
             self.n_cells,
@@ -110,9 +115,8 @@ class Hex8:
         """Bound in rad/s on the largest eigenfrequency (Irons' theorem; see `frequency`)."""
         return largest_frequency(self._stiffness_and_mass())
 
-    def _positions(self, displacement: Floats) -> Floats:
-        displacement = check_displacement(displacement, self.points.shape)
-        return np.add(self.points, displacement, out=self.blocks.position)
+    def _checked(self, displacement: Floats) -> Floats:
+        return check_displacement(displacement, self.points.shape)
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         for g in geometries(self.points, self.cells):

@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 
 from reference_fem.elements.hex8_kernel import (
+    DILATATION,
     LANES,
     POINT_ROWS,
     SAFE_MATH,
@@ -47,13 +48,15 @@ def point_det(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def strain_energy(position: Floats, nodes: Nodes, reference: Floats, s: Floats) -> float:
+def strain_energy(
+    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, s: Floats
+) -> float:
     """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
     step = POINT_ROWS * LANES
     energy = 0.0
     for block in range(len(nodes)):
         r = reference[block]
-        gather(position, nodes[block], s)
+        gather(points, displacement, nodes[block], s)
         block_dilatation(s, r)
         for lane in range(LANES):
             x = at_points(base_vectors(s, 0, lane))
@@ -62,20 +65,22 @@ def strain_energy(position: Floats, nodes: Nodes, reference: Floats, s: Floats) 
             shear = 0.0
             for q in range(8):
                 shear += shear_energy(x[q], y[q], z[q], r, lane + q * step)
-            dilatation = s[24 * LANES + lane]
+            dilatation = s[DILATATION * LANES + lane]
             energy += r[56 * LANES + lane] * shear
             energy += 0.5 * r[57 * LANES + lane] * dilatation * dilatation
     return energy
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_det(position: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats) -> float:
+def min_det(
+    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats
+) -> float:
     """Smallest det F over the 8 points of all elements; NaN if any of them is NaN."""
     step = POINT_ROWS * LANES
     smallest = np.inf
     for block in range(len(nodes)):
         r = reference[block]
-        gather(position, nodes[block], s)
+        gather(points, displacement, nodes[block], s)
         for lane in range(min(LANES, n_cells - block * LANES)):
             x = at_points(base_vectors(s, 0, lane))
             y = at_points(base_vectors(s, 8, lane))
@@ -90,7 +95,8 @@ def min_det(position: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def centre_stress(
-    position: Floats,
+    points: Floats,
+    displacement: Floats,
     nodes: Nodes,
     reference: Floats,
     centre_gradients: Floats,
@@ -110,7 +116,7 @@ def centre_stress(
         block, lane = cell // LANES, cell % LANES
         r = reference[block]
         if block != gathered:
-            gather(position, nodes[block], s)
+            gather(points, displacement, nodes[block], s)
             block_dilatation(s, r)
             gathered = block
         f[:] = 0.0
@@ -118,5 +124,5 @@ def centre_stress(
             for i in range(3):
                 for j in range(3):
                     f[i, j] += s[(8 * i + a) * LANES + lane] * centre_gradients[cell, a, j]
-        pressure = r[57 * LANES + lane] * s[24 * LANES + lane]
+        pressure = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
         cauchy_stress(f, r[56 * LANES + lane], pressure, stress[row])

@@ -24,12 +24,17 @@ Lanes past the last element have zero rows and repeat its nodes.
 
 from numba import njit, prange
 
-from reference_fem.elements.blocks import LANES, add_buffers, touched
+from reference_fem.elements.blocks import LANES, add_buffers, first_touch, touched
 from reference_fem.elements.protocol import Floats, Integers, Nodes
 
 POINT_ROWS = 7
 ROWS = 8 * POINT_ROWS + 2
-SCRATCH_ROWS = 24 + 1
+# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E; and
+# one for what `first_touch` returns.
+BASES = 24
+DILATATION = BASES + 36
+TOUCH = DILATATION + 1
+SCRATCH_ROWS = TOUCH + 1
 LOW = 0.21132486540518713  # 1/2 - 1/sqrt(12): the first Gauss point on [0, 1]
 
 # No nnan or ninf: a NaN in the displacement must reach the audit, not be optimised away.
@@ -184,34 +189,69 @@ def at_points(
     )
 
 
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def store_bases(s: Floats, row: int, lane: int, g: Bases) -> None:
+    """Twelve rows of s: one Cartesian component of g_1, g_2, g_3."""
+    o = row * LANES + lane
+    for k in range(3):
+        s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES] = g[k]
+        o += 4 * LANES
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def load_bases(s: Floats, row: int, lane: int) -> Bases:
+    """What `store_bases` stored."""
+    o = row * LANES + lane
+    h, t = o + 4 * LANES, o + 8 * LANES
+    return (
+        (s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]),
+        (s[h], s[h + LANES], s[h + 2 * LANES], s[h + 3 * LANES]),
+        (s[t], s[t + LANES], s[t + 2 * LANES], s[t + 3 * LANES]),
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def add_dilatation(s: Floats, r: Floats, q: int, a: int, b: int, c: int) -> None:
+    """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
+    for lane in range(LANES):
+        o = BASES * LANES + lane
+        gx = (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES])
+        gy = (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES])
+        gz = (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES])
+        p = lane + q * POINT_ROWS * LANES
+        s[DILATATION * LANES + lane] += dilatation(gx, gy, gz, r, p)
+
+
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_dilatation(s: Floats, r: Floats) -> None:
-    """Row 24 of s: sum_q w tr E = V e of each lane, from the nodal positions in rows 0..23."""
+    """Rows BASES.. of s and, in row DILATATION, sum_q w tr E = V e, from the nodal positions.
+
+    One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
+    """
     for lane in range(LANES):
-        x = at_points(base_vectors(s, 0, lane))
-        y = at_points(base_vectors(s, 8, lane))
-        z = at_points(base_vectors(s, 16, lane))
-        step = POINT_ROWS * LANES
-        total = dilatation(x[0], y[0], z[0], r, lane)
-        total += dilatation(x[1], y[1], z[1], r, lane + step)
-        total += dilatation(x[2], y[2], z[2], r, lane + 2 * step)
-        total += dilatation(x[3], y[3], z[3], r, lane + 3 * step)
-        total += dilatation(x[4], y[4], z[4], r, lane + 4 * step)
-        total += dilatation(x[5], y[5], z[5], r, lane + 5 * step)
-        total += dilatation(x[6], y[6], z[6], r, lane + 6 * step)
-        total += dilatation(x[7], y[7], z[7], r, lane + 7 * step)
-        s[24 * LANES + lane] = total
+        store_bases(s, BASES, lane, base_vectors(s, 0, lane))
+        store_bases(s, BASES + 12, lane, base_vectors(s, 8, lane))
+        store_bases(s, BASES + 24, lane, base_vectors(s, 16, lane))
+        s[DILATATION * LANES + lane] = 0.0
+    add_dilatation(s, r, 0, 0, 0, 0)
+    add_dilatation(s, r, 1, 0, 1, 1)
+    add_dilatation(s, r, 2, 1, 1, 3)
+    add_dilatation(s, r, 3, 1, 0, 2)
+    add_dilatation(s, r, 4, 2, 2, 0)
+    add_dilatation(s, r, 5, 2, 3, 1)
+    add_dilatation(s, r, 6, 3, 3, 3)
+    add_dilatation(s, r, 7, 3, 2, 2)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_force(s: Floats, r: Floats) -> None:
-    """Rows 0..23 of s: positions in, forces out; row 24 holds V e."""
+    """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s."""
     for lane in range(LANES):
-        x = at_points(base_vectors(s, 0, lane))
-        y = at_points(base_vectors(s, 8, lane))
-        z = at_points(base_vectors(s, 16, lane))
+        x = at_points(load_bases(s, BASES, lane))
+        y = at_points(load_bases(s, BASES + 12, lane))
+        z = at_points(load_bases(s, BASES + 24, lane))
         step = POINT_ROWS * LANES
-        mu, p = r[56 * LANES + lane], r[57 * LANES + lane] * s[24 * LANES + lane]
+        mu, p = r[56 * LANES + lane], r[57 * LANES + lane] * s[DILATATION * LANES + lane]
         f0 = point_force(x[0], y[0], z[0], r, lane, mu, p)
         f1 = point_force(x[1], y[1], z[1], r, lane + step, mu, p)
         f2 = point_force(x[2], y[2], z[2], r, lane + 2 * step, mu, p)
@@ -229,14 +269,14 @@ def block_force(s: Floats, r: Floats) -> None:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
-def gather(x: Floats, nodes: Nodes, s: Floats) -> None:
-    """Nodal positions of a block, (LANES, 8) node numbers, into rows 0..23 of s."""
+def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+    """Current nodal positions of a block, (LANES, 8) node numbers, into rows 0..23 of s."""
     for lane in range(LANES):
         for a in range(8):
             n = nodes[lane, a]
-            s[a * LANES + lane] = x[n, 0]
-            s[(8 + a) * LANES + lane] = x[n, 1]
-            s[(16 + a) * LANES + lane] = x[n, 2]
+            s[a * LANES + lane] = points[n, 0] + displacement[n, 0]
+            s[(8 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
+            s[(16 + a) * LANES + lane] = points[n, 2] + displacement[n, 2]
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -252,13 +292,22 @@ def scatter(s: Floats, nodes: Nodes, f: Floats) -> None:
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def chunk_force(
-    x: Floats, nodes: Nodes, reference: Floats, start: int, stop: int, s: Floats, f: Floats
+    points: Floats,
+    displacement: Floats,
+    nodes: Nodes,
+    reference: Floats,
+    start: int,
+    stop: int,
+    s: Floats,
+    f: Floats,
 ) -> None:
     """Add the forces of blocks start..stop-1 to f."""
     for block in range(start, stop):
-        gather(x, nodes[block], s)
-        block_dilatation(s, reference[block])
-        block_force(s, reference[block])
+        r = reference[block]
+        s[TOUCH * LANES] = first_touch(r)
+        gather(points, displacement, nodes[block], s)
+        block_dilatation(s, r)
+        block_force(s, r)
         scatter(s, nodes[block], f)
 
 
@@ -270,7 +319,6 @@ def internal_force(
     reference: Floats,
     node_range: Integers,
     n_threads: int,
-    position: Floats,
     scratch: Floats,
     buffers: Floats,
     out: Floats,
@@ -282,14 +330,12 @@ def internal_force(
     same bits every time for one number of threads. Arrays as in `blocks.Blocks`.
     """
     n_nodes, n_blocks = len(points), len(nodes)
-    for n in prange(n_nodes):
-        for i in range(3):
-            position[n, i] = points[n, i] + displacement[n, i]
     for t in prange(n_threads):
         start, stop = t * n_blocks // n_threads, (t + 1) * n_blocks // n_threads
         low, high = touched(node_range, start, stop)
-        buffers[t, low:high] = 0.0
-        chunk_force(position, nodes, reference, start, stop, scratch[t], buffers[t])
+        s, f = scratch[t], buffers[t]
+        f[low:high] = 0.0
+        chunk_force(points, displacement, nodes, reference, start, stop, s, f)
     for t in prange(n_threads):
         first, last = t * n_nodes // n_threads, (t + 1) * n_nodes // n_threads
         add_buffers(buffers, node_range, n_threads, first, last, out)

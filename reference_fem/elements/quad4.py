@@ -67,12 +67,11 @@ class Quad4PlaneStress:
         check_out(out, self.points.shape)
         quad4_kernel.internal_force(
             self.points,
-            check_displacement(displacement, self.points.shape),
+            self._checked(displacement),
             self.blocks.nodes,
             self.reference,
             self.blocks.node_range,
             numba.get_num_threads(),
-            self.blocks.position,
             self.blocks.scratch,
             self.blocks.buffers,
             out,
@@ -81,7 +80,11 @@ class Quad4PlaneStress:
     def strain_energy(self, displacement: Floats) -> float:
         """Stored energy in J, from the strains at the points."""
         return quad4_kernel.strain_energy(
-            self._positions(displacement), self.blocks.nodes, self.reference, self.blocks.scratch[0]
+            self.points,
+            self._checked(displacement),
+            self.blocks.nodes,
+            self.reference,
+            self.blocks.scratch[0],
         )
 
     def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
@@ -89,7 +92,8 @@ class Quad4PlaneStress:
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
         stress = np.empty((len(chosen), 3))
         quad4_kernel.centre_stress(
-            self._positions(displacement),
+            self.points,
+            self._checked(displacement),
             self.cells,
             self.centre_gradients,
             self.mu,
@@ -106,7 +110,8 @@ class Quad4PlaneStress:
     def min_det_F(self, displacement: Floats) -> float:
         """Smallest in-plane det F over all points; NaN if the displacement holds one."""
         return quad4_kernel.min_det(
-            self._positions(displacement),
+            self.points,
+            self._checked(displacement),
             self.blocks.nodes,
             self.reference,
             self.n_cells,
@@ -117,9 +122,8 @@ class Quad4PlaneStress:
         """Bound in rad/s on the largest eigenfrequency (Irons' theorem; see `frequency`)."""
         return largest_frequency(self._stiffness_and_mass())
 
-    def _positions(self, displacement: Floats) -> Floats:
-        displacement = check_displacement(displacement, self.points.shape)
-        return np.add(self.points, displacement, out=self.blocks.position)
+    def _checked(self, displacement: Floats) -> Floats:
+        return check_displacement(displacement, self.points.shape)
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         for g in geometries(self.points, self.cells):

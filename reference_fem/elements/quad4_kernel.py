@@ -8,7 +8,8 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = 
 
 Edges and frames as in `hex8_kernel`: [g_1 g_2] from the 4 edge vectors, F Q = [g_1 g_2] R^-1.
 `reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
-point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa). Scratch rows 0..3 x, 4..7 y of the nodes.
+point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa).
+Scratch rows 0..3 hold x, 4..7 y of the nodes.
 """
 
 import numpy as np
@@ -116,22 +117,29 @@ def block_force(s: Floats, r: Floats) -> None:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
-def gather(x: Floats, nodes: Nodes, s: Floats) -> None:
-    """Nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
+def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+    """Current nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
     for lane in range(LANES):
         for a in range(4):
             n = nodes[lane, a]
-            s[a * LANES + lane] = x[n, 0]
-            s[(4 + a) * LANES + lane] = x[n, 1]
+            s[a * LANES + lane] = points[n, 0] + displacement[n, 0]
+            s[(4 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def chunk_force(
-    x: Floats, nodes: Nodes, reference: Floats, start: int, stop: int, s: Floats, f: Floats
+    points: Floats,
+    displacement: Floats,
+    nodes: Nodes,
+    reference: Floats,
+    start: int,
+    stop: int,
+    s: Floats,
+    f: Floats,
 ) -> None:
     """Add the forces of blocks start..stop-1 to f."""
     for block in range(start, stop):
-        gather(x, nodes[block], s)
+        gather(points, displacement, nodes[block], s)
         block_force(s, reference[block])
         for lane in range(LANES):
             for a in range(4):
@@ -148,33 +156,32 @@ def internal_force(
     reference: Floats,
     node_range: Integers,
     n_threads: int,
-    position: Floats,
     scratch: Floats,
     buffers: Floats,
     out: Floats,
 ) -> None:
     """Internal force of the mesh, (n_nodes, 2), N; threads as in `hex8_kernel.internal_force`."""
     n_nodes, n_blocks = len(points), len(nodes)
-    for n in prange(n_nodes):
-        for i in range(2):
-            position[n, i] = points[n, i] + displacement[n, i]
     for t in prange(n_threads):
         start, stop = t * n_blocks // n_threads, (t + 1) * n_blocks // n_threads
         low, high = touched(node_range, start, stop)
-        buffers[t, low:high] = 0.0
-        chunk_force(position, nodes, reference, start, stop, scratch[t], buffers[t])
+        s, f = scratch[t], buffers[t]
+        f[low:high] = 0.0
+        chunk_force(points, displacement, nodes, reference, start, stop, s, f)
     for t in prange(n_threads):
         first, last = t * n_nodes // n_threads, (t + 1) * n_nodes // n_threads
         add_buffers(buffers, node_range, n_threads, first, last, out)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def strain_energy(position: Floats, nodes: Nodes, reference: Floats, s: Floats) -> float:
+def strain_energy(
+    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, s: Floats
+) -> float:
     """Stored energy of the mesh, J."""
     energy = 0.0
     for block in range(len(nodes)):
         r = reference[block]
-        gather(position, nodes[block], s)
+        gather(points, displacement, nodes[block], s)
         for lane in range(LANES):
             x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
             mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
@@ -185,12 +192,14 @@ def strain_energy(position: Floats, nodes: Nodes, reference: Floats, s: Floats) 
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_det(position: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats) -> float:
+def min_det(
+    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats
+) -> float:
     """Smallest in-plane det F over the 4 points of all elements; NaN if any of them is NaN."""
     smallest = np.inf
     for block in range(len(nodes)):
         r = reference[block]
-        gather(position, nodes[block], s)
+        gather(points, displacement, nodes[block], s)
         for lane in range(min(LANES, n_cells - block * LANES)):
             x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
             for q in range(4):
@@ -205,7 +214,8 @@ def min_det(position: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def centre_stress(
-    position: Floats,
+    points: Floats,
+    displacement: Floats,
     cell_nodes: Integers,
     centre_gradients: Floats,
     mu: Floats,
@@ -222,5 +232,5 @@ def centre_stress(
             n = cell_nodes[cell, a]
             for i in range(2):
                 for j in range(2):
-                    f[i, j] += position[n, i] * centre_gradients[cell, a, j]
+                    f[i, j] += (points[n, i] + displacement[n, i]) * centre_gradients[cell, a, j]
         cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])

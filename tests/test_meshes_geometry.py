@@ -14,7 +14,10 @@ from hypothesis import strategies as st
 import meshes
 from meshes.check import check, required_node_sets
 from meshes.facets import outer_facets
+from meshes.phalanx import mesh_phalanx
+from meshes.plan import plan_finger
 from meshes.quality import edge_lengths, scaled_jacobians, volumes
+from meshes.snap import snap
 
 L, D = 0.04, 0.015
 R = D / 2
@@ -184,6 +187,27 @@ def test_refinement_is_at_the_contact_point(dim: int, angle: float) -> None:
     assert edge_lengths(mesh.points, shaft).min() > 3e-4
 
 
+def test_refinement_fades_over_the_equator_to_the_hinge() -> None:
+    mesh = meshes.finger_hexahedra(PAPER, FINE_TIP)
+    surface = np.unique(mesh.facet_sets["surface"])
+    first = []
+    for x in (R - 3 * L, -2 * L):  # the equator, the last hinge
+        ring = mesh.points[surface[np.abs(mesh.points[surface, 0] - x) < 1e-12]]
+        lowest = np.sort(np.arctan2(ring[:, 2], -ring[:, 1]))
+        first.append(lowest[1] - lowest[0])
+    even = math.pi / 4 / 13  # 13 edges an eighth turn
+    # gmsh integrates along curves to 1e-9 of their length, here 13 edges.
+    assert first[1] == pytest.approx(even, rel=2e-8)
+    assert first[0] < 0.5 * even
+
+
+@pytest.mark.parametrize("dim", [3, 2])
+def test_snapping_moves_nodes_by_rounding_only(dim: int) -> None:
+    plan = plan_finger(PAPER, FINE_TIP, dim)[-1]
+    raw = mesh_phalanx(plan, dim)
+    assert np.abs(snap(raw, plan) - raw.points).max() < 1e-12 * plan.shaft
+
+
 def test_edges_grow_by_no_more_than_asked_along_the_lower_outline() -> None:
     sizing = meshes.Sizing(1.5e-3, 2e-3, 1e-4, growth=1.2)
     mesh = meshes.finger_quadrilaterals(PAPER, sizing)
@@ -256,6 +280,8 @@ def test_gmsh_of_the_caller_is_left_as_it_was() -> None:
         gmsh.model.add("mine")
         gmsh.model.geo.addPoint(0, 0, 0)
         gmsh.model.geo.synchronize()
+        gmsh.model.add("another")
+        gmsh.model.setCurrent("mine")
         gmsh.option.setNumber("Mesh.RandomSeed", 7)
         meshes.finger_quadrilaterals(PAPER, meshes.SIZINGS["fast"])
         assert gmsh.model.getCurrent() == "mine"

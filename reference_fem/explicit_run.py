@@ -27,6 +27,8 @@ Progress = Callable[[float, str], None]
 FLIGHT_BLOCK = 1000
 # Speed that the surface may gain within a flight block, m/s: a generous bound on its reach.
 SPEED_MARGIN = 1.0
+# Steps without contact that a separation takes at least.
+LEAST_WAIT = 10
 # Audits between two searches for inverted elements, which cost nearly as much as an audit.
 INVERSION_CHECK = 4
 
@@ -53,9 +55,9 @@ def run(
 ) -> TapResult:
     """Explicit run from u and v at `time_s` to the end of the tap.
 
-    Ends where the surface has not been touched for 10 % of the contact so far, or a quarter of
-    an axial wave's transit of the last phalanx if that is longer (single nodes chatter at the
-    start and at the end); with `settings.end_time_s`, at that time.
+    Ends where the surface has not been touched for 10 % of the contact so far, a quarter of an
+    axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
+    chatter at the start and at the end); with `settings.end_time_s`, at that time.
 
     Parameters
     ----------
@@ -124,8 +126,8 @@ def run(
 
 
 def _interval(model: Model) -> int:
-    """Steps between audits: some 250 in a tap of five transits of the last phalanx."""
-    return max(1, round(5.0 * model.transit_s / (250.0 * model.step_s)))
+    """Steps between audits: some 150 in a tap of five transits of the last phalanx."""
+    return max(1, round(5.0 * model.transit_s / (150.0 * model.step_s)))
 
 
 def _in_reach(model: Model, state: State) -> bool:
@@ -185,8 +187,8 @@ def _follow(model: Model, tap: Tap, state: State, block: Block) -> Tap:
         last = state.time_s + touched[-1] * model.step_s
     if first is None or last is None:
         return tap
-    now = state.time_s + len(block.log) * model.step_s
-    over = now - last > max(0.1 * (last - first), 0.25 * model.transit_s)
+    now = state.time_s + (len(block.log) - 1) * model.step_s
+    over = now - last > max(0.1 * (last - first), 0.25 * model.transit_s, LEAST_WAIT * model.step_s)
     return Tap(first, last, over, velocity)
 
 

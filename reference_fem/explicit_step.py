@@ -93,6 +93,9 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     ----------
     search
         False skips contact: the caller knows that the surface is out of reach.
+
+    A driven face must not turn by half a turn or more within a block: the drive work counts its
+    turns from one block to the next.
     """
     u, v = state.displacement.copy(), state.velocity.copy()
     work = State(

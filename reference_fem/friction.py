@@ -36,7 +36,7 @@ def return_map(
     slip_x, slip_z
         Motion of the anchor, m.
     """
-    length = math.sqrt(offset_x * offset_x + offset_z * offset_z)
+    length = math.hypot(offset_x, offset_z)
     if stiffness * length <= limit:
         return -stiffness * offset_x, -stiffness * offset_z, 0.0, 0.0
     unit_x = offset_x / length

@@ -59,7 +59,7 @@ def build_hinges(sides: list[tuple[tuple[Index, Array], ...]], lumped_mass: Arra
     for hinge in range(count):
         np.add.at(rows[hinge], nodes[hinge], weights[hinge])
     schur = (rows / lumped_mass) @ rows.T
-    inverse: Array = np.linalg.inv(schur)
+    inverse = np.asarray(np.linalg.inv(schur), dtype=np.float64)
     return Hinges(
         nodes=np.concatenate([*nodes, np.empty(0, np.int64)]).astype(np.int64),
         weights=np.concatenate([*weights, np.empty(0)]),

@@ -148,9 +148,8 @@ def build_model(
         bulk,
         settings.penalty_factor,
     )
-    limit = stable_step(kernel.max_frequency(), contact.stiffness, mass[contact.nodes])
+    limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry)
     hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)
-    last = points[body_nodes[-1], 0]
     return Model(
         points=points,
         cells=cells,
@@ -177,7 +176,7 @@ def build_model(
         surface=surface,
         gravity=drive.gravity,
         step_s=settings.step_factor * limit,
-        transit_s=float(last.max() - last.min()) / materials[-1].bar_speed,
+        transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
     )
 
 

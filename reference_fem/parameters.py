@@ -161,7 +161,7 @@ class Settings:
         Longest fall to wait for; beyond it the run ends as NOT_REACHED.
     output_interval
         Steps between two energy audits, which also sample history and stress; None aims at some
-        250 of them in a tap. Forces are recorded at every step (`TapResult.forces`).
+        150 of them in a tap. Forces are recorded at every step (`TapResult.forces`).
     max_samples
         The history keeps between half this number and this number of samples of the contact
         window, equally spaced; a longer window is thinned.

@@ -73,8 +73,11 @@ class Recorder:
             self._peak is None or taken.normal_force_N > self._peak[0]
         ):
             self._peak = (taken.normal_force_N, kept)
-        self._times.append(state.time_s + model.step_s * np.arange(len(block.log)))
-        full: Array = block.log * model.copies
+        steps = np.arange(len(block.log), dtype=np.float64)
+        times: Array = state.time_s + model.step_s * steps
+        self._times.append(times)
+        full = block.log.copy()
+        full *= model.copies
         full[:, GAP] = block.log[:, GAP]
         self._logs.append(full)
 

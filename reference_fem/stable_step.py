@@ -7,34 +7,103 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_fem.elements import ElementKernel
+
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# Lanczos steps: on the finger's meshes the largest frequency is found to 1e-3 after 20.
+ITERATIONS = 24
 
 
-def stable_step(element_frequency: float, contact_stiffness: Array, contact_mass: Array) -> float:
-    """Δt = 2/ω_max with ω_max² <= ω_e² + max_i k_i/m_i.
+def stable_step(
+    kernel: ElementKernel, contact_nodes: Index, contact_stiffness: Array, symmetry: Index
+) -> float:
+    """Δt = 2/ω_max of M⁻¹(K + K_c), all contact nodes sticking.
 
-    For symmetric K and K_c, λ_max(M⁻¹(K + K_c)) <= λ_max(M⁻¹K) + λ_max(M⁻¹K_c). The first term
-    is at most the largest element eigenvalue (Irons 1971; Fried 1972); K_c is diagonal with k_i
-    in each direction of node i (a sticking node; a slipping one has fewer springs). Hinges and
-    the symmetry plane only constrain the motion and can't raise ω_max (Rayleigh).
+    ω_max is the safeguarded Lanczos value, or the element bound if that is lower. The element
+    bound alone, the usual choice, costs twice the steps on the finger's meshes: one bad element
+    decides it, and its neighbours hold that element back.
 
-    Parameters
-    ----------
-    element_frequency
-        ω_e, rad/s: the element kernel's bound.
-    contact_stiffness, contact_mass : (k,)
-        k_i, N/m, and lumped mass m_i, kg, of the nodes that may touch.
+    K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).
+    Hinges only constrain the motion and can't raise ω_max (Rayleigh). K is that of the reference
+    configuration: rotation does not change the spectrum, strain does in its own order, for which
+    the step factor leaves room.
 
     Raises
     ------
     ValueError
-        If the bound is not a positive finite number.
+        If the frequency is not a positive finite number.
+    """
+    mass = kernel.lumped_mass
+    bound = frequency_bound(kernel.max_frequency(), contact_stiffness, mass[contact_nodes])
+    springs = np.zeros(mass.size)
+    springs[contact_nodes] = contact_stiffness
+    highest = min(bound, lanczos_frequency(kernel, springs, symmetry))
+    if not (math.isfinite(highest) and highest > 0.0):
+        raise ValueError(
+            f"highest frequency = {highest} rad/s: no stable step exists; check the mesh for "
+            "empty elements and the material for wrong units"
+        )
+    return 2.0 / highest
+
+
+def frequency_bound(
+    element_frequency: float, contact_stiffness: Array, contact_mass: Array
+) -> float:
+    """ω_max² <= ω_e² + max_i k_i/m_i, rad/s.
+
+    For symmetric K and K_c, λ_max(M⁻¹(K + K_c)) <= λ_max(M⁻¹K) + λ_max(M⁻¹K_c), and the first
+    term is at most the largest element eigenvalue (Irons 1971; Fried 1972).
     """
     contact = float(np.max(contact_stiffness / contact_mass, initial=0.0))
-    square = element_frequency**2 + contact
-    if not (math.isfinite(square) and square > 0.0):
-        raise ValueError(
-            f"highest frequency = {math.sqrt(abs(square))} rad/s: no stable step exists; check "
-            "the mesh for empty elements and the material for wrong units"
-        )
-    return 2.0 / math.sqrt(square)
+    return math.sqrt(element_frequency**2 + contact)
+
+
+def lanczos_frequency(kernel: ElementKernel, springs: Array, symmetry: Index) -> float:
+    """Upper estimate of ω_max from the force kernel alone, rad/s.
+
+    Lanczos on A = M^-½ (K + K_c) M^-½, A q from the internal force of a displacement so small
+    (1e-8 of the body) that the force is linear to 1e-6. The largest Ritz value θ lies below
+    λ_max; θ + ‖A y - θ y‖ of its Ritz vector y lies above it in practice (Zhou, Li 2011, "Bounding
+    the spectrum of large Hermitian matrices").
+
+    Parameters
+    ----------
+    springs : (n_nodes,)
+        k_i of the contact nodes, zero elsewhere, N/m.
+    symmetry : (k,)
+        Nodes held in the plane Z = 0.
+    """
+    shape = (kernel.n_nodes, kernel.dim)
+    root = 1.0 / np.sqrt(kernel.lumped_mass)[:, None]
+    small = 1e-8 * float(np.sum(kernel.cell_volume)) ** (1.0 / 3.0)
+    force = np.empty(shape)
+    # The seed only chooses a start that no mode is orthogonal to; the same mesh, the same step.
+    vector = np.random.default_rng(0).standard_normal(shape)
+    vector[symmetry, 2:] = 0.0
+    vector /= np.linalg.norm(vector)
+    before, beta = np.zeros(shape), 0.0
+    diagonal: list[float] = []
+    off_diagonal: list[float] = []
+    for _ in range(ITERATIONS):
+        displacement = root * vector
+        scale = small / float(np.abs(displacement).max())
+        kernel.internal_force(scale * displacement, force)
+        following = root * (force / scale + springs[:, None] * displacement) - beta * before
+        following[symmetry, 2:] = 0.0
+        alpha = float(np.sum(following * vector))
+        following -= alpha * vector
+        beta = float(np.linalg.norm(following))
+        diagonal.append(alpha)
+        off_diagonal.append(beta)
+        # An invariant subspace (a body of few nodes): nothing is left to find.
+        if beta <= 1e-9 * abs(alpha):
+            break
+        before, vector = vector, following / beta
+    tridiagonal = np.diag(diagonal)
+    tridiagonal += np.diag(off_diagonal[:-1], 1) + np.diag(off_diagonal[:-1], -1)
+    if not np.isfinite(tridiagonal).all():
+        return math.nan
+    values, vectors = np.linalg.eigh(tridiagonal)
+    return math.sqrt(max(0.0, float(values[-1] + off_diagonal[-1] * abs(vectors[-1, -1]))))

@@ -1,0 +1,93 @@
+"""The rigid flight against the pendulum, conservation laws and independent solvers."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
+
+LENGTH, RADIUS, DENSITY, GRAVITY = 0.04, 0.0075, 1400.0, 9.8
+MASS = DENSITY * np.pi * RADIUS**2 * LENGTH
+ROD = MASS * LENGTH**2 / 12
+ROTARY = MASS * RADIUS**2 / 4
+
+
+def chain(links: int, inertia: float, torques: tuple[float, ...] = ()) -> RigidChain:
+    arms = np.zeros((links, links, 2))
+    for w in range(links):
+        arms[w, :w, 0] = -LENGTH
+        arms[w, w, 0] = -LENGTH / 2
+    origins = np.stack([-LENGTH * np.arange(links), np.zeros(links)], axis=1)
+    load = np.array(torques) if torques else np.zeros(links)
+    return RigidChain(np.full(links, MASS), np.full(links, inertia), arms, origins, load, GRAVITY)
+
+
+def rest(links: int) -> ChainState:
+    return ChainState(np.zeros(links), np.zeros(links), 0.0)
+
+
+def never(_angles: np.ndarray) -> float:
+    return 1.0
+
+
+def test_pendulum_period_from_the_elliptic_integral() -> None:
+    # Released at 90 degrees from its equilibrium: T = 4 sqrt(J/(m g l/2)) K(sin^2 45 deg).
+    body = chain(1, ROD)
+    about_hinge = ROD + MASS * LENGTH**2 / 4
+    period = 4 * np.sqrt(about_hinge / (MASS * GRAVITY * LENGTH / 2)) * ellipk(0.5)
+    state_at, hit = fly(body, rest(1), never, 1.1 * period)
+    assert hit is None
+    # At the turning points the angle's error is quadratic in that of the time; the rate's is not.
+    # The integrator's relative tolerance is 1e-11, over some 50 steps.
+    assert state_at(period).angles[0] == pytest.approx(0.0, abs=1e-9)
+    assert state_at(period).rates[0] == pytest.approx(0.0, abs=1e-7)
+    assert state_at(period / 2).angles[0] == pytest.approx(np.pi, abs=1e-9)
+
+
+def test_energy_of_a_driven_chain_is_constant_to_1e9() -> None:
+    body = chain(3, ROD + ROTARY, (1e-3, -2e-3, 3e-3))
+    state_at, _ = fly(body, rest(3), never, 0.3)
+    scale = 3 * MASS * GRAVITY * LENGTH
+    for time in np.linspace(0, 0.3, 31):
+        assert abs(body.energy(state_at(time))) < 1e-9 * scale
+
+
+def test_thin_rods_arrive_as_two_independent_solvers_say() -> None:
+    # design.md section 5: t_c = 0.136107 s, v = (+1.8136, -1.6544) m/s for flexible beams
+    # without rotary inertia; flexibility changes neither in the digits given.
+    def tip_gap(angles: np.ndarray) -> float:
+        return 0.1 - LENGTH * float(np.sin(angles).sum())
+
+    state_at, contact = fly(chain(3, ROD), rest(3), tip_gap, 1.0)
+    assert contact == pytest.approx(0.136107, abs=1e-6)
+    impact = state_at(contact or 0.0)
+    v_x = LENGTH * np.sum(np.sin(impact.angles) * impact.rates)
+    v_y = -LENGTH * np.sum(np.cos(impact.angles) * impact.rates)
+    assert (v_x, v_y) == (pytest.approx(1.8136, abs=1e-4), pytest.approx(-1.6544, abs=1e-4))
+    later = fly(chain(3, ROD + ROTARY), rest(3), tip_gap, 1.0)[1]
+    # design.md section 6: rotary inertia delays the fall by 0.5 %.
+    assert later == pytest.approx(1.005 * 0.136107, rel=5e-4)
+
+
+def test_unreached_surface_is_no_hit() -> None:
+    assert fly(chain(2, ROD), rest(2), lambda a: 0.081 - LENGTH * np.sin(a).sum(), 1.0)[1] is None
+
+
+def test_pose_keeps_hinges_together_and_velocity_is_its_derivative() -> None:
+    body = chain(3, ROD)
+    points = np.repeat(body.origins, 2, axis=0) + np.array([[0.0, 0.0], [-LENGTH, 0.0]] * 3)
+    bodies = np.repeat(np.arange(3), 2)
+    state = ChainState(np.array([0.7, 1.1, -0.4]), np.array([3.0, -5.0, 8.0]), 0.0)
+    u, v = pose(body, state, points, bodies)
+    now = points + u
+    assert np.allclose(now[1:-1:2], now[2::2], rtol=0, atol=1e-16)
+    assert np.allclose(v[1:-1:2], v[2::2], rtol=0, atol=1e-15)
+    h = 1e-6
+    ahead, _ = pose(
+        body, ChainState(state.angles + h * state.rates, state.rates, h), points, bodies
+    )
+    back, _ = pose(
+        body, ChainState(state.angles - h * state.rates, state.rates, -h), points, bodies
+    )
+    # Central difference: error h^2 w^3 L / 6 = 4e-13, round-off 1e-17/h = 1e-11.
+    assert np.allclose((ahead - back) / (2 * h), v, rtol=0, atol=1e-10)

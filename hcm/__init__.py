@@ -13,6 +13,7 @@ from hcm.parameters import (
     Surface,
     Tip,
 )
+from hcm.posture import Posture
 from hcm.result import Event, History, Statistics, Status, Summary, TapResult
 from hcm.simulate import simulate
 
@@ -23,6 +24,7 @@ __all__ = [
     "History",
     "ParameterError",
     "Phalanx",
+    "Posture",
     "Settings",
     "Statistics",
     "Status",

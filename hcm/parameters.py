@@ -161,10 +161,11 @@ class Settings:
     max_flight_time : s, a flight that lasts longer ends the run as `NOT_REACHED`.
     max_contact_time : s, a contact that lasts longer ends the run as `STILL_IN_CONTACT`.
     max_steps : bound on the accepted steps of one run.
+    frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
     """
 
     flight_step: float = 1e-4
-    flight_tolerance: float = 1e-9
+    flight_tolerance: float = 1e-7
     contact_step: float = 1e-7
     spectral_radius: float = 0.8
     newton_tolerance: float = 1e-9
@@ -173,6 +174,7 @@ class Settings:
     max_flight_time: float = 2.0
     max_contact_time: float = 0.05
     max_steps: int = 2_000_000
+    frame_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("flight_step", "contact_step", "max_flight_time", "max_contact_time"):
@@ -198,6 +200,9 @@ class Settings:
                 raise ParameterError(f"{field} = {value!r}: must be a whole number above 0")
         if self.end_time is not None:
             _require_positive("end_time", self.end_time)
+        for i, time in enumerate(self.frame_times):
+            earlier = self.frame_times[i - 1] if i else 0.0
+            _require("frame_times", time, "0 or above and in rising order", time >= earlier)
 
 
 def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:

@@ -8,6 +8,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from hcm.posture import Posture
+
 Floats = NDArray[np.float64]
 
 
@@ -144,8 +146,8 @@ class Summary:
 class TapResult:
     """A run of the reduced model.
 
-    nodal_coordinates (n,) is the final bordered state; message says where and why a run that is not
-    COMPLETED ended.
+    message says where and why a run that is not COMPLETED ended. event_postures go with events,
+    frames with `Settings.frame_times` as far as the run got.
     """
 
     status: Status
@@ -154,4 +156,5 @@ class TapResult:
     events: tuple[Event, ...]
     statistics: Statistics
     summary: Summary
-    nodal_coordinates: Floats
+    event_postures: tuple[Posture, ...]
+    frames: tuple[Posture, ...]

@@ -15,12 +15,14 @@ from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, wo
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
+from hcm.posture import posture
 from hcm.result import EVENT_KINDS, Event, Floats, History, Statistics, Status, TapResult
 from hcm.summary import summarize
 
 Progress = Callable[[float, str], None]
 
 TABLE_ROWS = 4096
+EVENT_ROWS = 256
 
 _STATUS = {
     tap.DONE: Status.COMPLETED,
@@ -67,6 +69,11 @@ def simulate(
     clock = Clock(0.0, 0.0, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan = _plan(settings)
     co = coefficients(settings.spectral_radius, settings.newton_tolerance)
+    frames = tap.FrameTable(
+        np.array(settings.frame_times, dtype=float), np.full((len(settings.frame_times), n), np.nan)
+    )
+    frames.q[frames.time == 0.0] = rest
+    event_q: list[Floats] = []
     rows: list[Floats] = [np.zeros((1, len(tap.COLUMNS)))]
     reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
     events: list[Event] = []
@@ -81,17 +88,20 @@ def simulate(
             status = Status.WORK_LIMIT
             break
         table, forces = np.empty((size, len(tap.COLUMNS))), np.empty((size, 2 * phalanges))
-        times, kinds = np.empty(size + 1), np.empty(size + 1, dtype=np.int64)
+        table_of_events = tap.EventTable(
+            np.empty(EVENT_ROWS), np.empty(EVENT_ROWS, dtype=np.int64), np.empty((EVENT_ROWS, n))
+        )
         try:
             contact, clock, n_rows, n_events, code = tap.advance(
                 old, new, contact, clock, plan, co, chain, law, probe, work,
-                table, forces, times, kinds,
+                table, forces, table_of_events, frames,
             )  # fmt: skip
             rows.append(table[:n_rows])
             reactions.append(forces[:n_rows])
+            event_q.append(table_of_events.q[:n_events])
             events += [
-                Event(float(t), EVENT_KINDS[k])
-                for t, k in zip(times[:n_events], kinds[:n_events], strict=True)
+                Event(float(table_of_events.time[i]), EVENT_KINDS[table_of_events.kind[i]])
+                for i in range(n_events)
             ]
             steps += n_rows
             status = _STATUS.get(code, Status.COMPLETED)
@@ -112,10 +122,21 @@ def simulate(
     message = ""
     if status is not Status.COMPLETED:
         message = f"{status.value} at t = {clock.time:.9g} s after {steps} steps"
+    at_events = np.concatenate(event_q) if event_q else np.empty((0, n))
     return TapResult(
-        status, message, history, tuple(events), statistics,
-        summarize(history, tuple(events)), old.q,
-    )  # fmt: skip
+        status,
+        message,
+        history,
+        tuple(events),
+        statistics,
+        summarize(history, tuple(events)),
+        tuple(posture(chain, e.time_s, q) for e, q in zip(events, at_events, strict=True)),
+        tuple(
+            posture(chain, float(t), q)
+            for t, q in zip(frames.time, frames.q, strict=True)
+            if t <= clock.time
+        ),
+    )
 
 
 def _plan(settings: Settings) -> Plan:

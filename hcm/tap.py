@@ -7,6 +7,8 @@ and a run can be interrupted.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -55,6 +57,21 @@ COLUMNS = (
 INSTANT_EVENTS = 8
 
 
+class EventTable(NamedTuple):
+    """Located events: time (m,) s, kind (m,), nodal coordinates q (m, n)."""
+
+    time: Floats
+    kind: NDArray[np.int64]
+    q: Floats
+
+
+class FrameTable(NamedTuple):
+    """Times at which the posture is wanted, (m,) s in rising order, and the postures q (m, n)."""
+
+    time: Floats
+    q: Floats
+
+
 @njit(cache=True)
 def write_row(
     row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact, law: Law,
@@ -76,6 +93,20 @@ def write_row(
     for w in range(chain.hinge.size):
         for c in range(2):
             reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]
+
+
+@njit(cache=True)
+def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
+    """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
+    first = np.searchsorted(frames.time, clock.time, side="right")
+    for m in range(first, frames.time.size):
+        s = (frames.time[m] - clock.time) / h
+        if s > 1.0:
+            return
+        p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
+        for i in range(old.q.size):
+            bend = (1.0 - s) * old.v[i] - s * new.v[i]
+            frames.q[m, i] = (1.0 - p) * old.q[i] + p * new.q[i] + h * r * bend
 
 
 @njit(cache=True)
@@ -101,8 +132,8 @@ def advance(
     work: Workspace,
     rows: Floats,
     reactions: Floats,
-    event_times: Floats,
-    event_kinds: NDArray[np.int64],
+    events: EventTable,
+    frames: FrameTable,
 ) -> tuple[Contact, Clock, int, int, int]:
     """Step on until the run ends or a table is full.
 
@@ -110,7 +141,7 @@ def advance(
     of events written, and why the loop came back.
     """
     n_rows, n_events = 0, 0
-    while n_rows < rows.shape[0] and n_events < event_times.size - 1:
+    while n_rows < rows.shape[0] and n_events < events.time.size:
         in_flight = contact.normal == FLIGHT
         remaining = plan.end_time - clock.time
         if remaining <= 1e-12 * clock.time:
@@ -129,6 +160,7 @@ def advance(
         if repeats > REPEATS:
             return contact, clock, n_rows, n_events, NEWTON_FAILED
         if h > 0.0:
+            fill_frames(clock, h, old, new, frames)
             clock = account(clock, h, old, new, chain, contact, law)
             copy_motion(new, old)
         tip = chain.tip
@@ -140,7 +172,8 @@ def advance(
             change_step(flight_step / h, old)
         if slot != NO_EVENT:
             contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
-            event_times[n_events], event_kinds[n_events] = clock.time, kind
+            events.time[n_events], events.kind[n_events] = clock.time, kind
+            events.q[n_events] = old.q
             n_events += 1
             instant += 1
             # the jerk jumps at an event: a's delay behind q.. starts anew

@@ -1,0 +1,51 @@
+"""The finger's shape at an instant, and how far a phalanx is bent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm.layout import Chain
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Nodes of every phalanx at time_s: positions (n_w + 1, 2) in m and slopes r' (n_w + 1, 2)."""
+
+    time_s: float
+    positions_m: tuple[Floats, ...]
+    slopes: tuple[Floats, ...]
+
+    def deflection(self, phalanx: int) -> tuple[Floats, Floats]:
+        """Axial position and deflection of the nodes of one phalanx (counted from 0), m.
+
+        Measured in the frame that moves with the phalanx's first node and its tangent; a positive
+        deflection is away from the surface (to the right of r', the finger pointing to -X).
+        """
+        arm = self.positions_m[phalanx] - self.positions_m[phalanx][0]
+        tx, ty = self.slopes[phalanx][0] / np.linalg.norm(self.slopes[phalanx][0])
+        return arm @ np.array([tx, ty]), arm @ np.array([ty, -tx])
+
+    @property
+    def is_concave(self) -> bool:
+        """Whether the hinges lie below the line from the fixed hinge to the tip."""
+        end = self.positions_m[-1][-1]
+        hinges = np.array([nodes[0] for nodes in self.positions_m[1:]])
+        side = end[0] * hinges[:, 1] - end[1] * hinges[:, 0]
+        return bool(side.sum() > 0)
+
+
+def posture(chain: Chain, time_s: float, q: Floats) -> Posture:
+    """Read a posture off bordered nodal coordinates q (n,)."""
+    starts = [int(place) for place in chain.hinge_outer]
+    ends = [int(place) for place in chain.hinge[1:]] + [q.size]
+    blocks = [q[a:b].reshape(-1, 4) for a, b in zip(starts, ends, strict=True)]
+    return Posture(
+        time_s,
+        tuple(block[:, :2].copy() for block in blocks),
+        tuple(block[:, 2:].copy() for block in blocks),
+    )

@@ -143,7 +143,7 @@ def step(
     weight = h * h * co.beta * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
     for i in range(n):
         new.acceleration[i] = old.acceleration[i]
-    previous = np.inf
+    previous, fast = np.inf, False
     factorizations = work.cost[1]
     for _ in range(ITERATIONS):
         update(h, co, old, new)
@@ -161,12 +161,14 @@ def step(
         if not np.isfinite(change):
             return False
         slow = change > SLOW * previous
-        fresh = work.cost[1] > factorizations
-        if change <= co.tolerance * largest or (slow and fresh and change <= chain.roundoff):
+        good_factors = fast or work.cost[1] > factorizations
+        stalled = slow and good_factors and change <= chain.roundoff
+        if change <= co.tolerance * largest or stalled:
             update(h, co, old, new)
             return True
         if slow:
             work.key[0] = np.nan
+        fast = change <= SLOW * previous < np.inf
         previous = change
     return False
 

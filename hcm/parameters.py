@@ -161,6 +161,9 @@ class Settings:
     max_flight_time : s, a flight that lasts longer ends the run as `NOT_REACHED`.
     max_contact_time : s, a contact that lasts longer ends the run as `STILL_IN_CONTACT`.
     max_steps : bound on the accepted steps of one run.
+    consistent_start : whether the motion starts with the acceleration that the equations ask for.
+        False starts it from zero, as the paper's fig. 6 does: the first step then applies torques
+        gradually, and vibrations faster than the step are never excited.
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
     """
 
@@ -174,6 +177,7 @@ class Settings:
     max_flight_time: float = 2.0
     max_contact_time: float = 0.05
     max_steps: int = 2_000_000
+    consistent_start: bool = True
     frame_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

@@ -64,6 +64,7 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
             return records
 
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
+        monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda: None)
         monkeypatch.setattr(
             validate_command, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
         )

@@ -1,5 +1,6 @@
 import json
-import sys
+import os
+import signal
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from pathlib import Path
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 import xarray
 
+from validation import execute
 from validation.execute import Job, in_fresh_process
 from validation.fields import Fields, write_fields
+from validation.isolated import CrashedError, call_isolated
 from validation.memory import peak_memory_MB
 from validation.record import RunRecord, plain
 from validation.storage import atomic, safe_name, unit_of, write_json, write_run
@@ -131,19 +134,23 @@ def test_bad_jobs_do_not_harm_the_others(tmp_path: Path) -> None:
     assert "surface.height" in records[1].message
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="kills its own process")
 def test_a_crashing_process_is_a_failure_of_its_job(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from validation import execute
+    monkeypatch.setattr(execute, "_work", _die_on_one)
+    jobs = [Job("soft", "hcm", (), name) for name in ("good", "crash", "fine")]
+    records = in_fresh_process(jobs, tmp_path)
+    assert [run.status for run in records] == ["FAKED", "CRASHED", "FAKED"]
+    assert records[1].message == "its process ended abruptly (signal 9)"
 
-    monkeypatch.setattr(execute, "_work", _die)
-    records = in_fresh_process([Job("soft", "hcm", (), "crash")], tmp_path)
-    assert [(run.status, run.ok) for run in records] == [("CRASHED", False)]
+
+def _die_on_one(jobs: list[Job], folder: Path) -> list[RunRecord]:
+    if any(job.variant == "crash" for job in jobs):
+        os.kill(os.getpid(), signal.SIGKILL)
+    return [execute.failed(job, "FAKED", "") for job in jobs]
 
 
-def _die(jobs: object, folder: object) -> None:
-    import os
-    import signal
-
-    os.kill(os.getpid(), signal.SIGKILL)
+def test_an_exception_in_a_process_is_a_crash() -> None:
+    with pytest.raises(CrashedError, match="exit code 1"):
+        call_isolated(int, "no number")
+    assert call_isolated(int, "7") == 7

@@ -1,17 +1,16 @@
 """One run: warm up, solve, measure, keep. In this process, or alone in a fresh one."""
 
-import multiprocessing
+import contextlib
 import traceback
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from validation.errors import RunFailedError, UserError
 from validation.fields import write_fields
+from validation.isolated import CrashedError, call_isolated
 from validation.memory import peak_memory_MB
-from validation.models import ModelName, adapter
+from validation.models import MODEL_NAMES, ModelName, adapter
 from validation.models.adapter import Outcome, Progress
 from validation.record import RunRecord
 from validation.scenes.load import NamedScene, load_scene
@@ -103,17 +102,29 @@ def _work(jobs: Sequence[Job], folder: Path) -> list[RunRecord]:
     return records
 
 
+def _warm_up_all() -> None:
+    """Compile whatever is not compiled yet; a model that cannot says so when it runs."""
+    for name in MODEL_NAMES:
+        with contextlib.suppress(Exception):
+            adapter(name).warm_up()
+
+
+def compile_in_fresh_process() -> None:
+    """Fill the compiled code's cache, so that no measured run pays for a compiler's memory."""
+    with contextlib.suppress(CrashedError):  # the run that crashes reports it
+        call_isolated(_warm_up_all)
+
+
 def in_fresh_process(jobs: Sequence[Job], folder: Path) -> list[RunRecord]:
     """Run jobs in a process of their own: the first one's peak memory is its own.
 
     A crash of the process (a segmentation fault, the system out of memory) is reported as the
     failure of the job that caused it: after a crash each job gets a process of its own.
     """
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=1) as pool:
-        try:
-            return pool.submit(_work, jobs, folder).result()
-        except BrokenProcessPool:
-            if len(jobs) == 1:
-                return [failed(jobs[0], "CRASHED", "its process ended abruptly")]
-    return [record for job in jobs for record in in_fresh_process([job], folder)]
+    try:
+        records: list[RunRecord] = call_isolated(_work, jobs, folder)
+    except CrashedError as error:
+        if len(jobs) == 1:
+            return [failed(jobs[0], "CRASHED", str(error))]
+        return [record for job in jobs for record in in_fresh_process([job], folder)]
+    return records

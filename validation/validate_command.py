@@ -10,7 +10,7 @@ from validation.console import progress_bar
 from validation.efficiency import COLUMNS as EFFICIENCY_COLUMNS
 from validation.efficiency import efficiency_rows, efficiency_table
 from validation.errors import RunFailedError
-from validation.execute import in_fresh_process
+from validation.execute import compile_in_fresh_process, in_fresh_process
 from validation.figures import mesh_figure, overlay_figure
 from validation.headline import costs, differences, sentences
 from validation.page import write_page
@@ -34,6 +34,8 @@ def run_all(folder: Path, progress: Progress) -> Runs:
     """Run every job, one process at a time so that each has the machine to itself."""
     work = [group for scene in SCENES for group in groups(scene)]
     records = []
+    progress(0.0, "loading compiled code, compiling it the first time")
+    compile_in_fresh_process()
     for number, group in enumerate(work):
         progress(number / len(work), group[0].name)
         records += in_fresh_process(group, folder)

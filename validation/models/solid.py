@@ -92,16 +92,17 @@ def solve(
             f"scene {scene.name}: surface.height = {tables.surface.height:g}: must be > {radius:g} "
             f"for {model}: at rest the surface would cut the finger, whose radius that is"
         )
-    start = time.perf_counter()
-    try:  # bad sizes, bad geometry, bad settings
+    try:  # bad sizes, geometry or settings are ValueErrors that name the key
+        start = time.perf_counter()
         mesh = build_mesh(tables, dimension)
+        mesh_time = time.perf_counter() - start
         inputs = _inputs(tables)
+        start = time.perf_counter()
+        result = reference_fem.simulate(mesh, *inputs, progress=progress)
+        wall_time = time.perf_counter() - start
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
-    mesh_time = time.perf_counter() - start
-    start = time.perf_counter()
-    result = reference_fem.simulate(mesh, *inputs, progress=progress)
-    record = to_record(result, scene, model, variant(tables), time.perf_counter() - start)
+    record = to_record(result, scene, model, variant(tables), wall_time)
     record = replace(record, statistics={**record.statistics, "mesh_time_s": mesh_time})
     return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
 

@@ -52,6 +52,7 @@ def run(
     progress: Progress | None = None,
     started: float | None = None,
     origin_energy_J: float | None = 0.0,
+    angles: Array | None = None,
 ) -> TapResult:
     """Explicit run from u and v at `time_s` to the end of the tap.
 
@@ -67,9 +68,11 @@ def run(
     origin_energy_J
         Total energy that the balance is measured from: 0 for a body that set out from the mesh's
         rest position at rest; None takes the start of this run.
+    angles : (phalanges,)
+        Rotations so far, which count full turns; see `start_state`.
     """
     started = time.perf_counter() if started is None else started
-    state = start_state(model, displacement, velocity, time_s)
+    state = start_state(model, displacement, velocity, time_s, angles)
     recorder = Recorder(settings.max_samples, settings.snapshots)
     tap, largest_kinetic, largest_error = Tap(), 0.0, 0.0
     status, message = Status.INTERRUPTED, ""
@@ -199,7 +202,9 @@ def _ending(
     now, end = state.time_s, settings.end_time_s
     if tap.first_touch_s is None:
         late = end is not None and now >= end
-        waited = settings.max_flight_time_s if start_s == 0.0 else settings.max_contact_time_s
+        flies = settings.flight == "explicit"
+        # After a rigid flight the surface is a few steps away.
+        waited = settings.max_flight_time_s if flies else settings.max_contact_time_s
         if late or now - start_s > waited:
             return Status.NOT_REACHED, f"no contact up to t = {now:.6g} s"
         return None
@@ -220,9 +225,9 @@ def _progress(
 ) -> tuple[float, str]:
     """Share done, as far as it can be known, and what is going on."""
     if tap.first_touch_s is None:
-        if start_s > 0.0:
+        if settings.flight == "rigid":
             return 0.0, "approach"
-        return min(0.99, state.time_s / settings.max_flight_time_s), "flight"
+        return min(0.99, (state.time_s - start_s) / settings.max_flight_time_s), "flight"
     # A tap lasts for some five to eight transits of the last phalanx.
     expected = 8.0 * model.transit_s
     return min(0.99, (state.time_s - tap.first_touch_s) / expected), "contact"

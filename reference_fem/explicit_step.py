@@ -41,10 +41,21 @@ class Block:
     searched: bool
 
 
-def start_state(model: Model, displacement: Array, velocity: Array, time_s: float) -> State:
+def start_state(
+    model: Model,
+    displacement: Array,
+    velocity: Array,
+    time_s: float,
+    angles: Array | None = None,
+) -> State:
     """State for the first step from u and v at the same time.
 
     v(-Δt/2) = v(0) - Δt/2 a(0): central differences keep their second order from the start.
+
+    Parameters
+    ----------
+    angles : (phalanges,)
+        Rotations of the phalanges so far, to within half a turn; None: less than half a turn.
 
     Raises
     ------
@@ -63,7 +74,12 @@ def start_state(model: Model, displacement: Array, velocity: Array, time_s: floa
         anchor=np.zeros((surface_nodes.size, dim - 1)),
         spring_force=np.zeros((surface_nodes.size, dim - 1)),
         dissipation_J=0.0,
-        face_angles=np.array([c.angle(displacement, 0.0) for c in model.couples]),
+        face_angles=np.array(
+            [
+                c.angle(displacement, 0.0 if angles is None else angles[c.phalanx])
+                for c in model.couples
+            ]
+        ),
     )
     gap = lowest_gap(model, state.displacement)
     if gap < 0.0:

@@ -87,12 +87,32 @@ def simulate(
         if settings.flight == "rigid":
             if progress is not None:
                 progress(0.0, "rigid flight")
-            landed = _land(model, chain, begin, settings)
+            try:
+                landed = _land(model, chain, begin, settings)
+            except KeyboardInterrupt:
+                stopped = Status.INTERRUPTED
+                message = f"interrupted in the rigid flight: {stopped.advice}"
+                return _without_contact_window(model, settings, started, stopped, message)
             if landed is None:
-                return _not_reached(model, settings, started)
+                missed = Status.NOT_REACHED
+                message = (
+                    f"height = {surface.height}: the surface is not reached within "
+                    f"{_patience(settings):.6g} s: {missed.advice}"
+                )
+                return _without_contact_window(model, settings, started, missed, message)
             begin = landed
         displacement, velocity = pose(chain, begin, model.points, model.body_of_point)
-        return run(model, settings, displacement, velocity, begin.time_s, progress, started, origin)
+        return run(
+            model,
+            settings,
+            displacement,
+            velocity,
+            begin.time_s,
+            progress,
+            started,
+            origin,
+            begin.angles,
+        )
 
 
 def _surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
@@ -123,21 +143,22 @@ def _land(
     return state_at(max(begin.time_s, contact - settings.lead_steps * model.step_s))
 
 
-def _not_reached(model: Model, settings: Settings, started: float) -> TapResult:
+def _patience(settings: Settings) -> float:
+    """Longest flight, s."""
+    if settings.end_time_s is None:
+        return settings.max_flight_time_s
+    return min(settings.max_flight_time_s, settings.end_time_s)
+
+
+def _without_contact_window(
+    model: Model, settings: Settings, started: float, status: Status, message: str
+) -> TapResult:
     """A result without an explicit run."""
     recorder = Recorder(settings.max_samples, settings.snapshots)
     forces, history = recorder.forces(), recorder.history()
     elements = model.copies * len(model.cells)
     cost = Cost(time.perf_counter() - started, 0, elements, model.step_s)
     summary = summarize(forces, history, model.surface.friction, None, None, None, cost)
-    status = Status.NOT_REACHED
-    waited = settings.max_flight_time_s
-    if settings.end_time_s is not None:
-        waited = min(waited, settings.end_time_s)
-    message = (
-        f"height = {model.surface.height}: the surface is not reached within {waited:.6g} s: "
-        f"{status.advice}"
-    )
     return TapResult(status, message, history, forces, (), summary)
 
 

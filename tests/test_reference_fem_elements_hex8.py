@@ -8,6 +8,7 @@ from skfem import Basis, ElementHex1, ElementVector, MeshHex
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from reference_fem.elements import ElementKernel, hex8
+from reference_fem.elements.frequency import largest_eigenvalue
 from reference_fem.elements.geometry import CORNERS
 
 YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
@@ -255,6 +256,13 @@ def test_mass_and_volume():
     k = hex8(points, cells, np.full(n, YOUNG), np.full(n, POISSON), density)
     assert k.lumped_mass.sum() == pytest.approx(np.sum(density * k.cell_volume), rel=1e-13)
     assert (k.lumped_mass > 0).all()
+    # Row sums keep the first moment, int rho X dV: move inner nodes only, so that it is a box's.
+    points, cells = grid(4, 3, 2)
+    size = points.max(axis=0)
+    inside = ((points > 1e-9) & (points < size - 1e-9)).all(axis=1)
+    points[inside] += 2e-4 * np.random.default_rng(2).uniform(-1, 1, (inside.sum(), 3))
+    moment = kernel(points, cells).lumped_mass @ points
+    assert moment == pytest.approx(DENSITY * size.prod() * size / 2, rel=1e-13)
     box = kernel(*grid(4, 3, 2))
     assert box.cell_volume == pytest.approx(np.full(24, 1e-9), rel=1e-12)
     assert box.lumped_mass.min() == pytest.approx(DENSITY * 1e-9 / 8, rel=1e-12)
@@ -269,6 +277,24 @@ def test_max_frequency_bounds_the_spectrum(poisson, distortion):
     bound = k.max_frequency()
     assert bound > true
     assert bound < (1.5 if distortion == 0.0 else 2.5) * true
+
+
+def test_stiffness_behind_the_frequency_is_the_tangent():
+    """Element stiffness against central differences of the force (noise 1e-8), nu large."""
+    points, cells = grid(1, 1, 1, distortion=0.2)
+    k = kernel(points, cells, 0.49)
+    stiffness, mass = (part[0] for part in next(k._stiffness_and_mass()))
+    assert mass == pytest.approx(k.lumped_mass[cells[0]], rel=1e-13)
+    dofs = (3 * cells[0][:, None] + np.arange(3)).ravel()
+    expected = tangent(k, points)[np.ix_(dofs, dofs)]
+    assert np.allclose(stiffness, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+def test_bound_is_tight_where_all_eigenvalues_agree():
+    """The worst case of the Frobenius norm, 24^(1/2p) with p = 64, among lesser matrices."""
+    matrices = np.array([0.5, 2.0, 1.9])[:, None, None] * np.eye(24)
+    assert largest_eigenvalue(matrices, 0.0) == pytest.approx(2.0 * 24 ** (1 / 128), rel=1e-12)
+    assert largest_eigenvalue(matrices, 3.0) == 3.0
 
 
 def test_max_frequency_of_one_element_is_its_own():

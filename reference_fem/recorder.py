@@ -45,6 +45,13 @@ class Thinned(Generic[T]):
 
 Fields = tuple[float, Array, Array]
 
+# Shapes of a history without samples, where they are not (0,).
+_EMPTY = {
+    "tip_position_m": (0, 2),
+    "tip_velocity_m_per_s": (0, 2),
+    "hinge_reactions_N": (0, 0, 2),
+}
+
 
 class Recorder:
     """Samples, forces and fields of one run, in flight and in the contact window."""
@@ -97,6 +104,9 @@ class Recorder:
         kept = [*self._flight.items, *self._window.items]
         if self._last is not None and (not kept or kept[-1] is not self._last):
             kept.append(self._last)
+        if not kept:
+            empty = {name: np.empty(shape) for name, shape in _EMPTY.items()}
+            return History(**{f.name: empty.get(f.name, np.empty(0)) for f in fields(Sample)})
         kept.sort(key=lambda item: item.time_s)
         return History(
             **{f.name: np.array([getattr(item, f.name) for item in kept]) for f in fields(Sample)}

@@ -188,6 +188,7 @@ def test_never_reached(plane_mesh: meshes.FingerMesh) -> None:
     assert "height = 0.2" in result.message
     assert result.summary.peak_normal_force_N is None
     assert len(result.history.time_s) == 0
+    assert result.history.tip_position_m.shape == (0, 2)
     early = rf.simulate(plane_mesh, SOFT, SURFACE, rf.Drive(), rf.Settings(end_time_s=0.1))
     assert early.status is rf.Status.NOT_REACHED
 

@@ -12,7 +12,7 @@ import numpy as np
 from validation.storage import atomic
 
 FRAMES = 6
-SCALE_PERCENTILE = 99.0
+SCALE_PERCENTILE = 99.7
 EDGES_UP_TO = 5000  # faces: beyond this, edges hide the colours
 GAP = 6  # pixels between the frames of a sheet
 SIZE = (1000, 640)

@@ -55,7 +55,8 @@ def first_touch(r: Floats) -> float:
     """Read one number of each cache line of r; the sum only keeps the reads from being dropped.
 
     The kernels read a block as dozens of short streams, which the processor does not foresee. One
-    reading in the order of memory brings it into the cache at full bandwidth (measured: 2 to 10 % faster).
+    reading in the order of memory brings it into the cache at full bandwidth
+    (measured: 2 to 10 % faster).
     """
     total = 0.0
     for i in range(0, r.size, 8):

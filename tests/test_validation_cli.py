@@ -13,6 +13,7 @@ import pytest
 
 from validation import execute
 from validation.cli import main
+from validation.console import say_error
 from validation.errors import RunFailedError, UserError
 from validation.models.adapter import Outcome
 from validation.record import SOLID_KEYS, SUMMARY_KEYS, RunRecord
@@ -192,6 +193,11 @@ def test_bad_input_is_refused_before_anything_runs(
     assert "Traceback" not in captured.err
 
 
+def test_an_error_is_one_line_whatever_its_text(capsys: pytest.CaptureFixture[str]) -> None:
+    say_error("a\nb\n  c")
+    assert capsys.readouterr().err == "fingertap: error: a b c\n"
+
+
 def test_the_output_folder_may_not_be_a_file(
     fake_model: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -224,6 +230,7 @@ def test_help_is_light() -> None:
     code = """
 import sys
 from validation.cli import main
+from validation.console import say_error
 try:
     main(["--help"])
 finally:

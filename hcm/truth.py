@@ -9,6 +9,7 @@ square of the refinement), so a tap costs tenths of a second and the flight befo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -30,9 +31,12 @@ from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
 from hcm.result import EVENT_KINDS, Event
 
 Floats = NDArray[np.float64]
+Slots = tuple[float, float, float, float]
 
 # More transitions than this mean chatter, which has no end at any tolerance.
 MAX_PHASES = 10_000
+# s; which way an event function that starts at zero goes is seen after this time.
+PROBE = 1e-9
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -179,15 +183,21 @@ def solve_chain(
             )
         origin = y[:m].copy()
         y[:m] = 0.0
-        functions = _event_functions(origin, mapping, chain, contact, law)
+
+        def slope(
+            _time: float, y: Floats, origin: Floats = origin, contact: Contact = contact
+        ) -> Floats:
+            return rate(y, origin, mapping, chain, contact, law)
+
+        soon = solve_ivp(slope, (0.0, PROBE), y, method="DOP853", rtol=rtol, atol=tolerance)
+        functions = _event_functions(time, y, soon.y[:, -1], origin, mapping, chain, contact, law)
         solved = solve_ivp(
-            lambda _t, y, o, c: rate(y, o, mapping, chain, c, law),
-            (time, end_time), y, args=(origin, contact), method="DOP853", events=functions,
+            slope, (time, end_time), y, method="DOP853", events=functions,
             rtol=rtol, atol=tolerance, dense_output=dense, t_eval=[end_time],
         )  # fmt: skip
         if solved.status < 0:
             raise RuntimeError(f"the integrator failed at t = {time:.9g} s: {solved.message}")
-        evaluations += solved.nfev
+        evaluations += soon.nfev + solved.nfev
         fired = [i for i, times in enumerate(solved.t_events) if times.size]
         stop = float(solved.t_events[fired[0]][0]) if fired else end_time
         y = (solved.y_events[fired[0]][0] if fired else solved.y[:, -1]).copy()
@@ -222,41 +232,47 @@ def _tolerance(mapping: Coordinates, chain: Chain, law: Law, atol: float) -> Flo
     period = (mass / law.k) ** 0.5
     position = atol * mapping.unit
     force = atol * law.k
-    return np.concatenate([position, position / period, [force * period, force * atol]])
+    # the friction's work: the force's tolerance over a micrometre
+    return np.concatenate([position, position / period, [force * period, force * 1e-6]])
 
 
 class _Falling:
     """One slot of `event_values` as SciPy wants it: it ends the phase when it falls through zero.
 
     slot -1 is the rise above the surface of a tip that left it with a residual deformation.
+    A function that starts at zero has just fired, or coincides with one that has. Its round-off
+    says nothing: it starts on the side where it is *not* a moment later if it rises (and fires only
+    after it has been positive), and on the upper side if it falls (and fires at once).
     """
 
     terminal = True
     direction = -1.0
 
-    def __init__(self, slot: int, values: Callable[[Floats], tuple[float, float, float, float]]):
-        self.slot = slot
-        self.values = values
+    def __init__(self, slot: int, values: Callable[[Floats], Slots], begin: float, start: Slots,
+                 soon: Slots):  # fmt: skip
+        self.slot, self.values, self.begin = slot, values, begin
+        self.at_begin = start[slot]
+        if abs(start[slot]) < 0.01 * abs(soon[slot]):
+            self.at_begin = -math.copysign(1e-300, soon[slot])
 
-    def __call__(self, _time: float, y: Floats, _origin: Floats, _contact: Contact) -> float:
-        return self.values(y)[self.slot]
+    def __call__(self, time: float, y: Floats) -> float:
+        return self.values(y)[self.slot] if time > self.begin else self.at_begin
 
 
 def _event_functions(
-    origin: Floats, mapping: Coordinates, chain: Chain, contact: Contact, law: Law
-) -> list[_Falling]:
+    begin: float, start: Floats, soon: Floats, origin: Floats, mapping: Coordinates, chain: Chain,
+    contact: Contact, law: Law,
+) -> list[_Falling]:  # fmt: skip
     m = mapping.place.size
     x, y = (int(mapping.source[chain.tip + c]) for c in range(2))
 
-    def values(state: Floats) -> tuple[float, float, float, float]:
+    def values(state: Floats) -> Slots:
         gap = origin[y] + state[y] + law.height
-        slots = event_values(
-            origin[x] + state[x], gap, state[m + x], state[m + y], contact, law
-        )  # fmt: skip
+        slots = event_values(origin[x] + state[x], gap, state[m + x], state[m + y], contact, law)
         return (*slots, -gap)
 
-    if contact.normal == FLIGHT:
-        rising = [_Falling(-1, values)] if contact.gap_ref < 0.0 else []
-        return [_Falling(0, values), *rising]
-    finite = np.isfinite(event_values(0.0, 0.0, 0.0, 0.0, contact, law))
-    return [_Falling(slot, values) for slot in range(3) if finite[slot]]
+    now, later = values(start), values(soon)
+    wanted = [slot for slot in range(3) if math.isfinite(now[slot])]
+    if contact.normal == FLIGHT and contact.gap_ref < 0.0:
+        wanted.append(-1)
+    return [_Falling(slot, values, begin, now, later) for slot in wanted]

@@ -15,6 +15,7 @@ class Claim:
     quantity: str
     value: str
     unit: str
+    kind: str
 
     @property
     def number(self) -> float:
@@ -35,6 +36,7 @@ def read_claims() -> tuple[Claim, ...]:
                 row["quantity"],
                 row["paper_value"],
                 row["unit"],
+                row["kind"],
             )
             for row in csv.DictReader(file)
         )

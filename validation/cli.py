@@ -61,6 +61,22 @@ def validate(*, out: Path = Path("out")) -> None:
     run_validation(out)
 
 
+@app.command
+def paper(*, out: Path = Path("out"), reference: bool = True) -> None:
+    """Compute every number and figure of the article, and judge each one.
+
+    Parameters
+    ----------
+    out
+        Folder for paper/: index.html, ledger.csv, figures.
+    reference
+        Whether to run the ls-dyna-like reference too; its rows are not judged without it.
+    """
+    from validation.paper_command import run_paper
+
+    run_paper(out, reference)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
     from validation.console import say_error

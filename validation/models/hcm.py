@@ -1,6 +1,7 @@
 """Adapter of the reduced model."""
 
 import time
+from typing import Any
 
 from validation.errors import UserError
 from validation.models.adapter import Outcome, Progress, given, to_record
@@ -9,7 +10,14 @@ from validation.scenes.load import NamedScene, load_scene
 WARM_UP = ("finger.elements=2", "surface.height=0.002", "solver.hcm.contact_step=1e-6")
 
 
-def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
+def translate(scene: NamedScene) -> dict[str, Any]:
+    """The scene as keyword arguments of ``hcm.simulate``.
+
+    Raises
+    ------
+    UserError
+        The reduced model cannot take this scene.
+    """
     import hcm
 
     tables = scene.tables
@@ -28,23 +36,32 @@ def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
                 *map(tables.per_phalanx, columns), strict=True
             )
         )
-        arguments = (
-            hcm.Finger(phalanges=phalanges),
-            hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
-            hcm.Tip(
+        return {
+            "finger": hcm.Finger(phalanges=phalanges),
+            "surface": hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
+            "tip": hcm.Tip(
                 normal_stiffness=tables.tip.normal_stiffness,
                 restitution=tables.tip.restitution,
                 tangential_ratio=tables.tangential_ratio,
             ),
-            hcm.Drive(
+            "drive": hcm.Drive(
                 torques=tables.drive.torques or (),  # none lets the solver skip them
                 gravity=tables.drive.gravity,
                 reaction=tables.drive.reaction,
             ),
-        )
-        settings = hcm.Settings(**given(**tables.solver.hcm.model_dump()))
-        start = time.perf_counter()
-        result = hcm.simulate(*arguments, settings=settings, progress=progress)
+            "settings": hcm.Settings(**given(**tables.solver.hcm.model_dump())),
+        }
+    except hcm.ParameterError as error:
+        raise UserError(f"scene {scene.name}: {error}") from error
+
+
+def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
+    import hcm
+
+    arguments = translate(scene)
+    start = time.perf_counter()
+    try:
+        result = hcm.simulate(**arguments, progress=progress)
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     return Outcome(to_record(result, scene, "hcm", "", time.perf_counter() - start))

@@ -1,0 +1,1 @@
+"""The paper regenerated: every number that it prints, computed here, compared and judged."""

@@ -1,0 +1,78 @@
+"""Figs. 13 to 16: postures, forces, deflection and stick-slip of the driven finger."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from validation.paper.cases import PRINTED_TORQUES
+from validation.paper.figure_panels import COLORS, label, panels
+from validation.paper.finding import Runs, curve, window
+from validation.paper.solve import CaseRun
+from validation.paper.undriven_figures import TIME, draw_forces, draw_stress
+
+CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
+EVENTS_DRAWN = 5
+
+
+def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
+    """Postures before, at and after contact."""
+    with panels(path, 3, width=3.6) as axes:
+        for axis, (name, legend) in zip(axes[0], CASES, strict=True):
+            run = runs[name]
+            shown = sorted((*run.frames, run.event_postures[0]), key=lambda p: p.time_s)
+            for shade, posture in enumerate(shown):
+                line = np.concatenate(posture.positions_m)
+                axis.plot(
+                    *line.T, color=COLORS[shade % len(COLORS)],
+                    label=f"{1e3 * posture.time_s:.2f} ms",
+                )  # fmt: skip
+                hinges = np.array([nodes[0] for nodes in posture.positions_m])
+                axis.plot(*hinges.T, "o", color=COLORS[shade % len(COLORS)], markersize=3)
+            axis.axhline(-height, color="#888888", linewidth=2)
+            axis.set_aspect("equal", adjustable="datalim")
+            label(axis, f"{legend}", "X (m)", "Y (m)")
+
+
+def figure_14(path: Path, runs: Runs) -> None:
+    """Contact forces and stress at R."""
+    with panels(path, 2) as axes:
+        draw_forces(axes[0][0], runs, CASES)
+        label(axes[0][0], "(a)", TIME, "$F_n$ (solid), $F_t$ (dashed) (N)")
+        draw_stress(axes[0][1], runs, CASES)
+        label(axes[0][1], "(b)", TIME, r"$\sigma_R$ (MPa)")
+
+
+def _spread_events(run: CaseRun) -> list[int]:
+    """Indices of contact, separation and the reversals between them that lie furthest apart."""
+    kinds = ("contact", "compression_to_restitution", "restitution_to_compression", "separation")
+    end = window(run.record)[1]
+    all_ = [i for i, e in enumerate(run.record.events) if e.kind in kinds and e.time_s <= end]
+    if len(all_) <= EVENTS_DRAWN:
+        return all_
+    times = np.array([run.record.events[i].time_s for i in all_])
+    wanted = np.linspace(times[0], times[-1], EVENTS_DRAWN)
+    return [all_[int(np.abs(times - t).argmin())] for t in wanted]
+
+
+def figure_15(path: Path, runs: Runs) -> None:
+    """Bending deflection of the third phalanx at contact, reversals and separation."""
+    with panels(path, 3, width=3.6) as axes:
+        for axis, (name, legend) in zip(axes[0], CASES, strict=True):
+            run = runs[name]
+            start = run.record.value("contact_time_s") or 0.0
+            for letter, i in zip("ABCDE", _spread_events(run), strict=False):
+                axial, deflection = run.event_postures[i].deflection(2)
+                moment = 1e3 * (run.record.events[i].time_s - start)
+                axis.plot(-axial, 1e3 * deflection, label=f"{letter}: {moment:.3f} ms")
+            label(axis, legend, "axial position (m), tip at the left", "deflection (mm)")
+
+
+def figure_16(path: Path, runs: Runs) -> None:
+    """Velocity of the contact particle P."""
+    with panels(path, 3, width=3.6) as axes:
+        for axis, (name, legend), color in zip(axes[0], CASES, COLORS, strict=False):
+            time, velocity = curve(runs[name], "particle_velocity_m_per_s")
+            axis.plot(1e3 * time, velocity, color=color, label="$V_P$")
+            label(axis, legend, TIME, "tangential velocity (m/s)")

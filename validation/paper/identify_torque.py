@@ -1,0 +1,82 @@
+"""The unit of the printed t_3: one factor, from the three printed arrival times.
+
+The paper drives the third hinge with 30, 3000 and 5500 "N m", which would fold the finger. With
+torque t_3 = factor x printed value, the arrival times T_i(factor) of the three cases are three
+measurements of one unknown: least squares on the relative residuals
+
+    r_i = T_i(factor)/T_i,printed - 1,
+
+with the standard uncertainty s/|J|, s^2 = sum r^2/(3 - 1), J = dr/dfactor (linear regression).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from validation.claims import read_claims
+from validation.errors import RunFailedError
+from validation.paper.cases import PRINTED_TORQUES, driven
+from validation.paper.solve import solve_case
+
+ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
+BOUNDS = (5e-5, 1e-4)
+# The flight alone matters, and five elements a phalanx give its duration to 2e-4: the run ends as
+# soon as the tip has touched.
+FLIGHT_ONLY = ("finger.elements=5", "solver.hcm.max_contact_time=1e-9")
+
+
+@dataclass(frozen=True)
+class TorqueFactor:
+    """The factor, its standard uncertainty, and the arrival times printed and computed, s."""
+
+    factor: float
+    uncertainty: float
+    printed: Mapping[str, float]
+    computed: Mapping[str, float]
+
+
+def arrival_time(scene: str, factor: float) -> float:
+    """Time of first contact of a driven case, s.
+
+    Raises
+    ------
+    RunFailedError
+        The tip does not reach the surface with this factor.
+    """
+    time = solve_case(driven(scene, factor, "flight", FLIGHT_ONLY)).record.value("contact_time_s")
+    if time is None:
+        raise RunFailedError(f"{scene}: the tip does not arrive with t_3 factor {factor:g}")
+    return time
+
+
+def printed_arrivals() -> dict[str, float]:
+    """The arrival times that the paper prints, s."""
+    numbers = {claim.id: claim.number for claim in read_claims() if claim.id.startswith("F13")
+               and claim.unit == "s"}  # fmt: skip
+    return {scene: numbers[claim] for scene, claim in ARRIVAL_CLAIMS.items()}
+
+
+def identify(pool: Executor) -> TorqueFactor:
+    """Least squares on the three arrival times."""
+    from scipy.optimize import least_squares
+
+    printed = printed_arrivals()
+    target = np.array([printed[scene] for scene in PRINTED_TORQUES])
+
+    def residuals(scaled: np.ndarray) -> np.ndarray:
+        factor = 1e-5 * float(scaled[0])
+        jobs = [pool.submit(arrival_time, scene, factor) for scene in PRINTED_TORQUES]
+        return np.array([job.result() for job in jobs]) / target - 1
+
+    # arrival times jitter by about 1e-5 with the flight's steps: differences must be larger
+    fit = least_squares(
+        residuals, [7.0], bounds=(1e5 * BOUNDS[0], 1e5 * BOUNDS[1]), diff_step=0.02, xtol=1e-4
+    )
+    variance = float(np.sum(fit.fun**2)) / (fit.fun.size - 1)
+    uncertainty = 1e-5 * float(np.sqrt(variance / np.sum(fit.jac**2)))
+    computed = {s: float(t) for s, t in zip(PRINTED_TORQUES, (fit.fun + 1) * target, strict=True)}
+    return TorqueFactor(1e-5 * float(fit.x[0]), uncertainty, printed, computed)

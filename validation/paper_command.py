@@ -1,0 +1,135 @@
+"""``fingertap paper``: every number that the paper prints, with a verdict, and its figures."""
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from validation.claims import read_claims
+from validation.console import progress_bar
+from validation.execute import Job, in_fresh_process
+from validation.figures import mesh_figure, overlay_figure
+from validation.models import ModelName
+from validation.page import write_page
+from validation.paper import (
+    compliance_rows,
+    driven_rows,
+    friction_rows,
+    validation_rows,
+)
+from validation.paper.cases import driven_cases, experiments, undriven_cases
+from validation.paper.driven_figures import figure_13, figure_14, figure_15, figure_16
+from validation.paper.finding import Runs
+from validation.paper.identify_torque import TorqueFactor, identify
+from validation.paper.ledger import VERDICTS, ledger, ledger_table, score
+from validation.paper.solve import solve_cases, workers
+from validation.paper.undriven_figures import figure_10, figure_11, figure_12
+from validation.provenance import provenance
+from validation.record import RunRecord
+from validation.storage import output_folder
+from validation.tables import write_table
+
+SCENES = ("hard", "soft")
+PRESET = ("solver.fem.preset=ls-dyna-like",)
+CAPTIONS = {
+    "fig-07": "Fig. 7: reduced model with N elements in all",
+    "fig-09": "Fig. 9: reduced model against the ls-dyna-like reference (other model)",
+    "fig-10": "Fig. 10: contact forces and stress at R under different friction",
+    "fig-11": "Fig. 11: contact forces and stress at R under different compliance",
+    "fig-12": "Fig. 12: hysteresis loops of the normal element",
+    "fig-13": "Fig. 13: postures of the driven finger; the contact's own instant included",
+    "fig-14": "Fig. 14: contact forces and stress at R of the driven finger",
+    "fig-15": "Fig. 15: bending deflection of the third phalanx in its first node's frame",
+    "fig-16": "Fig. 16: tangential velocity of the contact particle P",
+}
+
+
+def run_alone(
+    folder: Path, model: ModelName, overrides: tuple[str, ...], variant: str
+) -> dict[str, RunRecord]:
+    """A model on both scenes, each run alone in its process; failures left out."""
+    records = {}
+    for scene in SCENES:
+        (record,) = in_fresh_process([Job(scene, model, overrides, variant)], folder)
+        if record.ok:
+            records[scene] = record
+    return records
+
+
+def draw(folder: Path, runs: Runs, references: Mapping[str, RunRecord]) -> list[tuple[Path, str]]:
+    """All figures; returns paths and captions."""
+    paths = {name: folder / f"{name}.png" for name in CAPTIONS}
+    labels = {"": "N = 60", " N=30": "N = 30", " N=15": "N = 15"}
+    counted = [(title, runs[f"{scene}{suffix}"].record) for scene in SCENES
+               for suffix, title in labels.items()]  # fmt: skip
+    mesh_figure(paths["fig-07"], counted, SCENES)
+    overlay_figure(
+        paths["fig-09"], [*(runs[s].record for s in SCENES), *references.values()], (), SCENES
+    )
+    for number, figure in ((10, figure_10), (11, figure_11), (12, figure_12), (13, figure_13),
+                           (14, figure_14), (15, figure_15), (16, figure_16)):  # fmt: skip
+        figure(paths[f"fig-{number}"], runs)
+    return [(paths[name], f"{caption}. Source: our own runs.") for name, caption in
+            CAPTIONS.items()]  # fmt: skip
+
+
+def solve_all(progress: Callable[[float, str], None]) -> tuple[Runs, TorqueFactor]:
+    """Identify the t_3 factor, then run every case of the reduced model."""
+    with workers(os.cpu_count() or 1) as pool:
+        progress(0.02, "identifying the t_3 factor")
+        factor = identify(pool)
+        cases = (
+            *driven_cases(factor.factor, factor.uncertainty),
+            *undriven_cases(),
+            *experiments(),
+        )
+        return solve_cases(cases, pool, lambda f, what: progress(0.2 + 0.5 * f, what)), factor
+
+
+def run_paper(out: Path, with_reference: bool) -> None:
+    """Run, judge, tabulate, draw, and write the page.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    """
+    folder = output_folder(out / "paper")
+    figures, runs_folder = (output_folder(folder / name) for name in ("figures", "runs"))
+    claims = read_claims()
+    with progress_bar("paper") as progress:
+        runs, factor = solve_all(progress)
+        progress(0.7, "time and memory of the reduced model")
+        alone = run_alone(runs_folder, "hcm", (), "")
+        progress(0.75, "reference, ls-dyna-like")
+        references = (
+            run_alone(runs_folder, "fem3d", PRESET, "ls-dyna-like") if with_reference else {}
+        )
+        progress(0.9, "ledger and figures")
+        findings = {
+            **validation_rows.measure(runs, alone, references),
+            **friction_rows.measure(runs),
+            **compliance_rows.measure(runs),
+            **driven_rows.measure(runs),
+        }
+        rows = ledger(claims, findings)
+        write_table(folder, "ledger", ledger_table(rows), "Every number that the paper prints")
+        drawn = draw(figures, runs, references)
+        settled, total = score(rows, claims)
+        counts = Counter(row.verdict for row in rows)
+        page = folder / "index.html"
+        context = {
+            "rows": rows,
+            "counts": {verdict: counts[verdict] for verdict in VERDICTS},
+            "settled": settled,
+            "total": total,
+            "factor": factor,
+            "figures": drawn,
+            "with_reference": bool(references),
+            "provenance": provenance({}),
+        }
+        write_page(page, "paper.html.j2", context)
+    print("; ".join(f"{verdict}: {counts[verdict]}" for verdict in VERDICTS))
+    print(f"rows that concern hcm: {settled} of {total} reproduced or self-contradicting")
+    print(f"t_3 factor: {factor.factor:.4g} +- {factor.uncertainty:.2g} N m per printed unit")
+    print(f"page: {page}")

@@ -15,6 +15,7 @@ from hcm.parameters import (
 )
 from hcm.posture import Posture
 from hcm.result import Event, History, Statistics, Status, Summary, TapResult
+from hcm.rigid_start import RigidStart
 from hcm.simulate import simulate
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "ParameterError",
     "Phalanx",
     "Posture",
+    "RigidStart",
     "Settings",
     "Statistics",
     "Status",

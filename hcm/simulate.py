@@ -14,9 +14,10 @@ from hcm.clock import Clock, Plan
 from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, workspace
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
-from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
+from hcm.parameters import Drive, Finger, ParameterError, Settings, Surface, Tip, check_scene
 from hcm.posture import posture
 from hcm.result import EVENT_KINDS, Event, Floats, History, Statistics, Status, TapResult
+from hcm.rigid_start import RigidStart, rigid_motion
 from hcm.summary import summarize
 
 Progress = Callable[[float, str], None]
@@ -39,14 +40,16 @@ def simulate(
     drive: Drive = Drive(),  # noqa: B008  frozen
     settings: Settings = Settings(),  # noqa: B008  frozen
     progress: Progress | None = None,
+    start: RigidStart | None = None,
 ) -> TapResult:
-    """Let the finger fall from rest along -X and tap the surface.
+    """Let the finger fall from rest along -X, or from `start`, and tap the surface.
 
     Parameters
     ----------
     finger, surface, tip, drive : the scene, SI units.
     settings : numerical choices.
     progress : called now and then with (fraction of the run, what it is doing).
+    start : rigid state to start from, its tip above the surface; None: at rest along -X at t = 0.
 
     Returns
     -------
@@ -55,24 +58,33 @@ def simulate(
     Raises
     ------
     ParameterError
-        The parts of the scene do not fit each other.
+        The parts of the scene do not fit each other, or the start lies below the surface.
     """
     check_scene(finger, surface, drive)
     started = time.perf_counter()
     chain, rest = build_chain(finger, drive)
     law, probe = contact_law(surface, tip), build_probe(finger)
     n, phalanges = rest.size, len(finger.phalanges)
-    old = Motion(rest, np.zeros(n), np.zeros(n), np.zeros(n))
+    speed, begin = np.zeros(n), 0.0
+    if start is not None:
+        rest, speed = rigid_motion(finger, chain, start)
+        begin = float(start.time_s)
+        if (clearance := float(rest[chain.tip + 1]) + surface.height) <= 0:
+            raise ParameterError(
+                f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
+                " surface; it must start above it"
+            )
+    old = Motion(rest, speed, np.zeros(n), np.zeros(n))
     new = Motion(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
     work = workspace(n)
     contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
-    clock = Clock(0.0, 0.0, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    clock = Clock(begin, begin, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan = _plan(settings)
     co = coefficients(settings.spectral_radius, settings.newton_tolerance)
     frames = tap.FrameTable(
         np.array(settings.frame_times, dtype=float), np.full((len(settings.frame_times), n), np.nan)
     )
-    frames.q[frames.time == 0.0] = rest
+    frames.q[frames.time == begin] = rest
     event_q: list[Floats] = []
     rows: list[Floats] = [np.zeros((1, len(tap.COLUMNS)))]
     reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
@@ -134,7 +146,7 @@ def simulate(
         tuple(
             posture(chain, float(t), q)
             for t, q in zip(frames.time, frames.q, strict=True)
-            if t <= clock.time
+            if begin <= t <= clock.time
         ),
     )
 

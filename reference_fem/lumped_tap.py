@@ -1,0 +1,302 @@
+"""A tap of the solid finger with the lumped contact law at its flat end.
+
+The second rung of the validation ladder (design.md section 7): both models have the same contact,
+so that what separates them is beams against solids.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import meshes
+from reference_fem.central_difference import half_kick, leapfrog
+from reference_fem.hinges import hinge_reactions
+from reference_fem.lumped_contact import (
+    ENERGIES,
+    FRICTION_LOSS,
+    HYSTERESIS_LOSS,
+    MEMORY,
+    STORED,
+    LumpedContact,
+    lumped_force,
+)
+from reference_fem.lumped_result import (
+    LumpedAudit,
+    LumpedHistory,
+    LumpedTapResult,
+    summarize_lumped,
+)
+from reference_fem.model import Model, build_model
+from reference_fem.parameters import Drive, Material, Settings, Surface
+from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
+from reference_fem.status import Status
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Progress = Callable[[float, str], None]
+
+# Audits in the time that an axial wave takes along the last phalanx.
+AUDITS_PER_TRANSIT = 20
+# The penalty's springs take no part here: too soft to enter the stable step.
+NO_PENALTY = 1e-12
+COLUMNS = 10
+
+
+@dataclass(frozen=True)
+class EndFace:
+    """Nodes that touch as one, with the weights w_i of their mean."""
+
+    nodes: Index
+    weights: Array
+
+
+def simulate_lumped(
+    mesh: meshes.FingerMesh,
+    materials: Sequence[Material],
+    surface: Surface,
+    drive: Drive,
+    contact: LumpedContact,
+    settings: Settings | None = None,
+    progress: Progress | None = None,
+    start: ChainState | None = None,
+) -> LumpedTapResult:
+    """Let the finger of `mesh` fall; its flat end touches by the lumped law. One tap.
+
+    Parameters
+    ----------
+    mesh
+        With a flat end: node set `distal_face_P`, P the last phalanx.
+    materials, surface, drive, progress, start
+        As for `simulate.simulate`.
+    contact
+        The law's constants; friction is the surface's.
+    settings
+        Its step_factor, threads, element, lead_steps, energy_tolerance and the longest times are
+        used; the flight is rigid and the penalty has no part.
+
+    Raises
+    ------
+    ValueError
+        For bad input, naming it, its value and what is allowed.
+    """
+    started = time.perf_counter()
+    settings = replace(settings or Settings(), penalty_factor=NO_PENALTY)
+    model = build_model(mesh, materials, surface, drive, settings)
+    face = end_face(mesh, model.mass)
+    model = replace(model, step_s=coupled_step(model, face, contact, settings.step_factor))
+    chain = model.chain
+    if chain is None:
+        raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
+    rest = ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
+    begin = rest if start is None else start
+    if begin.angles.shape != (chain.links,) or begin.rates.shape != (chain.links,):
+        raise ValueError(
+            f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
+            f"{chain.links} phalanges; give one of each per phalanx"
+        )
+    gap = _face_gap(model, face, chain)
+    if (clearance := gap(begin.angles)) <= 0.0:
+        raise ValueError(
+            f"height = {surface.height}: the end face starts {-clearance:.3g} m below the "
+            "surface; it must start above it"
+        )
+    if progress is not None:
+        progress(0.0, "rigid flight")
+    last = begin.time_s + min(settings.max_flight_time_s, settings.end_time_s or np.inf)
+    state_at, touch = fly(chain, begin, gap, last)
+    if touch is None:
+        missed = Status.NOT_REACHED
+        message = f"the surface is not reached within {last:.6g} s: {missed.advice}"
+        return _result(model, [], [], missed, message, False, started)
+    landed = state_at(max(begin.time_s, touch - settings.lead_steps * model.step_s))
+    return _run(model, face, contact, settings, landed, progress, started)
+
+
+def end_face(mesh: meshes.FingerMesh, mass: Array) -> EndFace:
+    """Nodes of the flat end with their mass-weighted mean.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no flat end.
+    """
+    name = f"distal_face_{mesh.phalanges}"
+    nodes = np.asarray(mesh.node_sets.get(name, ()), dtype=np.int64)
+    if not nodes.size:
+        raise ValueError(
+            f"mesh: node set '{name}' is missing or empty; the lumped law acts on a flat end: "
+            "mesh the finger with tip='flat'"
+        )
+    return EndFace(nodes, mass[nodes] / mass[nodes].sum())
+
+
+def coupled_step(model: Model, face: EndFace, contact: LumpedContact, factor: float) -> float:
+    """Δt = factor 2/ω, ω² = ω_e² + k_max/(copies m_face), s.
+
+    The law's springs act on the mean: K_c = k w wᵀ, whose largest eigenvalue in M⁻¹K_c is
+    k Σ w_i²/m_i = k/Σ m_i for mass weights (see `stable_step.frequency_bound`).
+    """
+    elastic = 2.0 * factor / model.step_s
+    spring = contact.stiffest / (model.copies * float(model.mass[face.nodes].sum()))
+    return 2.0 * factor / float(np.hypot(elastic, np.sqrt(spring)))
+
+
+def _face_gap(model: Model, face: EndFace, chain: RigidChain) -> Callable[[Array], float]:
+    points, bodies = model.points[face.nodes], model.body_of_point[face.nodes]
+
+    def gap(angles: Array) -> float:
+        still = ChainState(angles, np.zeros_like(angles), 0.0)
+        displacement, _ = pose(chain, still, points, bodies)
+        return float(face.weights @ (points[:, 1] + displacement[:, 1])) + model.surface.height
+
+    return gap
+
+
+def _run(
+    model: Model,
+    face: EndFace,
+    contact: LumpedContact,
+    settings: Settings,
+    landed: ChainState,
+    progress: Progress | None,
+    started: float,
+) -> LumpedTapResult:
+    """The explicit loop, up to the end of the contact."""
+    assert model.chain is not None
+    u, v = pose(model.chain, landed, model.points, model.body_of_point)
+    residual, middle = np.empty_like(u), np.empty_like(u)
+    memory, energies = np.zeros(MEMORY), np.zeros(ENERGIES)
+    angles = [c.angle(u, landed.angles[c.phalanx]) for c in model.couples]
+    interval = max(1, round(model.transit_s / (AUDITS_PER_TRANSIT * model.step_s)))
+    law = (contact.normal_stiffness, contact.restitution, contact.tangential_ratio)
+    rest = face.weights @ model.points[face.nodes, :2]
+    rows: list[Array] = []
+    audits: list[Array] = []
+    friction = hysteresis = largest = 0.0
+    touch_s: float | None = None
+    status, message, finished = Status.INTERRUPTED, "", False
+    _forces(model, u, v, residual)
+    half_kick(v, residual, model.inverse_mass, model.gravity, -model.step_s, middle)
+    v = middle.copy()
+    try:
+        while True:
+            now = landed.time_s + len(rows) * model.step_s
+            _forces(model, u, v, residual)
+            x, y = rest + face.weights @ u[face.nodes, :2]
+            vx, vy = face.weights @ v[face.nodes, :2]
+            tangential, normal = lumped_force(
+                x, y + model.surface.height, vx, vy, *law, model.surface.friction, memory, energies
+            )
+            residual[face.nodes, 0] -= face.weights * (tangential / model.copies)
+            residual[face.nodes, 1] -= face.weights * (normal / model.copies)
+            friction += energies[FRICTION_LOSS]
+            hysteresis += energies[HYSTERESIS_LOSS]
+            stored = energies[STORED]
+            rows.append(
+                np.array([now, normal, tangential, x, y, vx, vy, stored, friction, hysteresis])
+            )
+            if touch_s is None and normal > 0.0:
+                touch_s = now
+            finished = touch_s is not None and normal == 0.0
+            if len(rows) % interval == 1 or finished:
+                half_kick(v, residual, model.inverse_mass, model.gravity, model.step_s, middle)
+                angles = [c.angle(u, a) for c, a in zip(model.couples, angles, strict=True)]
+                audits.append(_audit(model, u, middle, now, angles, rows[-1]))
+                error, kinetic = audits[-1][-1] - audits[0][-1], audits[-1][1]
+                largest = max(largest, kinetic)
+                if not abs(error) <= settings.energy_tolerance * largest:
+                    lost = Status.UNSTABLE
+                    text = f"the energy balance is off by {error:.3g} J at step {len(rows)}"
+                    audits.pop()
+                    status, message = lost, f"{text}, t = {now:.6g} s: {lost.advice}"
+                    break
+                if progress is not None:
+                    share = 0.0 if touch_s is None else (now - touch_s) / (8.0 * model.transit_s)
+                    progress(min(0.99, share), "contact")
+            if finished:
+                status = Status.COMPLETED
+                break
+            if now - (touch_s or landed.time_s) > settings.max_contact_time_s:
+                status = Status.NOT_REACHED if touch_s is None else Status.STILL_IN_CONTACT
+                message = f"at t = {now:.6g} s: {status.advice}"
+                break
+            leapfrog(u, v, residual, model.inverse_mass, model.gravity, model.step_s)
+    except KeyboardInterrupt:
+        message = f"interrupted at step {len(rows)}: {status.advice}"
+    return _result(model, rows, audits, status, message, finished, started)
+
+
+def _forces(model: Model, u: Array, v: Array, residual: Array) -> None:
+    """Internal force less couples and hinge reactions.
+
+    The contact's force can follow: the end face holds no hinge, whose reactions depend on the
+    forces on their own nodes alone.
+    """
+    model.kernel.internal_force(u, residual)
+    for couple in model.couples:
+        couple.apply(u, residual)
+    residual[model.symmetry, 2:] = 0.0
+    hinges = model.hinges
+    hinge_reactions(
+        u,
+        v,
+        residual,
+        model.inverse_mass,
+        model.gravity,
+        model.step_s,
+        hinges.nodes,
+        hinges.weights,
+        hinges.starts,
+        hinges.inverse_schur,
+        np.empty((hinges.count, 2)),
+    )
+
+
+def _audit(
+    model: Model, u: Array, v: Array, now: float, angles: list[float], row: Array
+) -> Array:
+    """Time, kinetic, strain and gravity energy, drive work, stress at R, and the sum of all."""
+    with np.errstate(all="ignore"):
+        kinetic = 0.5 * model.copies * float(model.mass @ (v * v).sum(axis=1))
+        strain = model.copies * model.kernel.strain_energy(u)
+        gravity = model.copies * model.gravity * float(model.mass @ u[:, 1])
+        work = model.copies * sum(
+            c.torque * angle for c, angle in zip(model.couples, angles, strict=True)
+        )
+        stress = model.probe.read(model.kernel, u)
+    total = kinetic + strain + gravity - work + row[7:].sum()
+    return np.array([now, kinetic, strain, gravity, work, stress, total])
+
+
+def _result(
+    model: Model,
+    rows: list[Array],
+    audits: list[Array],
+    status: Status,
+    message: str,
+    finished: bool,
+    started: float,
+) -> LumpedTapResult:
+    table = np.array(rows).reshape(-1, COLUMNS)
+    history = LumpedHistory(
+        table[:, 0], table[:, 1], table[:, 2], table[:, 3:5], table[:, 5:7],
+        table[:, 7], table[:, 8], table[:, 9],
+    )  # fmt: skip
+    columns = np.array(audits).reshape(-1, 7).T.copy()
+    columns[-1] -= columns[-1, :1].sum()
+    audit = LumpedAudit(*columns)
+    summary = summarize_lumped(
+        history,
+        audit,
+        finished,
+        wall_time_s=time.perf_counter() - started,
+        steps=len(rows),
+        elements=model.copies * len(model.cells),
+        time_step_s=model.step_s,
+    )
+    return LumpedTapResult(status, message, history, audit, summary)

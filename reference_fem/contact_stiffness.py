@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from reference_fem.penalty_contact import PenaltyContact
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -17,24 +17,6 @@ _FACES = {
         [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     ),
 }
-
-
-@dataclass(frozen=True)
-class ContactSurface:
-    """Nodes that may touch, with what the contact law needs to know of each.
-
-    Attributes
-    ----------
-    nodes : (k,)
-    stiffness : (k,)
-        Penalty stiffness k_i of the mesh as given (a half model's is half), N/m.
-    area : (k,)
-        Tributary reference area A_i of the mesh as given, m².
-    """
-
-    nodes: Index
-    stiffness: Array
-    area: Array
 
 
 def adjoining_cells(cells: Index, facets: Index) -> Index:
@@ -99,7 +81,7 @@ def contact_surface(
     cell_volume: Array,
     cell_bulk_modulus: Array,
     penalty_factor: float,
-) -> ContactSurface:
+) -> PenaltyContact:
     """k_i = Σ_facets f K A_i / h,  h = V/A, over the facets around node i.
 
     A is the facet's area, V and K the volume and bulk modulus of the cell behind it, A_i the
@@ -122,14 +104,14 @@ def contact_surface(
     cell = adjoining_cells(cells, facets)
     area, share = facet_areas(points, facets)
     if points.shape[1] == 2:
-        thickness = cell_volume[cell] / _quadrilateral_areas(points[cells[cell]])
+        thickness = edge_thickness(points, cells[cell], cell_volume[cell])
         area = area * thickness
         share = share * thickness[:, None]
     depth = cell_volume[cell] / area
     spring = (penalty_factor * cell_bulk_modulus[cell] / depth)[:, None] * share
     nodes, place = np.unique(facets, return_inverse=True)
     place = place.ravel()
-    return ContactSurface(
+    return PenaltyContact(
         nodes=nodes.astype(np.int64),
         stiffness=_collect(place, spring, nodes.size),
         area=_collect(place, share, nodes.size),
@@ -141,6 +123,11 @@ def _collect(place: Index, values: Array, size: int) -> Array:
     total = np.zeros(size)
     np.add.at(total, place, values.ravel())
     return total
+
+
+def edge_thickness(points: Array, cells: Index, cell_volume: Array) -> Array:
+    """Mean thickness (n,) of the plane cells (n, 4) behind edges, m."""
+    return np.asarray(cell_volume / _quadrilateral_areas(points[cells]))
 
 
 def _quadrilateral_areas(corners: Array) -> Array:

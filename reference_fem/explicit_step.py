@@ -9,9 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reference_fem.central_difference import half_kick, leapfrog
+from reference_fem.contact_law import COLUMNS, DISSIPATION, GAP, Memory, Motion
 from reference_fem.hinges import hinge_reactions
 from reference_fem.model import Model
-from reference_fem.penalty_contact import COLUMNS, DISSIPATION, GAP, contact_forces
 from reference_fem.state import State
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ class Block:
     Attributes
     ----------
     log : (steps, COLUMNS)
-        Contact at t_n, t_{n+1}, ... (see `penalty_contact`); DISSIPATION accumulates from the
+        Contact at t_n, t_{n+1}, ... (see `contact_law`); DISSIPATION accumulates from the
         start of the run. All zero, and GAP infinite, where contact was not searched for.
     velocity : (n_points, dim)
         v at t_n, synchronous with the displacement of the state that went in.
@@ -62,17 +62,16 @@ def start_state(
     ValueError
         If the surface already cuts into the body.
     """
-    surface_nodes = model.contact.nodes
+    sites = model.contact.sites
     dim = model.points.shape[1]
-    touching = np.zeros(surface_nodes.size, dtype=np.bool_)
     state = State(
         step=0,
         time_s=time_s,
         displacement=np.array(displacement, dtype=np.float64, order="C"),
         velocity=np.array(velocity, dtype=np.float64, order="C"),
-        touching=touching,
-        anchor=np.zeros((surface_nodes.size, dim - 1)),
-        spring_force=np.zeros((surface_nodes.size, dim - 1)),
+        touching=np.zeros(sites, dtype=np.bool_),
+        anchor=np.zeros((sites, dim - 1)),
+        spring_force=np.zeros((sites, dim - 1)),
         dissipation_J=0.0,
         face_angles=np.array(
             [
@@ -166,25 +165,21 @@ def _forces(
     """Fill the residual: internal force less contact, couples and hinge reactions."""
     u = state.displacement
     model.kernel.internal_force(u, residual)
-    if search:
-        contact = model.contact
-        contact_forces(
-            model.points,
-            u,
-            velocity,
-            contact.nodes,
-            contact.stiffness,
-            contact.area,
-            model.surface.height,
-            model.surface.friction,
-            state.touching,
-            state.anchor,
-            state.spring_force,
-            residual,
-            row,
-        )
     for couple in model.couples:
         couple.apply(u, residual)
+    if search:
+        motion = Motion(
+            points=model.points,
+            displacement=u,
+            velocity=velocity,
+            inverse_mass=model.inverse_mass,
+            gravity=model.gravity,
+            step=model.step_s,
+            height=model.surface.height,
+            friction=model.surface.friction,
+        )
+        memory = Memory(state.touching, state.anchor, state.spring_force)
+        model.contact.apply(motion, memory, residual, row)
     if model.symmetry.size:
         _hold(residual, model.symmetry)
     hinges = model.hinges

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 import meshes
 from reference_fem import elements
-from reference_fem.contact_stiffness import ContactSurface, contact_surface
+from reference_fem.contact_law import ContactLaw
+from reference_fem.contact_laws import TouchingSurface, contact_law
 from reference_fem.couples import Couple, build_couple
 from reference_fem.elements import ElementKernel, hex8
 from reference_fem.hinges import Hinges, build_hinges
@@ -63,7 +64,7 @@ class Model:
     symmetry: Index
     hinges: Hinges
     couples: tuple[Couple, ...]
-    contact: ContactSurface
+    contact: ContactLaw
     probe: StressProbe
     pole: int
     chain: RigidChain | None
@@ -140,13 +141,17 @@ def build_model(
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     copies = 2 if symmetry.size else 1
     torques = np.array(drive.torques_for(count)) / copies
-    contact = contact_surface(
-        points,
-        cells,
-        _wanted(mesh.facet_sets, "surface", "facet"),
-        kernel.cell_volume,
-        bulk,
-        settings.penalty_factor,
+    contact = contact_law(
+        TouchingSurface(
+            points=points,
+            cells=cells,
+            facets=_wanted(mesh.facet_sets, "surface", "facet"),
+            cell_volume=kernel.cell_volume,
+            cell_bulk_modulus=bulk,
+            plane_modulus=materials[-1].plane_strain_modulus,
+            radius=float(radius[bodies[-1]][0]),
+        ),
+        settings,
     )
     limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry)
     hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)

@@ -8,6 +8,8 @@ from typing import Literal
 
 Flight = Literal["rigid", "explicit"]
 FLIGHTS: tuple[str, ...] = ("rigid", "explicit")
+Contact = Literal["penalty", "surface", "impulse"]
+CONTACTS: tuple[str, ...] = ("penalty", "surface", "impulse")
 
 
 def _finite(key: str, value: float, remedy: str) -> None:
@@ -57,6 +59,11 @@ class Material:
     def bulk_modulus(self) -> float:
         """K = E / (3 (1 - 2ν)), Pa."""
         return self.youngs_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E* = E/(1 - ν²), Pa: the effective modulus on a rigid plane (Hertz)."""
+        return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
     @property
     def bar_speed(self) -> float:
@@ -137,8 +144,14 @@ class Settings:
 
     Parameters
     ----------
+    contact
+        Contact law. "penalty": springs at the nodes, as stiff as the elements behind them.
+        "surface": a penalty pressure integrated over the surface, of a stiffness that does not
+        depend on the mesh. "impulse": no penetration, by forward-increment multipliers.
     penalty_factor
-        f in the nodal contact stiffness k_i = f K A_i / h_i (see `contact_stiffness`).
+        f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact_stiffness`).
+    surface_factor
+        f in the modulus κ = f E*/R of "surface" (see `surface_contact.contact_modulus`).
     step_factor
         Time step over the stable step 2/ω_max. Above 1 central differences diverge; the run
         then ends with `Status.UNSTABLE`.
@@ -178,7 +191,9 @@ class Settings:
         Naming the key, its value and what is allowed.
     """
 
+    contact: Contact = "penalty"
     penalty_factor: float = 0.1
+    surface_factor: float = 1000.0
     step_factor: float = 0.9
     threads: int | None = None
     element: str | None = None
@@ -194,6 +209,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         _positive("penalty_factor", self.penalty_factor, "0.1 is LS-DYNA's usual value")
+        _positive("surface_factor", self.surface_factor, "1000 adds 1 % of Hertz's compliance")
         _positive("step_factor", self.step_factor, "0.9 is usual, above 1 is unstable")
         _positive("max_contact_time_s", self.max_contact_time_s, "give seconds")
         _positive("max_flight_time_s", self.max_flight_time_s, "give seconds")
@@ -214,6 +230,10 @@ class Settings:
         if self.threads is not None and (not isinstance(self.threads, int) or self.threads < 1):
             raise ValueError(
                 f"threads = {self.threads}: must be a whole number, at least 1, or left out"
+            )
+        if self.contact not in CONTACTS:
+            raise ValueError(
+                f"contact = {self.contact!r}: must be one of {', '.join(map(repr, CONTACTS))}"
             )
         if self.flight not in FLIGHTS:
             raise ValueError(

@@ -2,19 +2,70 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from reference_fem.contact_law import (
+    AREA,
+    DISSIPATION,
+    EXCESS,
+    GAP,
+    NORMAL,
+    PRESSURE,
+    SPRING_ENERGY,
+    TANGENTIAL,
+    Memory,
+    Motion,
+)
 from reference_fem.friction import return_map
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-# Columns of one row of the contact log (sums over the mesh as given).
-NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION = range(7)
-COLUMNS = 7
+
+@dataclass(frozen=True)
+class PenaltyContact:
+    """Springs between nodes and the surface; its stiffness: `contact_stiffness`.
+
+    Attributes
+    ----------
+    nodes : (k,)
+    stiffness : (k,)
+        Penalty stiffness k_i of the mesh as given (a half model's is half), N/m.
+    area : (k,)
+        Tributary reference area A_i of the mesh as given, m².
+    """
+
+    nodes: Index
+    stiffness: Array
+    area: Array
+
+    @property
+    def sites(self) -> int:
+        """One entry of history per node."""
+        return self.nodes.size
+
+    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
+        """See `contact_forces`."""
+        contact_forces(
+            motion.points,
+            motion.displacement,
+            motion.velocity,
+            self.nodes,
+            self.stiffness,
+            self.area,
+            motion.height,
+            motion.friction,
+            memory.touching,
+            memory.anchor,
+            memory.spring_force,
+            residual,
+            row,
+        )
 
 
 @njit(cache=True)
@@ -102,5 +153,6 @@ def contact_forces(
         row[TANGENTIAL] += force_x
         row[AREA] += area[j]
         row[EXCESS] = max(row[EXCESS], size - friction * normal)
+        row[PRESSURE] = max(row[PRESSURE], normal / area[j])
         row[SPRING_ENERGY] += 0.5 * (normal * normal + size * size) / k
     row[GAP] = lowest

@@ -26,9 +26,9 @@ class State:
         u at t_n.
     velocity : (n_points, dim)
         v at t_n - Δt/2.
-    touching : (k,)
-        Contact nodes below the surface at the last evaluation.
-    anchor, spring_force : (k, dim - 1)
+    touching : (s,)
+        Sites of the contact law in contact at the last evaluation.
+    anchor, spring_force : (s, dim - 1)
         Friction history: anchors (m) and tangential forces (N) of the last evaluation.
     dissipation_J
         Friction dissipation up to the last evaluation.

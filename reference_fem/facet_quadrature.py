@@ -1,0 +1,70 @@
+"""Gauss points on the facets that may touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# Points per direction. A patch's rim crosses facets; the force then follows it in steps of one
+# point's share.
+POINTS = 3
+_CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class FacetQuadrature:
+    """Shape functions and weights, of reference facets.
+
+    Attributes
+    ----------
+    facets : (n_facets, n)
+        n = 4 for bilinear quadrilaterals, 2 for edges.
+    shape : (q, n)
+        N_i at the points.
+    weight : (n_facets, q)
+        Reference area of each point, m²; an edge's is length times thickness.
+    """
+
+    facets: Index
+    shape: Array
+    weight: Array
+
+    def nodal_area(self) -> tuple[Index, Array]:
+        """Nodes (k,) of the facets and their shares Σ w N_i (k,), m²."""
+        nodes, place = np.unique(self.facets, return_inverse=True)
+        area = np.zeros(nodes.size)
+        np.add.at(area, place.ravel(), (self.weight @ self.shape).ravel())
+        return nodes.astype(np.int64), area
+
+
+def facet_quadrature(points: Array, facets: Index, thickness: Array | None) -> FacetQuadrature:
+    """Gauss-Legendre rule of POINTS per direction on every facet.
+
+    Parameters
+    ----------
+    points : (n_points, dim)
+    facets : (n_facets, 4 | 2)
+    thickness : (n_facets,)
+        Of edges, m; None for quadrilaterals.
+    """
+    places, weights = np.polynomial.legendre.leggauss(POINTS)
+    corners = points[facets]
+    if facets.shape[1] == 2:
+        length = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+        across = length if thickness is None else length * thickness
+        shape = 0.5 * np.stack([1.0 - places, 1.0 + places], axis=1)
+        return FacetQuadrature(facets, shape, 0.5 * across[:, None] * weights)
+    xi, eta = (grid.ravel() for grid in np.meshgrid(places, places, indexing="ij"))
+    weight = np.outer(weights, weights).ravel()
+    shape = 0.25 * (1 + np.outer(xi, _CORNERS[:, 0])) * (1 + np.outer(eta, _CORNERS[:, 1]))
+    along_xi = 0.25 * _CORNERS[:, 0] * (1 + np.outer(eta, _CORNERS[:, 1]))
+    along_eta = 0.25 * _CORNERS[:, 1] * (1 + np.outer(xi, _CORNERS[:, 0]))
+    normal = np.cross(
+        np.einsum("fad,qa->fqd", corners, along_xi), np.einsum("fad,qa->fqd", corners, along_eta)
+    )
+    return FacetQuadrature(facets, shape, np.linalg.norm(normal, axis=2) * weight)

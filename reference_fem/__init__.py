@@ -9,6 +9,7 @@
 """
 
 from reference_fem.parameters import Drive, Material, Settings, Surface
+from reference_fem.restart import Restart, RestartError
 from reference_fem.result import ForceRecord, History, Snapshot, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
 from reference_fem.simulate import simulate
@@ -20,6 +21,8 @@ __all__ = [
     "ForceRecord",
     "History",
     "Material",
+    "Restart",
+    "RestartError",
     "Settings",
     "Snapshot",
     "Status",

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from reference_fem.explicit_step import Block, advance, lowest_gap, start_state
 from reference_fem.model import Model
 from reference_fem.parameters import Settings
 from reference_fem.penalty_contact import NORMAL
+from reference_fem.position import Position, Tap, pack, unpack
 from reference_fem.recorder import Recorder
+from reference_fem.restart import RestartFile
 from reference_fem.result import TapResult
 from reference_fem.state import State
 from reference_fem.status import Status
@@ -33,16 +35,6 @@ LEAST_WAIT = 10
 INVERSION_CHECK = 4
 
 
-@dataclass(frozen=True)
-class Tap:
-    """What is known of the first tap so far: absolute times and the pole's velocity."""
-
-    first_touch_s: float | None = None
-    last_touch_s: float | None = None
-    over: bool = False
-    tip_velocity: tuple[float, float] | None = None
-
-
 def run(
     model: Model,
     settings: Settings,
@@ -53,6 +45,7 @@ def run(
     started: float | None = None,
     origin_energy_J: float | None = 0.0,
     angles: Array | None = None,
+    restart: RestartFile | None = None,
 ) -> TapResult:
     """Explicit run from u and v at `time_s` to the end of the tap.
 
@@ -70,14 +63,49 @@ def run(
         rest position at rest; None takes the start of this run.
     angles : (phalanges,)
         Rotations so far, which count full turns; see `start_state`.
+    restart
+        Written to as the run goes on, removed when it has ended.
     """
-    started = time.perf_counter() if started is None else started
     state = start_state(model, displacement, velocity, time_s, angles)
+    position = Position(state, start_s=time_s, origin_energy_J=origin_energy_J)
+    return follow(model, settings, position, None, progress, started, restart)
+
+
+def resume(
+    model: Model,
+    settings: Settings,
+    archive: Mapping[str, NDArray[Any]],
+    progress: Progress | None,
+    started: float | None,
+    restart: RestartFile,
+) -> TapResult:
+    """Continue the run that `archive` was written by."""
     recorder = Recorder(settings.max_samples, settings.snapshots)
-    tap, largest_kinetic, largest_error = Tap(), 0.0, 0.0
+    recorder.restore(
+        {k.removeprefix("recorder."): a for k, a in archive.items() if k.startswith("recorder.")}
+    )
+    position = unpack(archive)
+    return follow(model, settings, position, recorder, progress, started, restart)
+
+
+def follow(
+    model: Model,
+    settings: Settings,
+    position: Position,
+    recorder: Recorder | None = None,
+    progress: Progress | None = None,
+    started: float | None = None,
+    restart: RestartFile | None = None,
+) -> TapResult:
+    """Run from `position` to the end of the tap; see `run`."""
+    started = time.perf_counter() if started is None else started
+    if recorder is None:
+        recorder = Recorder(settings.max_samples, settings.snapshots)
+    state, time_s, tap = position.state, position.start_s, position.tap
+    largest_kinetic, largest_error = position.largest_kinetic_J, position.largest_error_J
+    audits, origin = position.audits, position.origin_energy_J
+    interval = settings.output_interval or _interval(model)
     status, message = Status.INTERRUPTED, ""
-    audits, interval = 0, settings.output_interval or _interval(model)
-    origin = origin_energy_J
     try:
         while True:
             search = _in_reach(model, state)
@@ -103,13 +131,22 @@ def run(
             if ending is not None:
                 status, message = ending
                 break
+            if restart is not None and restart.due:
+                spent = position.spent_s + time.perf_counter() - started
+                here = Position(
+                    state, time_s, tap, largest_kinetic, largest_error, origin, audits, spent
+                )
+                held = {f"recorder.{name}": a for name, a in recorder.archive().items()}
+                restart.write(pack(here) | held)
             if progress is not None:
                 progress(*_progress(model, settings, tap, state, time_s))
     except KeyboardInterrupt:
         message = f"interrupted at step {state.step}, t = {state.time_s:.6g} s"
+    if restart is not None and status is not Status.INTERRUPTED:
+        restart.remove()
     forces, history = recorder.forces(), recorder.history()
     cost = Cost(
-        wall_time_s=time.perf_counter() - started,
+        wall_time_s=position.spent_s + time.perf_counter() - started,
         steps=state.step,
         elements=model.copies * len(model.cells),
         time_step_s=model.step_s,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,15 @@ class Thinned(Generic[T]):
             if self._offered % self._stride == 0:
                 self.items.append(item)
         self._offered += 1
+
+    def archive(self) -> tuple[int, int]:
+        """What its items do not say: stride, and how many were offered."""
+        return self._stride, self._offered
+
+    def restore(self, archive: Iterable[int], items: Sequence[T]) -> None:
+        """Continue as the one that `archive` and `items` are from."""
+        self._stride, self._offered = (int(number) for number in archive)
+        self.items = list(items)
 
 
 Fields = tuple[float, Array, Array]
@@ -126,3 +136,81 @@ class Recorder:
             Snapshot(time, u, v, model.kernel.von_mises(u), at_peak)
             for (time, u, v), at_peak in chosen
         )
+
+    def archive(self) -> dict[str, NDArray[Any]]:
+        """All that it holds as arrays, for a restart file; each sample and field once."""
+        samples = _unique([*self._flight.items, *self._window.items, self._last])
+        held = _unique(
+            [
+                *self._fields.items,
+                self._latest_fields,
+                None if self._peak is None else self._peak[1],
+            ]
+        )
+        arrays: dict[str, NDArray[Any]] = {
+            f"sample.{f.name}": np.array([getattr(item, f.name) for item in samples])
+            for f in fields(Sample)
+        }
+        for number in range(len(held[0]) if held else 0):
+            arrays[f"field.{number}"] = np.array([item[number] for item in held])
+        for name, thinned, table in (
+            ("flight", self._flight, samples),
+            ("window", self._window, samples),
+            ("fields", self._fields, held),
+        ):
+            arrays[f"{name}.items"] = _places(thinned.items, table)
+            arrays[f"{name}.archive"] = np.array(thinned.archive())
+        arrays["last"] = _places([self._last], samples)
+        arrays["latest"] = _places([self._latest_fields], held)
+        if self._peak is not None:
+            arrays["peak"] = _places([self._peak[1]], held)
+            arrays["peak.force"] = np.array(self._peak[0])
+        if self._logs:
+            arrays["log"] = np.concatenate(self._logs)
+            arrays["log.time"] = np.concatenate(self._times)
+        return arrays
+
+    def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Continue as the recorder that `arrays` are from."""
+        columns = {f.name: arrays[f"sample.{f.name}"] for f in fields(Sample)}
+        count = len(next(iter(columns.values())))
+        samples = [
+            Sample(**{name: _entry(column, i) for name, column in columns.items()})
+            for i in range(count)
+        ]
+        parts = [arrays[f"field.{n}"] for n in range(sum(k.startswith("field.") for k in arrays))]
+        held: list[Any] = [
+            (float(parts[0][i]), *(part[i] for part in parts[1:]))
+            for i in range(len(parts[0]) if parts else 0)
+        ]
+        for name, thinned, table in (
+            ("flight", self._flight, samples),
+            ("window", self._window, samples),
+            ("fields", self._fields, held),
+        ):
+            chosen: list[Any] = [table[i] for i in arrays[f"{name}.items"]]
+            thinned.restore(arrays[f"{name}.archive"], chosen)
+        self._last = next((samples[i] for i in arrays["last"]), None)
+        self._latest_fields = next((held[i] for i in arrays["latest"]), None)
+        if "peak" in arrays:
+            self._peak = (float(arrays["peak.force"]), held[int(arrays["peak"][0])])
+        if "log" in arrays:
+            self._logs, self._times = [arrays["log"]], [arrays["log.time"]]
+
+
+def _unique(items: Sequence[T | None]) -> list[T]:
+    """The objects among `items`, each once, in order."""
+    return list({id(item): item for item in items if item is not None}.values())
+
+
+def _places(items: Sequence[object], table: Sequence[object]) -> NDArray[np.int64]:
+    """Where the objects among `items` stand in `table`."""
+    place = {id(item): number for number, item in enumerate(table)}
+    return np.array([place[id(item)] for item in items if item is not None], dtype=np.int64)
+
+
+def _entry(column: NDArray[Any], row: int) -> Any:
+    """One sample's value: a number, a vector or an array."""
+    if column.ndim == 1:
+        return float(column[row])
+    return tuple(column[row].tolist()) if column.ndim == 2 else column[row]

@@ -5,16 +5,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 import meshes
-from reference_fem.explicit_run import run
+from reference_fem.explicit_run import resume, run
 from reference_fem.model import Model, build_model
 from reference_fem.parameters import Drive, Material, Settings, Surface
 from reference_fem.recorder import Recorder
+from reference_fem.restart import Restart, RestartFile, identity
 from reference_fem.result import TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
 from reference_fem.status import Status
@@ -34,6 +36,7 @@ def simulate(
     settings: Settings | None = None,
     progress: Callable[[float, str], None] | None = None,
     start: ChainState | None = None,
+    restart: Restart | None = None,
 ) -> TapResult:
     """Let the finger of `mesh` fall and tap the surface.
 
@@ -50,6 +53,9 @@ def simulate(
     start
         Rigid state to start the flight from: absolute angles, rates and time; None: at rest
         along -X at t = 0. An impact state starts right above the surface.
+    restart
+        Where the explicit run leaves what it needs to be resumed after a kill, and whether to
+        resume; None: nowhere.
 
     Returns
     -------
@@ -59,14 +65,24 @@ def simulate(
     Raises
     ------
     ValueError
-        For bad input, naming it, its value and what is allowed.
+        For bad input, naming it, its value and what is allowed; a restart file that is damaged
+        or another run's is a `RestartError`.
     """
     settings = Settings() if settings is None else settings
     with _threads(settings.threads, len(mesh.cells)):
         started = time.perf_counter()
         if progress is not None:
             progress(0.0, "set-up")
+        file = None
+        if restart is not None:
+            # The same bits at every number of threads is not promised: what counts is the number.
+            given = replace(settings, threads=numba.get_num_threads())
+            inputs = {"mesh": mesh, "materials": materials, "surface": surface, "drive": drive}
+            file = RestartFile(restart, identity(**inputs, settings=given, start=start))
+        archive = None if file is None else file.read()
         model = build_model(mesh, materials, surface, drive, settings)
+        if file is not None and archive is not None:
+            return resume(model, settings, archive, progress, started, file)
         chain = model.chain
         if chain is None:
             raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
@@ -112,6 +128,7 @@ def simulate(
             started,
             origin,
             begin.angles,
+            file,
         )
 
 

@@ -8,16 +8,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reference_fem.explicit_step import Block
-from reference_fem.model import Model
-from reference_fem.penalty_contact import (
+from reference_fem.contact_law import (
     AREA,
     DISSIPATION,
     EXCESS,
     NORMAL,
+    PRESSURE,
     SPRING_ENERGY,
     TANGENTIAL,
 )
+from reference_fem.explicit_step import Block
+from reference_fem.model import Model
 from reference_fem.state import State
 
 Array = NDArray[np.float64]
@@ -42,6 +43,7 @@ class Sample:
     energy_balance_J: float
     coulomb_excess: float
     contact_area_m2: float
+    peak_pressure_Pa: float
     hinge_reactions_N: Array
 
     @property
@@ -91,6 +93,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         energy_balance_J=stored - work - origin_energy_J,
         coulomb_excess=float(row[EXCESS]),
         contact_area_m2=float(row[AREA]),
+        peak_pressure_Pa=float(block.log[0, PRESSURE]),
         hinge_reactions_N=block.reactions * model.copies,
     )
 

@@ -40,7 +40,10 @@ class History:
     coulomb_excess : (n,)
         Largest |f_t| - μ f_n over the nodes in contact, N.
     contact_area_m2 : (n,)
-        Tributary area of the nodes in contact.
+        Tributary area of the nodes or quadrature points in contact; a round patch has the radius
+        sqrt(area/π).
+    peak_pressure_Pa : (n,)
+        Largest contact pressure of a node or quadrature point.
     hinge_reactions_N : (n, P, 2)
         Force that hinge w exerts on phalanx w.
     """
@@ -60,6 +63,7 @@ class History:
     energy_balance_J: Array
     coulomb_excess: Array
     contact_area_m2: Array
+    peak_pressure_Pa: Array
     hinge_reactions_N: Array
 
 

@@ -43,6 +43,15 @@ class Blocks:
         self._curves[q, p] = -tag
         self._counts[tag] = count
 
+    def spline(self, p: int, q: int, count: int, via: Sequence[tuple[float, float, float]]) -> None:
+        """Join p to q by `count` edges along the spline through the positions `via` (mm)."""
+        geo = self._gmsh.model.geo
+        tag = geo.addSpline([p, *(self.point(*position) for position in via), q])
+        geo.mesh.setTransfiniteCurve(tag, count + 1)
+        self._curves[p, q] = tag
+        self._curves[q, p] = -tag
+        self._counts[tag] = count
+
     def face(self, corners: Sequence[int], sphere: int | None = None) -> int:
         """Four-sided face through `corners` in cyclic order, on the sphere about a point if given.
 

@@ -61,7 +61,7 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
         x[:, 0] += ends[w - 1]
         # Neighbours meet at the same floating-point number, whatever the sum before it.
         x[phalanx.roles["proximal_face"], 0] = ends[w - 1]
-        x[phalanx.roles.get("distal_face", phalanx.roles["pole"]), 0] = ends[w]
+        x[phalanx.roles["distal_face" if "distal_face" in roles else "pole"], 0] = ends[w]
         node_sets[f"hinge_{w}_proximal"] = roles["proximal_core"]
         node_sets[f"proximal_face_{w}"] = roles["proximal_face"]
         if "distal_face" in roles:
@@ -105,7 +105,7 @@ def _touching(phalanx: PhalanxBlocks, plan: PhalanxPlan, offset: int) -> tuple[I
     facets = outer_facets(phalanx.cells)
     outside = np.zeros(len(phalanx.points), dtype=bool)
     kept = np.ones(len(facets), dtype=bool)
-    for role in ("proximal_face", "symmetry"):
+    for role in ("proximal_face", "proximal_hole", "symmetry"):
         if role in phalanx.roles:
             outside[:] = False
             outside[phalanx.roles[role]] = True

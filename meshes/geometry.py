@@ -11,6 +11,9 @@ from meshes.errors import MeshError
 LONGEST_PHALANX_M = 2.0
 """Above this a length was most likely meant in millimetres."""
 
+LARGEST_SHAFT = 0.45
+"""Largest radius of a shaft over that of its phalanx: the hole stays inside the O-grid's core."""
+
 
 @dataclass(frozen=True)
 class FingerGeometry:
@@ -25,6 +28,10 @@ class FingerGeometry:
     tip
         ``"hemisphere"``: the last phalanx ends in a half-sphere of radius d/2;
         ``"flat"``: it ends in a plane.
+    shaft_radius
+        Radius of the shafts at the hinges, m, each in a hole about the hinge axis that lies half
+        in the one phalanx's end and half in its neighbour's; at most `LARGEST_SHAFT` of the
+        smallest phalanx's radius. None: no holes, the ends are plane.
 
     Raises
     ------
@@ -36,6 +43,7 @@ class FingerGeometry:
     lengths: tuple[float, ...]
     diameters: tuple[float, ...]
     tip: Literal["hemisphere", "flat"] = "hemisphere"
+    shaft_radius: float | None = None
 
     def __post_init__(self) -> None:
         if len(self.lengths) == 0:
@@ -53,6 +61,14 @@ class FingerGeometry:
                         f"{key}[phalanx {w}] = {value:g} m is above {LONGEST_PHALANX_M:g} m: "
                         "looks like millimetres; give metres"
                     )
+        if self.shaft_radius is not None:
+            require_positive("shaft_radius", self.shaft_radius)
+            if self.shaft_radius > LARGEST_SHAFT * min(self.radii):
+                raise MeshError(
+                    f"shaft_radius = {self.shaft_radius:g} m: must be at most {LARGEST_SHAFT:g} of "
+                    f"the smallest phalanx's radius ({min(self.radii):g} m), or its end is no more "
+                    "than a thin wall"
+                )
         if self.tip not in ("hemisphere", "flat"):
             raise MeshError(f"tip = {self.tip!r}: allowed are 'hemisphere' and 'flat'")
         if self.tip == "hemisphere" and self.lengths[-1] <= self.radii[-1]:

@@ -38,6 +38,8 @@ RING_WIDTH = 1.0 - 0.25 * (CORE_SIDE + CORE_CORNER + TIP_SIDE + TIP_CORNER)
 """Mean width of the ring over the radius."""
 CONTACT_DEPTH = 1.0 - TIP_SIDE
 """Width of the ring under the contact point over the radius."""
+HINGE_DEPTH = CORE_SIDE
+"""Length of the blocks around a shaft's hole, from the end face along the axis, over the radius."""
 
 Point = tuple[float, float, float]
 

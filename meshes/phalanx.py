@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from meshes.arrays import Floats, Ints
 from meshes.blocks import Blocks
 from meshes.gmsh_session import gmsh_session
-from meshes.o_grid import bulge_centre, names, section_point, tip_point
+from meshes.o_grid import HINGE_DEPTH, bulge_centre, names, section_point, tip_point
 from meshes.plan import PhalanxPlan
+from meshes.shaft_hole import lay_end
 
 Station = dict[str, int]
 
@@ -19,6 +20,8 @@ class PhalanxBlocks:
 
     Roles: ``proximal_face``, ``proximal_core``, ``shaft`` (lateral surface), ``symmetry`` (3D),
     then ``distal_face`` and ``distal_core`` (flat end) or ``sphere`` (rounded), and ``pole``.
+    An end with a shaft's hole has ``proximal_hole`` (``distal_hole``), and its core is the hole's
+    edges in the end face.
     """
 
     points: Floats
@@ -40,7 +43,9 @@ def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
         faces = builder.build()
         points, cells = blocks.generate(dim)
         roles = {role: blocks.nodes_on(dim - 1, tags) for role, tags in faces.items()}
-        roles["pole"] = blocks.nodes_on(0, [builder.pole])
+        roles |= {role: blocks.nodes_on(dim - 2, tags) for role, tags in builder.edges.items()}
+        if builder.pole:
+            roles["pole"] = blocks.nodes_on(0, [builder.pole])
     return PhalanxBlocks(points[:, :dim].copy(), cells, roles)
 
 
@@ -52,31 +57,51 @@ class _Builder:
         self.plan = plan
         self.dim = dim
         self.pole = 0
+        self.edges: dict[str, list[int]] = {}
 
     def build(self) -> dict[str, list[int]]:
         """Lay the blocks; return the tags of the faces (curves in 2D) of each role."""
         plan = self.plan
-        hinge = self._section(0.0, graded=0.0)
-        far = self._section(-plan.shaft, graded=0.5 if plan.rounded else 0.0)
+        depth = HINGE_DEPTH * plan.radius
+        hinge = self._section(-depth if plan.holes else 0.0, graded=0.0)
+        end = -plan.shaft + (depth if plan.holes == 2 else 0.0)
+        far = self._section(end, graded=0.5 if plan.rounded else 0.0)
         for name in names(self.dim):
             self.blocks.curve(far[name], hinge[name], plan.n_axial, plan.axial)
         self._fill(hinge, far)
-        roles = {
-            "proximal_face": self._section_faces(hinge),
-            "proximal_core": self._core_faces(hinge),
-            "shaft": self._lateral(hinge, far),
-        }
+        roles = {"shaft": self._lateral(hinge, far)}
         symmetry = self._symmetry(hinge, far)
+        self._close("proximal", hinge, 0.0 if plan.holes else None, roles, symmetry)
         if plan.rounded:
             roles["sphere"], more = self._tip(far)
             symmetry += more
         else:
-            self.pole = far["axis"]
-            roles["distal_face"] = self._section_faces(far)
-            roles["distal_core"] = self._core_faces(far)
+            self._close("distal", far, -plan.shaft if plan.holes == 2 else None, roles, symmetry)
         if self.dim == 3:
             roles["symmetry"] = symmetry
         return roles
+
+    def _close(
+        self,
+        which: str,
+        section: Station,
+        holed_at: float | None,
+        roles: dict[str, list[int]],
+        symmetry: list[int],
+    ) -> None:
+        """Make an end of a section, or lay the blocks up to an end with a hole at `holed_at`."""
+        if holed_at is None:
+            roles[f"{which}_face"] = self._section_faces(section)
+            roles[f"{which}_core"] = self._core_faces(section)
+            if which == "distal":
+                self.pole = section["axis"]
+            return
+        inwards = -1.0 if which == "proximal" else 1.0
+        end = lay_end(self.blocks, self.plan, self.dim, holed_at, inwards, section)
+        roles[f"{which}_face"], roles[f"{which}_hole"] = end.face, end.hole
+        roles["shaft"] += end.shaft
+        symmetry += end.symmetry
+        self.edges[f"{which}_core"] = end.edges
 
     def _section(self, x: float, graded: float) -> Station:
         """Points and curves of the plane section at `x`; gradings to the power `graded`."""

@@ -6,12 +6,12 @@ Everything is known before gmsh starts, so that absurd requests cost nothing.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.grading import count_even, count_graded, progression
-from meshes.o_grid import CONTACT_DEPTH, RING_WIDTH, contact_arc
+from meshes.o_grid import CONTACT_DEPTH, CORE_SIDE, HINGE_DEPTH, RING_WIDTH, contact_arc
 from meshes.sizing import Sizing
 
 _MM = 1e3
@@ -25,6 +25,10 @@ class PhalanxPlan:
     the shaft and ``n_meridian`` the sphere from its equator to the cube's edge. Gradings are
     ratios of neighbouring edges (1: even) at the contact point, named after the direction in
     which they run away from it; ``axial`` runs from the equator to the hinge.
+
+    ``hole`` is the radius of the shaft's hole in the first (``holes`` 1) or in both ends (2; 0:
+    plane ends). Then ``n_axial`` spans the shaft without those ends, ``n_hole`` the way from the
+    hole outwards and ``n_end`` that from the end face inwards.
     """
 
     radius: float
@@ -40,6 +44,10 @@ class PhalanxPlan:
     to_equator: float = 1.0
     inwards: float = 1.0
     axial: float = 1.0
+    hole: float = 0.0
+    holes: int = 0
+    n_hole: int = 0
+    n_end: int = 0
 
     def elements(self, dim: int) -> int:
         """Exact number of elements of this phalanx in the (half) model."""
@@ -49,13 +57,44 @@ class PhalanxPlan:
         else:
             section = 2 * self.n + 2 * self.n_radial
             cap = 2 * self.n * self.n_radial
+        across = self.n + self.n_radial if dim == 3 else 1
+        end = 2 * self.n_hole * (self.n_end + self.n) * across
+        end += 2 * self.n_radial * self.n_end * (self.n if dim == 3 else 1)
+        total = section * self.n_axial + self.holes * end
         if not self.rounded:
-            return section * self.n_axial
-        return section * (self.n_axial + self.n_meridian) + cap
+            return total
+        return total + section * self.n_meridian + cap
 
 
-def plan_phalanx(radius: float, length: float, rounded: bool, sizing: Sizing) -> PhalanxPlan:
-    """Counts and gradings for one phalanx of `radius` and `length` (mm)."""
+def plan_phalanx(
+    radius: float,
+    length: float,
+    rounded: bool,
+    sizing: Sizing,
+    hole: float = 0.0,
+    holes: int = 0,
+) -> PhalanxPlan:
+    """Counts and gradings for one phalanx of `radius` and `length` (mm).
+
+    `hole` is the radius of the shaft's hole (mm) in `holes` of its ends.
+    """
+    ends = holes * HINGE_DEPTH * radius
+    plan = _plan_plain(radius, length - ends, rounded, sizing)
+    if not holes:
+        return plan
+    size = _MM * sizing.section_size
+    return replace(
+        plan,
+        shaft=plan.shaft + ends,
+        hole=hole,
+        holes=holes,
+        n_hole=count_even(CORE_SIDE * radius - hole, size, least=2),
+        n_end=count_even(HINGE_DEPTH * radius, size, least=2),
+    )
+
+
+def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> PhalanxPlan:
+    """Counts and gradings without the ends that have holes."""
     size, axial_size, tip_size = (
         _MM * s for s in (sizing.section_size, sizing.axial_size, sizing.tip_size)
     )
@@ -136,12 +175,17 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
                     f"{w} ({limit:g} m): give a smaller size"
                 )
     last = geometry.phalanges - 1
+    hole = _MM * (geometry.shaft_radius or 0.0)
+    if hole:
+        _require_room(geometry)
     plans = tuple(
         plan_phalanx(
             _MM * geometry.radii[w],
             _MM * geometry.lengths[w],
             w == last and geometry.tip == "hemisphere",
             sizing,
+            hole,
+            _holed_ends(geometry, w) if hole else 0,
         )
         for w in range(geometry.phalanges)
     )
@@ -152,6 +196,23 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
             f"{sizing.max_elements:g}: enlarge section_size, axial_size or tip_size"
         )
     return plans
+
+
+def _holed_ends(geometry: FingerGeometry, w: int) -> int:
+    """How many ends of phalanx w (from 0) are at a hinge: the last one's far end is free."""
+    return 1 if w == geometry.phalanges - 1 else 2
+
+
+def _require_room(geometry: FingerGeometry) -> None:
+    for w, (length, radius) in enumerate(zip(geometry.lengths, geometry.radii, strict=True)):
+        rounded = w == geometry.phalanges - 1 and geometry.tip == "hemisphere"
+        needed = (_holed_ends(geometry, w) * HINGE_DEPTH + rounded) * radius
+        if length <= needed:
+            raise MeshError(
+                f"phalanx {w + 1} is {length:g} m long, but its ends with holes for shafts"
+                f"{' and its hemisphere' if rounded else ''} take {needed:g} m: lengthen it or "
+                "leave shaft_radius out"
+            )
 
 
 def count_elements(geometry: FingerGeometry, sizing: Sizing, dim: int = 3) -> int:

@@ -100,15 +100,22 @@ def combine(
 
 @njit(cache=True)
 def add_internal_force(
-    q: Floats, a: int, b: int, length: float, axial_stiffness: float, bending: Floats, out: Floats
+    q: Floats,
+    c: tuple[float, float],
+    a: int,
+    b: int,
+    length: float,
+    axial_stiffness: float,
+    bending: Floats,
+    out: Floats,
 ) -> None:
     """Add dU/dq = int E A e S'^T r' + E I S''^T r'' dx to `out` (n,), N and N m.
 
+    `c` is the element's chord: the caller may know it more precisely than from q's positions.
     The bending part uses alpha_i = r'_i - chord, the slopes' deviation from the chord: the moments
     conjugate to them are E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2), whose
     factors are `bending`'s entries (1, 1) and (1, 3).
     """
-    c = chord(q, a, b, length)
     near, far = bending[1, 1], bending[1, 3]
     alpha_1x, alpha_1y = q[a + 2] - c[0], q[a + 3] - c[1]
     alpha_2x, alpha_2y = q[b + 2] - c[0], q[b + 3] - c[1]

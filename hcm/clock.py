@@ -9,7 +9,12 @@ from numba import njit
 from hcm.generalized_alpha import Motion
 from hcm.joint_torque import turned_angle
 from hcm.layout import Chain, Law
-from hcm.lumped_contact import Contact, contact_force, hysteresis_loss, particle_position
+from hcm.lumped_contact import (
+    Contact,
+    contact_force,
+    hysteresis_loss,
+    particle_position,
+)
 
 
 class Plan(NamedTuple):
@@ -20,6 +25,7 @@ class Plan(NamedTuple):
     taps: int
     end_time: float
     flight_tolerance: float
+    contact_tolerance: float
     max_flight_time: float
     max_contact_time: float
 
@@ -27,7 +33,7 @@ class Plan(NamedTuple):
 class Clock(NamedTuple):
     """Scalars that travel with the state.
 
-    time, phase_start : s. flight_step : s, current step of flight. taps : separations so far.
+    time, phase_start : s. step : s, current step. taps : separations so far.
     instant : events in a row without an advance. rejected, trials, chatter_steps : counts.
     friction_loss, restitution_loss, drive_work : J, accumulated. speed, force : scales of the tip's
     speed (m/s) and of F_n (N) so far, for the events' round-off.
@@ -35,7 +41,7 @@ class Clock(NamedTuple):
 
     time: float
     phase_start: float
-    flight_step: float
+    step: float
     taps: int
     instant: int
     rejected: int
@@ -50,7 +56,13 @@ class Clock(NamedTuple):
 
 @njit(cache=True)
 def account(
-    clock: Clock, h: float, old: Motion, new: Motion, chain: Chain, contact: Contact, law: Law
+    clock: Clock,
+    h: float,
+    old: Motion,
+    new: Motion,
+    chain: Chain,
+    contact: Contact,
+    law: Law,
 ) -> Clock:
     """Advance the clock by an accepted step and add its losses and works.
 
@@ -69,7 +81,7 @@ def account(
     return Clock(
         clock.time + h,
         clock.phase_start,
-        clock.flight_step,
+        clock.step,
         clock.taps,
         clock.instant if h == 0.0 else 0,
         clock.rejected,

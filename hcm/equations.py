@@ -15,29 +15,46 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hcm.ancf_element import add_inertia, add_internal_force, axial_tangent
+from hcm.ancf_element import add_inertia, add_internal_force, axial_tangent, chord
+from hcm.banded_lu import HALF_BANDWIDTH
 from hcm.joint_torque import torque_force, torque_tangent
-from hcm.layout import HALF_BANDWIDTH, Chain, Law
+from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_force, contact_tangent
 
 Floats = NDArray[np.float64]
 
 
 @njit(cache=True)
-def residual(
-    q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: Law, out: Floats
+def fill_chords(q: Floats, chain: Chain, out: Floats) -> None:
+    """Write each element's chord (r_2 - r_1)/l to `out` (N, 2)."""
+    for e in range(chain.first.size):
+        out[e, 0], out[e, 1] = chord(q, chain.first[e], chain.second[e], chain.length[e])
+
+
+@njit(cache=True)
+def residual_from_chords(
+    q: Floats,
+    chords: Floats,
+    acceleration: Floats,
+    chain: Chain,
+    contact: Contact,
+    law: Law,
+    out: Floats,
 ) -> None:
     """Write M q.. + Phi_q^T lam + K q - Q - tau - F_c (N, N m) and Phi_q q.. (m/s^2) to `out` (n,).
 
-    `acceleration` is bordered: q.. in the nodes' places, lam in the hinges'.
+    `acceleration` is bordered: q.. in the nodes' places, lam in the hinges'. `chords` (N, 2) are
+    the elements' (r_2 - r_1)/l: strains are differences of positions, and an integrator that adds
+    up the chords' increments knows them to more digits than the positions hold.
     """
     for i in range(out.size):
         out[i] = -chain.weight[i]
     for e in range(chain.first.size):
         a, b = chain.first[e], chain.second[e]
         add_inertia(chain.mass[e], acceleration, a, b, out)
+        along = (chords[e, 0], chords[e, 1])
         add_internal_force(
-            q, a, b, chain.length[e], chain.axial_stiffness[e], chain.bending[e], out
+            q, along, a, b, chain.length[e], chain.axial_stiffness[e], chain.bending[e], out
         )
     for t in range(chain.torque.size):
         slope = chain.torque_node[t] + 2
@@ -59,12 +76,22 @@ def residual(
 
 
 @njit(cache=True)
+def residual(
+    q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: Law, out: Floats
+) -> None:
+    """`residual_from_chords` with the chords of q's own positions."""
+    chords = np.empty((chain.first.size, 2))
+    fill_chords(q, chain, chords)
+    residual_from_chords(q, chords, acceleration, chain, contact, law, out)
+
+
+@njit(cache=True)
 def tangent(
     q: Floats, weight: float, chain: Chain, contact: Contact, law: Law, band: Floats
 ) -> None:
     """Write the bordered matrix [M + weight d(K q - tau - F_c)/dq, Phi_q^T; Phi_q, 0] to `band`.
 
-    `weight` is dq/dq.. of the integrator, s^2 (0 leaves M); `band` is (n, 3 w + 1) in
+    `weight` is dq/dq.. of the integrator, s^2 (0 leaves M); `band` is (n, 2 w + 1) in
     `banded_lu`'s storage, scaled by D on both sides.
     """
     w = HALF_BANDWIDTH
@@ -81,11 +108,12 @@ def tangent(
         for i in range(4):
             for j in range(4):
                 both = mass[i, j] + weight * bending[i, j]
+                at = place[j] - place[i] + w
                 for c in range(2):
                     row = place[i] + c
-                    band[row, place[j] + c - row + w] += both
+                    band[row, at] += both
                     for d in range(2):
-                        band[row, place[j] + d - row + w] += weight * axial[2 * i + c, 2 * j + d]
+                        band[row, at + d - c] += weight * axial[2 * i + c, 2 * j + d]
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
         dxx, dxy = torque_tangent(chain.torque[t], q[s], q[s + 1])
@@ -99,7 +127,11 @@ def tangent(
     band[tip, w + 1] -= weight * dty
     band[tip + 1, w] -= weight * dny
     for hinge in range(chain.hinge.size):
-        lam, inner, outer = chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge]
+        lam, inner, outer = (
+            chain.hinge[hinge],
+            chain.hinge_inner[hinge],
+            chain.hinge_outer[hinge],
+        )
         for c in range(2):
             band[outer + c, lam - outer + w] += 1.0
             band[lam + c, outer - lam + w] += 1.0

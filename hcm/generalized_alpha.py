@@ -16,9 +16,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hcm.banded_lu import factorize, solve
-from hcm.equations import residual, tangent
-from hcm.layout import HALF_BANDWIDTH, Chain, Law
+from hcm.banded_lu import HALF_BANDWIDTH, factorize, solve
+from hcm.equations import fill_chords, residual_from_chords, tangent
+from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_tangent
 
 Floats = NDArray[np.float64]
@@ -42,25 +42,34 @@ class Coefficients(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """State of the integrator: q, v, bordered acceleration (q.., lam) and a, each (n,)."""
+    """State of the integrator: q, v, bordered acceleration (q.., lam) and a, each (n,).
+
+    chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
+    acceleration over the step that led here, which only predicts the next acceleration.
+    """
 
     q: Floats
     v: Floats
     acceleration: Floats
     a: Floats
+    chords: Floats
+    jerk: Floats
 
 
 class Workspace(NamedTuple):
     """LU factors kept between iterations and steps, with what they belong to, and scratch.
 
-    band : (n, 3 w + 1); pivots : (n,). key : (4,) integrator weight (NaN: nothing kept) and
-    dF_c/dq. right : (n,) right-hand side. cost : (2,) iterations and factorizations so far.
+    band : (n, 2 w + 1). key : (4,) integrator weight (NaN: nothing kept) and dF_c/dq. right : (n,)
+    right-hand side. increment : (n,) change of q over the step. rate : (1,) last contraction that
+    the factors gave, 1 while unknown. cost : (2,) iterations and
+    factorizations so far.
     """
 
     band: Floats
-    pivots: Ints
     key: Floats
     right: Floats
+    increment: Floats
+    rate: Floats
     cost: Ints
 
 
@@ -79,13 +88,22 @@ def coefficients(spectral_radius: float, tolerance: float) -> Coefficients:
     )
 
 
+def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
+    """A state with coordinates q and velocities v (n,), accelerations zero."""
+    chords = np.empty((chain.first.size, 2))
+    fill_chords(q, chain, chords)
+    n = q.size
+    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n))
+
+
 def workspace(n: int) -> Workspace:
     """Allocate for n bordered unknowns, with no factors kept."""
     return Workspace(
-        np.empty((n, 3 * HALF_BANDWIDTH + 1)),
-        np.empty(n, dtype=np.int64),
+        np.empty((n, 2 * HALF_BANDWIDTH + 1)),
         np.full(4, np.nan),
         np.empty(n),
+        np.empty(n),
+        np.ones(1),
         np.zeros(2, dtype=np.int64),
     )
 
@@ -100,27 +118,42 @@ def solve_linear(
     if not (key[0] == weight and key[1] == dtx and key[2] == dty and key[3] == dny):
         key[0] = np.nan
         tangent(q, weight, chain, contact, law, work.band)
-        if not factorize(work.band, work.pivots):
+        if not factorize(work.band):
             return False
         key[0], key[1], key[2], key[3] = weight, dtx, dty, dny
+        work.rate[0] = 1.0
         work.cost[1] += 1
-    solve(work.band, work.pivots, work.right)
+    solve(work.band, work.right)
     return True
 
 
 @njit(cache=True)
-def update(h: float, co: Coefficients, old: Motion, new: Motion) -> None:
-    """Fill new.a, new.q and new.v from new.acceleration (eqs. 27-28)."""
+def update(
+    h: float,
+    co: Coefficients,
+    old: Motion,
+    new: Motion,
+    chain: Chain,
+    increment: Floats,
+) -> None:
+    """Fill new.a, new.q, new.v and new.chords from new.acceleration (eqs. 27-28)."""
+    new_part, old_part = (
+        (1.0 - co.alpha_f) / (1.0 - co.alpha_m),
+        co.alpha_f / (1.0 - co.alpha_m),
+    )
+    carried = co.alpha_m / (1.0 - co.alpha_m)
     for i in range(old.q.size):
         a0 = old.a[i]
-        a1 = (
-            (1.0 - co.alpha_f) * new.acceleration[i]
-            + co.alpha_f * old.acceleration[i]
-            - co.alpha_m * a0
-        ) / (1.0 - co.alpha_m)
+        a1 = new_part * new.acceleration[i] + old_part * old.acceleration[i] - carried * a0
+        dq = h * old.v[i] + h * h * ((0.5 - co.beta) * a0 + co.beta * a1)
         new.a[i] = a1
-        new.q[i] = old.q[i] + h * old.v[i] + h * h * ((0.5 - co.beta) * a0 + co.beta * a1)
+        increment[i] = dq
+        new.q[i] = old.q[i] + dq
         new.v[i] = old.v[i] + h * ((1.0 - co.gamma) * a0 + co.gamma * a1)
+    for e in range(chain.first.size):
+        a, b, length = chain.first[e], chain.second[e], chain.length[e]
+        for c in range(2):
+            new.chords[e, c] = old.chords[e, c] + (increment[b + c] - increment[a + c]) / length
 
 
 @njit(cache=True)
@@ -142,12 +175,11 @@ def step(
     n = old.q.size
     weight = h * h * co.beta * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
     for i in range(n):
-        new.acceleration[i] = old.acceleration[i]
-    previous, fast = np.inf, False
-    factorizations = work.cost[1]
+        new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
+    previous, fast, factorizations = np.inf, False, work.cost[1]
     for _ in range(ITERATIONS):
-        update(h, co, old, new)
-        residual(new.q, new.acceleration, chain, contact, law, work.right)
+        update(h, co, old, new, chain, work.increment)
+        residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, work.right)
         for i in range(n):
             work.right[i] *= -chain.scale[i]
         if not solve_linear(new.q, weight, chain, contact, law, work):
@@ -160,17 +192,29 @@ def step(
             largest = max(largest, abs(new.acceleration[i] / chain.scale[i]))
         if not np.isfinite(change):
             return False
-        slow = change > SLOW * previous
-        good_factors = fast or work.cost[1] > factorizations
-        stalled = slow and good_factors and change <= chain.roundoff
-        if change <= co.tolerance * largest or stalled:
-            update(h, co, old, new)
-            return True
+        # what is left after this iteration: the change times rate/(1 - rate) (Hairer and Wanner
+        # 1996, section IV.8), the rate being that of the factors in use, here or in earlier steps
+        slow = False
+        if previous < np.inf:
+            rate = change / previous
+            slow = rate > SLOW
+            if slow and change <= chain.roundoff and (fast or work.cost[1] > factorizations):
+                break
+            fast = not slow
+            work.rate[0] = rate
+        # a rate from an earlier step is trusted less
+        left = work.rate[0] if previous < np.inf else work.rate[0] ** 0.8
+        if change * min(1.0, left / max(1.0 - left, 0.5)) <= co.tolerance * largest:
+            break
         if slow:
             work.key[0] = np.nan
-        fast = change <= SLOW * previous < np.inf
         previous = change
-    return False
+    else:
+        return False
+    update(h, co, old, new, chain, work.increment)
+    for i in range(n):
+        new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
+    return True
 
 
 @njit(cache=True)
@@ -195,16 +239,16 @@ def change_step(ratio: float, motion: Motion) -> None:
 
 @njit(cache=True)
 def initial_acceleration(
-    motion: Motion, chain: Chain, contact: Contact, law: Law, work: Workspace
+    state: Motion, chain: Chain, contact: Contact, law: Law, work: Workspace
 ) -> bool:
-    """Fill motion.acceleration with the q.. and lam that the equations ask for, and a with q.. ."""
-    for i in range(motion.q.size):
-        motion.acceleration[i] = 0.0
-    residual(motion.q, motion.acceleration, chain, contact, law, work.right)
-    for i in range(motion.q.size):
+    """Fill state.acceleration with the q.. and lam that the equations ask for, and a with q.. ."""
+    for i in range(state.q.size):
+        state.acceleration[i] = 0.0
+    residual_from_chords(state.q, state.chords, state.acceleration, chain, contact, law, work.right)
+    for i in range(state.q.size):
         work.right[i] *= -chain.scale[i]
-    solved = solve_linear(motion.q, 0.0, chain, contact, law, work)
-    for i in range(motion.q.size):
-        motion.acceleration[i] = chain.scale[i] * work.right[i]
-        motion.a[i] = motion.acceleration[i]
+    solved = solve_linear(state.q, 0.0, chain, contact, law, work)
+    for i in range(state.q.size):
+        state.acceleration[i] = chain.scale[i] * work.right[i]
+        state.a[i] = state.acceleration[i]
     return solved

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from hcm.ancf_element import bending_matrix, mass_matrix
 from hcm.parameters import Drive, Finger, Surface, Tip
 
-HALF_BANDWIDTH = 7
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -40,8 +38,8 @@ class Chain(NamedTuple):
     scale : (n,) D, the unit of each unknown: 1 for positions, 1/l for slopes, an element's mass for
         multipliers. x = D y makes y an acceleration throughout, and D A D of one magnitude.
     tip : place of the tip node C.
-    roundoff : m/s^2, largest acceleration that one rounding of a position can cause through an
-        element's stiffness; an iteration that stalls below it has nothing left to gain.
+    roundoff : m/s^2, largest acceleration that one rounding of a slope or chord can cause through
+        an element's stiffness; an iteration that stalls below it has nothing left to gain.
     """
 
     first: Ints
@@ -166,15 +164,16 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
 
 
 def _roundoff(finger: Finger) -> float:
+    # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
     softest_mass = float(np.linalg.eigvalsh(mass_matrix(1.0, 1.0))[0])
     for phalanx in finger.phalanges:
         el = phalanx.length / phalanx.elements
-        bending = 12 * phalanx.youngs_modulus * phalanx.second_moment / el**3
-        axial = phalanx.youngs_modulus * phalanx.area / el
+        bending = 12 * phalanx.youngs_modulus * phalanx.second_moment / el**2
+        axial = phalanx.youngs_modulus * phalanx.area
         element_mass = phalanx.density * phalanx.area * el
         largest = max(largest, (bending + axial) / (softest_mass * element_mass))
-    return float(np.finfo(float).eps) * finger.length * largest
+    return float(np.finfo(float).eps) * largest
 
 
 def _torques(drive: Drive, inner: list[int], outer: list[int]) -> tuple[Floats, Ints]:

@@ -151,8 +151,9 @@ class Settings:
     flight_step : s, longest step out of contact.
     flight_tolerance : m, bound on a flight step's local error, which shortens the steps where
         vibrations matter; 0 keeps all flight steps at `flight_step`.
-    contact_step : s, step in contact. Any step is shortened to end on an event, and when Newton's
-        method fails.
+    contact_step : s, longest step in contact. Any step is shortened to end on an event, and when
+        Newton's method fails.
+    contact_tolerance : m, bound on a contact step's local error; 0 keeps them at `contact_step`.
     spectral_radius : xi in [0, 1], generalized-alpha's spectral radius at infinite frequency.
     newton_tolerance : largest change of an acceleration, relative to the largest acceleration, at
         which Newton's iteration stops.
@@ -169,7 +170,8 @@ class Settings:
 
     flight_step: float = 1e-4
     flight_tolerance: float = 1e-7
-    contact_step: float = 1e-7
+    contact_step: float = 1e-6
+    contact_tolerance: float = 1e-11
     spectral_radius: float = 0.8
     newton_tolerance: float = 1e-9
     taps: int = 1
@@ -181,16 +183,21 @@ class Settings:
     frame_times: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        for field in ("flight_step", "contact_step", "max_flight_time", "max_contact_time"):
+        for field in (
+            "flight_step",
+            "contact_step",
+            "max_flight_time",
+            "max_contact_time",
+        ):
             _require_positive(field, getattr(self, field))
+        for field in ("flight_tolerance", "contact_tolerance"):
+            value = getattr(self, field)
+            _require(field, value, "a finite number, 0 or above", value >= 0)
         _require(
-            "flight_tolerance",
-            self.flight_tolerance,
-            "a finite number, 0 or above",
-            self.flight_tolerance >= 0,
-        )
-        _require(
-            "spectral_radius", self.spectral_radius, "in [0, 1]", 0 <= self.spectral_radius <= 1
+            "spectral_radius",
+            self.spectral_radius,
+            "in [0, 1]",
+            0 <= self.spectral_radius <= 1,
         )
         _require(
             "newton_tolerance",

@@ -11,12 +11,28 @@ from numpy.typing import NDArray
 
 from hcm import tap
 from hcm.clock import Clock, Plan
-from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, workspace
+from hcm.generalized_alpha import coefficients, initial_acceleration, motion, workspace
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
-from hcm.parameters import Drive, Finger, ParameterError, Settings, Surface, Tip, check_scene
+from hcm.parameters import (
+    Drive,
+    Finger,
+    ParameterError,
+    Settings,
+    Surface,
+    Tip,
+    check_scene,
+)
 from hcm.posture import posture
-from hcm.result import EVENT_KINDS, Event, Floats, History, Statistics, Status, TapResult
+from hcm.result import (
+    EVENT_KINDS,
+    Event,
+    Floats,
+    History,
+    Statistics,
+    Status,
+    TapResult,
+)
 from hcm.rigid_start import RigidStart, rigid_motion
 from hcm.summary import summarize
 
@@ -74,15 +90,15 @@ def simulate(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
                 " surface; it must start above it"
             )
-    old = Motion(rest, speed, np.zeros(n), np.zeros(n))
-    new = Motion(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    old, new = motion(chain, rest, speed), motion(chain, rest, speed)
     work = workspace(n)
     contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
     clock = Clock(begin, begin, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan = _plan(settings)
     co = coefficients(settings.spectral_radius, settings.newton_tolerance)
     frames = tap.FrameTable(
-        np.array(settings.frame_times, dtype=float), np.full((len(settings.frame_times), n), np.nan)
+        np.array(settings.frame_times, dtype=float),
+        np.full((len(settings.frame_times), n), np.nan),
     )
     frames.q[frames.time == begin] = rest
     event_q: list[Floats] = []
@@ -99,9 +115,14 @@ def simulate(
         if size <= 0:
             status = Status.WORK_LIMIT
             break
-        table, forces = np.empty((size, len(tap.COLUMNS))), np.empty((size, 2 * phalanges))
+        table, forces = (
+            np.empty((size, len(tap.COLUMNS))),
+            np.empty((size, 2 * phalanges)),
+        )
         table_of_events = tap.EventTable(
-            np.empty(EVENT_ROWS), np.empty(EVENT_ROWS, dtype=np.int64), np.empty((EVENT_ROWS, n))
+            np.empty(EVENT_ROWS),
+            np.empty(EVENT_ROWS, dtype=np.int64),
+            np.empty((EVENT_ROWS, n)),
         )
         try:
             contact, clock, n_rows, n_events, code = tap.advance(
@@ -159,6 +180,7 @@ def _plan(settings: Settings) -> Plan:
         np.iinfo(np.int64).max if endless else settings.taps,
         float(settings.end_time) if settings.end_time is not None else math.inf,
         float(settings.flight_tolerance),
+        float(settings.contact_tolerance),
         math.inf if endless else float(settings.max_flight_time),
         float(settings.max_contact_time),
     )

@@ -1,4 +1,4 @@
-"""How long the next step is: Newton's convergence, the flight's tolerance, the first event."""
+"""How long the next step is: Newton's convergence, the phase's tolerance, the first event."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from hcm.lumped_contact import FLIGHT, STICK, Contact, normal_slope
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40
-# Factors by which the error control may change a flight step at once.
-SHRINK, GROW = 0.2, 1.5
+# Factors by which the error control may change a step at once, and the least that it changes it.
+SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
 
 
 @njit(cache=True)
@@ -47,12 +47,12 @@ def accept(
     law: Law,
     work: Workspace,
 ) -> tuple[float, int, int, int, float]:
-    """Take a step of at most h that converges, keeps the flight's tolerance and ends on any event.
+    """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
-    which the next flight step may grow. More than `REPEATS` repeats mean failure.
+    which the next step may grow. More than `REPEATS` repeats mean failure.
     """
-    bound = plan.flight_tolerance if in_flight else 0.0
+    bound = plan.flight_tolerance if in_flight else plan.contact_tolerance
     slot, trials, growth = NO_EVENT, 0, GROW
     for repeats in range(REPEATS + 1):
         if not step(h, co, old, new, chain, contact, law, work):
@@ -65,9 +65,8 @@ def accept(
             if error > bound:
                 h *= max(SHRINK, growth)
                 continue
-            growth = min(growth, GROW)
-            if 0.9 < growth < 1.1:
-                growth = 1.0
+            # a changed step costs a factorization: small gains are not worth one
+            growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
         if chatter:
             return h, slot, trials, repeats, growth
         length, slot, used = first_event(h, tolerance, co, old, new, chain, contact, law, work)

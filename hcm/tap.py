@@ -88,7 +88,11 @@ def write_row(
     row[8] = stress_at_probe(q, chain, probe)
     row[9], row[10], row[11] = kinetic, strain, gravity
     row[12] = stored_energy(x, gap, contact, law)
-    row[13], row[14], row[15] = clock.friction_loss, clock.restitution_loss, clock.drive_work
+    row[13], row[14], row[15] = (
+        clock.friction_loss,
+        clock.restitution_loss,
+        clock.drive_work,
+    )
     row[16] = 3 * contact.normal + contact.tangential
     for w in range(chain.hinge.size):
         for c in range(2):
@@ -116,6 +120,8 @@ def copy_motion(source: Motion, target: Motion) -> None:
     target.v[:] = source.v
     target.acceleration[:] = source.acceleration
     target.a[:] = source.a
+    target.chords[:] = source.chords
+    target.jerk[:] = source.jerk
 
 
 @njit(cache=True)
@@ -151,11 +157,22 @@ def advance(
             return contact, clock, n_rows, n_events, FLIGHT_TOO_LONG
         if not in_flight and elapsed > plan.max_contact_time:
             return contact, clock, n_rows, n_events, CONTACT_TOO_LONG
-        h = min(clock.flight_step if in_flight else plan.contact_step, remaining)
+        h = min(clock.step, remaining)
         tolerance = event_tolerances(contact, clock, plan, law)
         chatter = clock.instant >= INSTANT_EVENTS
         h, slot, trials, repeats, growth = accept(
-            h, in_flight, chatter, tolerance, plan, co, old, new, chain, contact, law, work
+            h,
+            in_flight,
+            chatter,
+            tolerance,
+            plan,
+            co,
+            old,
+            new,
+            chain,
+            contact,
+            law,
+            work,
         )
         if repeats > REPEATS:
             return contact, clock, n_rows, n_events, NEWTON_FAILED
@@ -166,10 +183,11 @@ def advance(
         tip = chain.tip
         x, gap = old.q[tip], old.q[tip + 1] + law.height
         phase_start, taps, instant = clock.phase_start, clock.taps, clock.instant
-        flight_step, kind = clock.flight_step, NO_EVENT
-        if in_flight and h > 0.0:
-            flight_step = min(plan.flight_step, growth * h)
-            change_step(flight_step / h, old)
+        next_step, kind = clock.step, NO_EVENT
+        if slot == NO_EVENT and h > 0.0:
+            longest = plan.flight_step if in_flight else plan.contact_step
+            next_step = min(longest, growth * h)
+            change_step(next_step / h, old)
         if slot != NO_EVENT:
             contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
             events.time[n_events], events.kind[n_events] = clock.time, kind
@@ -178,15 +196,15 @@ def advance(
             instant += 1
             # the jerk jumps at an event: a's delay behind q.. starts anew
             old.a[:] = old.acceleration
+            old.jerk[:] = 0.0
             if kind in (TOUCH, LIFT_OFF):
                 phase_start = clock.time
-            if kind == LIFT_OFF:
-                taps += 1
-                flight_step = plan.contact_step
+                next_step = plan.contact_step
+            taps += int(kind == LIFT_OFF)
         elif contact.normal == FLIGHT and gap > 0.0 and contact.gap_ref < 0.0:
             contact = Contact(FLIGHT, contact.tangential, 0.0, 0.0, 0.0, x)
         clock = Clock(
-            clock.time, phase_start, flight_step, taps, instant,
+            clock.time, phase_start, next_step, taps, instant,
             clock.rejected + repeats, clock.trials + trials, clock.chatter_steps + int(chatter),
             clock.friction_loss, clock.restitution_loss, clock.drive_work,
             clock.speed, clock.force,

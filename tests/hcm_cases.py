@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 import hcm
 from hcm import tap
 from hcm.clock import Clock, Plan
-from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, workspace
+from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, motion, workspace
 from hcm.layout import Chain, Law, Probe, build_chain
 from hcm.lumped_contact import Contact
 from hcm.result import EVENT_KINDS, Event
@@ -83,11 +83,10 @@ def integrate(
 ) -> Run:
     """Run the compiled loop from any state with one fixed step in flight and contact."""
     n = chain.scale.size
-    old = Motion(start.coordinates.copy(), start.velocities.copy(), np.zeros(n), np.zeros(n))
-    new = Motion(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
     work = workspace(n)
     clock = Clock(start.time_s, start.time_s, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    plan = Plan(step, step, taps, end_time, 0.0, np.inf, np.inf)
+    plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0)
     assert initial_acceleration(old, chain, start.contact, law, work)
     table, reactions = (

@@ -10,6 +10,7 @@ from hcm.ancf_element import (
     add_internal_force,
     axial_tangent,
     bending_matrix,
+    chord,
     kinetic_energy,
     mass_matrix,
     strain_energy,
@@ -48,7 +49,7 @@ def rotated(q: np.ndarray, angle: float) -> np.ndarray:
 
 def force(q: np.ndarray) -> np.ndarray:
     out = np.zeros(8)
-    add_internal_force(q, 0, 4, LENGTH, EA, BENDING, out)
+    add_internal_force(q, chord(q, 0, 4, LENGTH), 0, 4, LENGTH, EA, BENDING, out)
     return out
 
 

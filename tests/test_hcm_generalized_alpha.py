@@ -13,11 +13,11 @@ from hcm_cases import (
 )
 
 from hcm.generalized_alpha import (
-    Motion,
     change_step,
     coefficients,
     initial_acceleration,
     local_error,
+    motion,
     step,
     workspace,
 )
@@ -84,9 +84,7 @@ def test_events_converge_with_order_two(struck_links, xi: float) -> None:
 def oscillator(spring: float):
     """Unit mass at x = 1 on a spring to the origin: q = cos(omega t)."""
     chain, start = point_mass(1.0, (1.0, 0.0), (0.0, 0.0), spring=spring)
-    zero = np.zeros(8)
-    old = Motion(start.coordinates.copy(), start.velocities.copy(), zero.copy(), zero.copy())
-    new = Motion(*(zero.copy() for _ in range(4)))
+    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
     work = workspace(8)
     assert initial_acceleration(old, chain, IN_FLIGHT, NOWHERE, work)
     return chain, old, new, work

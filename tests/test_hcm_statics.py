@@ -9,9 +9,10 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 import hcm
+from hcm.banded_lu import HALF_BANDWIDTH
 from hcm.equations import residual, tangent
 from hcm.joint_torque import torque_force, torque_tangent, turned_angle
-from hcm.layout import HALF_BANDWIDTH, Law, build_chain
+from hcm.layout import Law, build_chain
 from hcm.lumped_contact import FLIGHT, FREE, Contact
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
@@ -51,7 +52,7 @@ def cantilever(load: float, elements: int) -> tuple[float, float]:
     free = np.arange(6, q.size)
     n, still = q.size, np.zeros(q.size)
     force = load * phalanx.youngs_modulus * phalanx.second_moment / phalanx.length**2
-    band, out = np.empty((n, 3 * HALF_BANDWIDTH + 1)), np.empty(n)
+    band, out = np.empty((n, 2 * HALF_BANDWIDTH + 1)), np.empty(n)
     for fraction in np.linspace(0.1, 1.0, 10):
         weight = np.zeros(n)
         weight[chain.tip + 1] = -fraction * force

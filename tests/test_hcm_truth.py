@@ -74,11 +74,11 @@ def test_truth_is_converged_and_conserves_energy(phalanx: hcm.Phalanx, tip: hcm.
 
 
 def test_loop_agrees_with_truth_from_one_state() -> None:
-    """Default contact step, five elements a phalanx: what a user gets against the truth."""
+    """The paper's contact step, five elements a phalanx, against the truth."""
     body = finger(SOFT)
     chain, start = straight_links(body, ANGLES, SPINS)
     exact = truth.solve(body, SURFACE, SOFT_TIP, start=start, rtol=1e-10, atol=1e-14)
-    run = integrate(chain, contact_law(SURFACE, SOFT_TIP), start, hcm.Settings().contact_step)
+    run = integrate(chain, contact_law(SURFACE, SOFT_TIP), start, 1e-7)
     assert run.kinds() == [e.kind for e in exact.events]
     # measured: 5e-11 s at separation; 3.6e-8 s where v_n, full of short waves, turns
     assert run.time_of("separation") == pytest.approx(exact.time_of("separation"), abs=5e-10)

@@ -26,6 +26,8 @@ POSTURE_TIMES: dict[
 PAPER_STEPS = (
     "solver.hcm.flight_step=1e-3",
     "solver.hcm.flight_tolerance=0.0",
+    "solver.hcm.contact_step=1e-7",
+    "solver.hcm.contact_tolerance=0.0",
     "solver.hcm.consistent_start=false",
 )
 
@@ -87,7 +89,7 @@ def experiments() -> tuple[Case, ...]:
     variations = {
         "N=15": "finger.elements=5",
         "N=120": "finger.elements=40",
-        "step 1 us": "solver.hcm.contact_step=1e-6",
+        "tolerance 1 nm": "solver.hcm.contact_tolerance=1e-9",
         "xi=0.5": "solver.hcm.spectral_radius=0.5",
     }
     return (

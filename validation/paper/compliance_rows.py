@@ -14,7 +14,7 @@ from validation.paper.finding import (
 
 FIRST = "first_peak_normal_force_N"
 K, RESTITUTION = 0.78e6, 0.8
-VARIED = ("N=15", "N=120", "step 1 us", "xi=0.5")
+VARIED = ("N=15", "N=120", "tolerance 1 nm", "xi=0.5")
 
 
 def loop_closure(runs: Runs, case: str) -> float:

@@ -82,6 +82,7 @@ class HcmTable(Table):
     flight_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
     flight_tolerance: Annotated[float | None, Quantity("m", at_least=0, at_most=1)] = None
     contact_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
+    contact_tolerance: Annotated[float | None, Quantity("m", at_least=0, at_most=1)] = None
     spectral_radius: Annotated[float | None, Quantity(at_least=0, at_most=1)] = None
     newton_tolerance: Annotated[float | None, Quantity(at_least=1e-13, at_most=1e-3)] = None
     taps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10_000)] = None
@@ -90,6 +91,10 @@ class HcmTable(Table):
     max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
     max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
     consistent_start: bool | None = None
+
+
+def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
+    return PydanticCustomError("scene", "{text}", {"text": text, "key": key, "value": value})
 
 
 class FemTable(Table):
@@ -107,6 +112,18 @@ class FemTable(Table):
     section_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
     axial_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
     tip_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
+    shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
+    mesh: str | None = None
+
+    @model_validator(mode="after")
+    def _mesh_or_sizes(self) -> Self:
+        for key in ("section_size", "axial_size", "tip_size", "shaft_radius"):
+            value = getattr(self, key)
+            if self.mesh is not None and value is not None:
+                key = f"solver.fem.{key}"
+                text = "has no effect on a mesh that is read: leave it or solver.fem.mesh out"
+                raise _refuse(key, value, text)
+        return self
 
 
 class SolverTable(Table):
@@ -114,10 +131,6 @@ class SolverTable(Table):
 
     hcm: HcmTable = HcmTable()
     fem: FemTable = FemTable()
-
-
-def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
-    return PydanticCustomError("scene", "{text}", {"text": text, "key": key, "value": value})
 
 
 class Scene(Table):

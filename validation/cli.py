@@ -1,5 +1,6 @@
 """The command ``fingertap`` (design.md section 9). Each verb imports its work when it is called."""
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,6 +27,7 @@ def run(
     overrides: Annotated[Sequence[str], cyclopts.Parameter(name="--set", negative="")] = (),
     as_json: Annotated[bool, cyclopts.Parameter(name="--json", negative="")] = False,
     out: Path | None = None,
+    resume: Annotated[bool, cyclopts.Parameter(negative="")] = False,
 ) -> None:
     """Run one model on one scene.
 
@@ -41,10 +43,12 @@ def run(
         Print only one JSON object; files are written only if --out is given or the run fails.
     out
         Folder for run/SCENE-MODEL/ with summary.json, history.nc and fields; by default out.
+    resume
+        Continue a run that was killed, from the restart file in its folder, to the same result.
     """
     from validation.run_command import run_scene
 
-    run_scene(scene, model, overrides, as_json, out)
+    run_scene(scene, model, overrides, as_json, out, resume)
 
 
 @app.command
@@ -81,6 +85,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
     from validation.console import say_error
 
+    # threads that spin while they wait make a shared machine many times slower
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     try:
         app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (UserError, RunFailedError) as error:

@@ -24,9 +24,9 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 # Columns of one row of the contact log: sums over the mesh as given, but for GAP, the height of
-# the lowest node (m), EXCESS, the largest |f_t| - μ f_n (N), and PRESSURE, the largest one (Pa).
-NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION, PRESSURE = range(8)
-COLUMNS = 8
+# the lowest node (m), and EXCESS, the largest |f_t| - μ f_n of a site (N).
+NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION = range(7)
+COLUMNS = 7
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,8 @@ class Block:
         v at t_n, synchronous with the displacement of the state that went in.
     reactions : (P, 2)
         Hinge forces at t_n.
+    pressure : (n_points,)
+        Contact pressure at t_n, Pa: each node's normal force over its tributary area.
     searched
         Whether contact was searched for.
     """
@@ -38,6 +40,7 @@ class Block:
     log: Array
     velocity: Array
     reactions: Array
+    pressure: Array
     searched: bool
 
 
@@ -129,8 +132,10 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     log[:, GAP] = np.inf
     reactions = np.zeros((model.hinges.count, 2))
     first_reactions = reactions
+    pressure = np.zeros(len(u))
     for number in range(steps):
-        _forces(model, work, v, residual, search, log[number], reactions)
+        taken = pressure if number == 0 else None
+        _forces(model, work, v, residual, search, log[number], reactions, taken)
         if number == 0:
             half_kick(v, residual, model.inverse_mass, model.gravity, model.step_s, synchronous)
             first_reactions = reactions.copy()
@@ -150,7 +155,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
             ),
         }
     )
-    return after, Block(log, synchronous, first_reactions, search)
+    return after, Block(log, synchronous, first_reactions, pressure, search)
 
 
 def _forces(
@@ -161,8 +166,13 @@ def _forces(
     search: bool,
     row: Array,
     reactions: Array,
+    pressure: Array | None = None,
 ) -> None:
-    """Fill the residual: internal force less contact, couples and hinge reactions."""
+    """Fill the residual: internal force less contact, couples and hinge reactions.
+
+    Contact comes after all that acts on its nodes, which a constraint needs to know. `pressure`
+    (n_points,) is filled where it is given.
+    """
     u = state.displacement
     model.kernel.internal_force(u, residual)
     for couple in model.couples:
@@ -179,7 +189,11 @@ def _forces(
             friction=model.surface.friction,
         )
         memory = Memory(state.touching, state.anchor, state.spring_force)
+        nodes = model.contact.nodes
+        before = None if pressure is None else residual[nodes, 1]
         model.contact.apply(motion, memory, residual, row)
+        if pressure is not None and before is not None:
+            pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
     if model.symmetry.size:
         _hold(residual, model.symmetry)
     hinges = model.hinges

@@ -14,7 +14,6 @@ from reference_fem.contact_law import (
     EXCESS,
     GAP,
     NORMAL,
-    PRESSURE,
     TANGENTIAL,
     Memory,
     Motion,
@@ -144,5 +143,4 @@ def impulse_forces(
         row[TANGENTIAL] += force_x
         row[AREA] += area[j]
         row[EXCESS] = max(row[EXCESS], size - limit)
-        row[PRESSURE] = max(row[PRESSURE], normal / area[j])
     row[GAP] = lowest

@@ -14,7 +14,6 @@ from reference_fem.contact_law import (
     EXCESS,
     GAP,
     NORMAL,
-    PRESSURE,
     SPRING_ENERGY,
     TANGENTIAL,
     Memory,
@@ -153,6 +152,5 @@ def contact_forces(
         row[TANGENTIAL] += force_x
         row[AREA] += area[j]
         row[EXCESS] = max(row[EXCESS], size - friction * normal)
-        row[PRESSURE] = max(row[PRESSURE], normal / area[j])
         row[SPRING_ENERGY] += 0.5 * (normal * normal + size * size) / k
     row[GAP] = lowest

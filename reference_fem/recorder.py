@@ -53,7 +53,7 @@ class Thinned(Generic[T]):
         self.items = list(items)
 
 
-Fields = tuple[float, Array, Array]
+Fields = tuple[float, Array, Array, Array]
 
 # Shapes of a history without samples, where they are not (0,).
 _EMPTY = {
@@ -81,7 +81,7 @@ class Recorder:
         self._last = taken
         (self._window if block.searched else self._flight).offer(taken)
         # States are never written to again, so holding them is no copy.
-        kept = (state.time_s, state.displacement, block.velocity)
+        kept = (state.time_s, state.displacement, block.velocity, block.pressure)
         self._latest_fields = kept
         if not block.searched:
             return
@@ -133,8 +133,8 @@ class Recorder:
             chosen = [(f, flag) for f, flag in chosen if f[0] != peak[0]] + [(peak, True)]
         chosen.sort(key=lambda entry: entry[0][0])
         return tuple(
-            Snapshot(time, u, v, model.kernel.von_mises(u), at_peak)
-            for (time, u, v), at_peak in chosen
+            Snapshot(time, u, v, model.kernel.von_mises(u), pressure, at_peak)
+            for (time, u, v, pressure), at_peak in chosen
         )
 
     def archive(self) -> dict[str, NDArray[Any]]:

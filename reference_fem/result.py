@@ -43,7 +43,7 @@ class History:
         Tributary area of the nodes or quadrature points in contact; a round patch has the radius
         sqrt(area/π).
     peak_pressure_Pa : (n,)
-        Largest contact pressure of a node or quadrature point.
+        Largest contact pressure of a node, averaged over its tributary area.
     hinge_reactions_N : (n, P, 2)
         Force that hinge w exerts on phalanx w.
     """
@@ -95,6 +95,8 @@ class Snapshot:
     displacement, velocity : (n_points, dim)
         m and m/s, at the same time.
     von_mises_Pa : (n_cells,)
+    contact_pressure_Pa : (n_points,)
+        Normal force of each node over its tributary area; zero off the patch.
     at_peak
         True for the snapshot nearest to the peak normal force.
     """
@@ -103,6 +105,7 @@ class Snapshot:
     displacement: Array
     velocity: Array
     von_mises_Pa: Array
+    contact_pressure_Pa: Array
     at_peak: bool = False
 
 

@@ -14,7 +14,6 @@ from reference_fem.contact_law import (
     EXCESS,
     GAP,
     NORMAL,
-    PRESSURE,
     SPRING_ENERGY,
     TANGENTIAL,
     Memory,
@@ -204,5 +203,4 @@ def surface_forces(
             row[AREA] += weight[f, q]
             row[EXCESS] = max(row[EXCESS], size - friction * normal)
             row[SPRING_ENERGY] += 0.5 * (normal * normal + size * size) / k
-            row[PRESSURE] = max(row[PRESSURE], -modulus * gap)
     row[GAP] = lowest

@@ -49,6 +49,7 @@ def write_fields(folder: Path, fields: Fields) -> Path:
             point_data={
                 "displacement": _three(step.displacement),
                 "velocity": _three(step.velocity),
+                "contact_pressure_Pa": step.contact_pressure_Pa,
             },
             cell_data={"von_mises_Pa": [step.von_mises_Pa]},
         )

@@ -162,6 +162,8 @@ def follow(
     )
     if status.advice:
         message = f"{message}: {status.advice}"
+    if restart is not None and restart.problem:
+        message = f"{message}; {restart.problem}"
     return TapResult(status, message, history, forces, recorder.snapshots(model), summary)
 
 

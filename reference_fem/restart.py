@@ -86,20 +86,25 @@ class RestartFile:
     def __init__(self, restart: Restart, run: Mapping[str, str]) -> None:
         self._restart = restart
         self._run = dict(run)
-        self._written = time.perf_counter()
+        self._written: float | None = None
+        self.problem = ""
 
     @property
     def due(self) -> bool:
-        """Whether it is time to write."""
-        return time.perf_counter() - self._written >= self._restart.every_s
+        """Whether it is time to write: at once the first time."""
+        since = self._written
+        return since is None or time.perf_counter() - since >= self._restart.every_s
 
     def write(self, arrays: Arrays) -> None:
         """Replace the file: a reader sees the old one or the new one, whole.
 
+        A disk that fills up later on does not end a long run: the file before stays, and
+        `problem` says why.
+
         Raises
         ------
         RestartError
-            If it cannot be written.
+            If it cannot be written the first time.
         """
         path = self._restart.path
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
@@ -116,10 +121,14 @@ class RestartFile:
         except OSError as error:
             with contextlib.suppress(OSError):
                 partial.unlink()
-            raise RestartError(
+            self.problem = (
                 f"{path}: the restart file cannot be written ({error.strerror or error}); "
                 "make room or choose another folder"
-            ) from error
+            )
+            if self._written is None:
+                raise RestartError(self.problem) from error
+        else:
+            self.problem = ""
         self._written = time.perf_counter()
 
     def read(self) -> dict[str, NDArray[Any]] | None:

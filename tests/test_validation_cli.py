@@ -36,7 +36,7 @@ def fake_model(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[.
     """Every model becomes one that returns the given record or raises the given error."""
 
     def use(record: RunRecord | None = None, error: BaseException | None = None) -> None:
-        def run(scene: Any, progress: Any = None) -> Outcome:
+        def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
             if error is not None:
                 raise error
             return Outcome(replace(record or make_record(), scene=scene.name))

@@ -9,9 +9,14 @@ if TYPE_CHECKING:  # help and errors need no numpy
     from validation.record import RunRecord
 
 
-def say_error(text: str) -> None:
+def say(text: str) -> None:
     """One line on standard error."""
-    print(f"fingertap: error: {' '.join(text.split())}", file=sys.stderr)
+    print(f"fingertap: {' '.join(text.split())}", file=sys.stderr)
+
+
+def say_error(text: str) -> None:
+    """One line on standard error that says what went wrong."""
+    say(f"error: {text}")
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ from validation.fields import write_fields
 from validation.isolated import CrashedError, call_isolated
 from validation.memory import peak_memory_MB
 from validation.models import MODEL_NAMES, ModelName, adapter
-from validation.models.adapter import Outcome, Progress
+from validation.models.adapter import Checkpoint, Outcome, Progress
 from validation.record import RunRecord
 from validation.scenes.load import NamedScene, load_scene
 from validation.storage import safe_name, write_run, write_text
@@ -34,7 +34,11 @@ class Job:
 
 
 def solve(
-    scene: NamedScene, model: ModelName, folder: Path | None, progress: Progress | None = None
+    scene: NamedScene,
+    model: ModelName,
+    folder: Path | None,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Outcome:
     """Warm up, solve and measure.
 
@@ -50,7 +54,7 @@ def solve(
         if progress is not None:
             progress(0.0, "loading compiled code")
         module.warm_up()
-        outcome = module.run(scene, progress)
+        outcome = module.run(scene, progress, checkpoint)
     except (UserError, KeyboardInterrupt):
         raise
     except Exception as error:

@@ -4,10 +4,11 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from validation.console import progress_bar, summary_text
-from validation.errors import RunFailedError
+from validation.console import progress_bar, say, summary_text
+from validation.errors import RunFailedError, UserError
 from validation.execute import keep, solve
 from validation.models import ModelName
+from validation.models.adapter import Checkpoint
 from validation.scenes.load import load_scene
 from validation.storage import output_folder, safe_name
 
@@ -15,11 +16,17 @@ DEFAULT_OUT = Path("out")
 
 
 def run_scene(
-    source: str, model: ModelName, overrides: Sequence[str], as_json: bool, out: Path | None
+    source: str,
+    model: ModelName,
+    overrides: Sequence[str],
+    as_json: bool,
+    out: Path | None,
+    resume: bool = False,
 ) -> None:
     """Run, print, keep.
 
-    Files are written unless only JSON was asked for; a run that fails is always kept.
+    Files are written unless only JSON was asked for; a run that fails is always kept. A solid
+    model's run that writes files leaves a restart file as it goes.
 
     Raises
     ------
@@ -28,13 +35,20 @@ def run_scene(
     RunFailedError
         The run did not complete; the message says where what it had is.
     """
+    if resume and model == "hcm":
+        raise UserError("--resume: hcm runs in seconds and has nothing to resume; leave it out")
     scene = load_scene(source, overrides)
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{scene.name}-{model}")
-    write = out is not None or not as_json
+    write = out is not None or not as_json or resume
+    checkpoint = None
     if write:
         output_folder(folder)
+        if model != "hcm":
+            checkpoint = Checkpoint(folder / "restart.npz", resume)
+    if checkpoint is not None and resume and not checkpoint.path.exists():
+        say(f"nothing to resume in {folder}: the run starts from the beginning")
     with progress_bar(f"{scene.name} {model}") as progress:
-        outcome = solve(scene, model, folder, progress)
+        outcome = solve(scene, model, folder, progress, checkpoint)
     record = outcome.record
     if write or not record.ok:
         keep(output_folder(folder), outcome)

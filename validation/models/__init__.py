@@ -3,9 +3,9 @@
 Contract of an adapter module:
 
 - ``warm_up()`` runs a tiny scene so that compiled code is loaded before anything is timed;
-- ``run(scene, progress)`` translates the scene, times the solve alone, and returns an ``Outcome``;
-  it raises ``UserError`` for what the model cannot take, and lets a solver's status through as
-  the record's status.
+- ``run(scene, progress, checkpoint)`` translates the scene, times the solve alone, and returns an
+  ``Outcome``; it raises ``UserError`` for what the model cannot take, and lets a solver's status
+  through as the record's status. A model that has nothing to resume ignores the checkpoint.
 
 A model's package is imported inside these functions, not when its adapter is.
 """

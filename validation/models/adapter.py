@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,6 +15,14 @@ from validation.record import SOLID_KEYS, SUMMARY_KEYS, Event, RunRecord
 from validation.scenes.load import NamedScene
 
 Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where a long run leaves its state as it goes, and whether to continue from there."""
+
+    path: Path
+    resume: bool = False
 
 
 @dataclass(frozen=True)
@@ -30,7 +39,12 @@ class Adapter(Protocol):
     def warm_up(self) -> None:
         """Load compiled code."""
 
-    def run(self, scene: NamedScene, progress: Progress | None = None) -> Outcome:
+    def run(
+        self,
+        scene: NamedScene,
+        progress: Progress | None = None,
+        checkpoint: Checkpoint | None = None,
+    ) -> Outcome:
         """Translate and solve."""
 
 
@@ -72,7 +86,8 @@ def to_record(
     summary["wall_time_s"] = wall_time_s
     status = result.status
     ok = status.name == "COMPLETED"
-    message = "" if ok else " ".join(filter(None, (result.message, status.advice)))
+    advice = "" if status.advice in result.message else status.advice
+    message = "" if ok else " ".join(filter(None, (result.message, advice)))
     return RunRecord(
         scene=scene.name,
         model=model,

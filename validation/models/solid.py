@@ -2,11 +2,12 @@
 
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Literal
 
 from validation.errors import UserError
 from validation.fields import Fields
-from validation.models.adapter import Outcome, Progress, given, to_record
+from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
 
@@ -14,6 +15,7 @@ Dimension = Literal[2, 3]
 
 SIZE_NAMES = ("section_size", "axial_size", "tip_size")
 PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
+LENGTH_TOLERANCE = 0.01  # of a phalanx in a mesh file against the scene's
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 
 WARM_UP = (
@@ -25,18 +27,54 @@ WARM_UP = (
 
 
 def build_mesh(tables: Scene, dimension: Dimension) -> Any:
-    """The finger's mesh: the preset's sizes, scaled with the diameter, then the scene's own."""
+    """The finger's mesh: the preset's sizes, scaled with the diameter, then the scene's own.
+
+    ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
+    """
     import meshes
 
     fem = tables.solver.fem
+    if fem.mesh is not None:
+        return _read_mesh(tables, fem.mesh, dimension)
     diameters = tables.per_phalanx(tables.finger.diameter)
     scale = min(diameters) / PRESET_DIAMETER
     preset = meshes.SIZINGS[fem.preset]
     sizes = {name: scale * getattr(preset, name) for name in SIZE_NAMES}
     sizes |= given(**{name: getattr(fem, name) for name in SIZE_NAMES})
-    geometry = meshes.FingerGeometry(tables.per_phalanx(tables.finger.length), diameters)
+    lengths = tables.per_phalanx(tables.finger.length)
+    geometry = meshes.FingerGeometry(lengths, diameters, shaft_radius=fem.shaft_radius)
     build = meshes.finger_hexahedra if dimension == 3 else meshes.finger_quadrilaterals
     return build(geometry, replace(preset, **sizes))
+
+
+def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
+    """A mesh file, which must be the scene's finger."""
+    import numpy as np
+
+    import meshes
+
+    try:
+        mesh = meshes.read(path)
+    except meshes.MeshError as error:
+        raise ValueError(f"solver.fem.mesh = {error}") from error
+    key = f"solver.fem.mesh = {path}"
+    if mesh.dim != dimension:
+        raise ValueError(f"{key}: is a {mesh.dim}D mesh; use --model fem{mesh.dim}d")
+    lengths = tables.per_phalanx(tables.finger.length)
+    if mesh.phalanges != len(lengths):
+        raise ValueError(
+            f"{key}: has {mesh.phalanges} phalanges, finger.phalanges says {len(lengths)}; "
+            "make them agree"
+        )
+    for w, length in enumerate(lengths, start=1):
+        nodes = mesh.points[np.unique(mesh.cells[mesh.cell_sets[f"phalanx_{w}"]])]
+        span = float(np.ptp(nodes[:, 0]))
+        if abs(span - length) > LENGTH_TOLERANCE * length:
+            raise ValueError(
+                f"{key}: phalanx {w} is {span:.4g} m long, finger.length says {length:.4g}; "
+                "make them agree"
+            )
+    return mesh
 
 
 def _inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
@@ -67,15 +105,22 @@ def _inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
 
 
 def variant(tables: Scene) -> str:
-    """Preset, and the penalty factor where the scene changes it."""
+    """Preset or mesh file, holes for shafts, and the penalty factor where the scene changes it."""
     fem = tables.solver.fem
+    name = fem.preset if fem.mesh is None else Path(fem.mesh).stem
+    if fem.shaft_radius is not None:
+        name += " shaft holes"
     if fem.penalty_factor in (None, PENALTY_FACTOR):
-        return fem.preset
-    return f"{fem.preset} penalty {fem.penalty_factor:g}"
+        return name
+    return f"{name} penalty {fem.penalty_factor:g}"
 
 
 def solve(
-    scene: NamedScene, model: str, dimension: Dimension, progress: Progress | None
+    scene: NamedScene,
+    model: str,
+    dimension: Dimension,
+    progress: Progress | None,
+    checkpoint: Checkpoint | None = None,
 ) -> Outcome:
     """Mesh, translate and solve; the solve alone is timed."""
     import reference_fem
@@ -98,7 +143,10 @@ def solve(
         mesh_time = time.perf_counter() - start
         inputs = _inputs(tables)
         start = time.perf_counter()
-        result = reference_fem.simulate(mesh, *inputs, progress=progress)
+        restart = None
+        if checkpoint is not None:
+            restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
+        result = reference_fem.simulate(mesh, *inputs, progress=progress, restart=restart)
         wall_time = time.perf_counter() - start
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error

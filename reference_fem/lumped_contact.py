@@ -1,10 +1,8 @@
-"""The lumped contact law on a solid's end face: bilinear normal element, stick or slip.
+"""The lumped contact law for a solid: bilinear normal element, stick or slip.
 
 The same law as the reduced model's (paper, section 2.2.2), written on its own as a return mapping
-that is evaluated once per explicit step, without located events. The end face touches as one
-point, with the mass-weighted mean of its nodes:
-
-    x_C = Σ w_i x_i,   g = Σ w_i y_i + H,   w_i = m_i/Σ m,   f_i = w_i (F_t, F_n)
+that is evaluated once per explicit step, without located events. It acts on one point C of the
+solid (see `lumped_point`), at x_C with the gap g:
 
 - normal: ΔF_n = -k_n Δg, k_n = k while g falls and k/e*² while it rises; contact begins at the gap
   g_0 (zero, or the residual deformation of an earlier loop until the face has left the surface)
@@ -47,6 +45,9 @@ class LumpedContact:
         e*, energetic coefficient, greater than 0 and at most 1.
     tangential_ratio
         η⁻², tangential over normal stiffness, at least 0; 0 transmits no tangential force.
+    hertz_force
+        None: the law above. A force F*, N: Hertz's law instead of the linear normal element,
+        F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at F*.
 
     Raises
     ------
@@ -57,6 +58,7 @@ class LumpedContact:
     normal_stiffness: float
     restitution: float = 1.0
     tangential_ratio: float = 0.75
+    hertz_force: float | None = None
 
     def __post_init__(self) -> None:
         for key, value, allowed, holds in (
@@ -66,11 +68,31 @@ class LumpedContact:
         ):
             if not (math.isfinite(value) and holds):
                 raise ValueError(f"{key} = {value}: must be a finite number {allowed}")
+        force = self.hertz_force
+        if force is not None and not (math.isfinite(force) and force > 0 and self.restitution == 1):
+            raise ValueError(
+                f"hertz_force = {force}: must be a finite number above 0, in N, and goes with "
+                f"restitution = 1 alone (it is {self.restitution})"
+            )
 
     @property
     def stiffest(self) -> float:
-        """Largest slope of the law, N/m: what the explicit step has to resolve."""
-        return self.normal_stiffness * max(self.restitution**-2, self.tangential_ratio)
+        """Largest slope of the law, N/m: what the explicit step has to resolve.
+
+        Hertz's slope at force F is (15/8) k (F/F*)^(1/3): this covers up to four times F*.
+        """
+        steep = 3.0 if self.hertz_force is not None else self.restitution**-2
+        return self.normal_stiffness * max(steep, self.tangential_ratio)
+
+    @property
+    def constants(self) -> tuple[float, float, float, float]:
+        """k, e*, η⁻² and F* (0 for the linear law), as the kernel takes them."""
+        return (
+            self.normal_stiffness,
+            self.restitution,
+            self.tangential_ratio,
+            self.hertz_force or 0.0,
+        )
 
 
 @njit(cache=True)
@@ -82,6 +104,7 @@ def lumped_force(
     stiffness: float,
     restitution: float,
     tangential_ratio: float,
+    hertz_force: float,
     friction: float,
     memory: Array,
     energies: Array,
@@ -117,11 +140,14 @@ def lumped_force(
     share = restitution * restitution
     slope = stiffness if closing > 0.0 else stiffness / share
     normal = before + slope * closing
+    if hertz_force > 0.0:
+        depth = max(0.0, -gap)
+        normal = hertz_force * (0.8 * stiffness * depth / hertz_force) ** 1.5
     k_t = stiffness * tangential_ratio
     if normal <= 0.0:
         energies[FRICTION_LOSS] = _release(memory, k_t)
         # Where the branch reached zero, inside the step.
-        memory[START_GAP] = min(0.0, memory[GAP] + before / slope)
+        memory[START_GAP] = 0.0 if hertz_force > 0.0 else min(0.0, memory[GAP] + before / slope)
         memory[TOUCHING] = 0.0
         return 0.0, 0.0
     tangential = 0.0
@@ -132,7 +158,10 @@ def lumped_force(
         energies[STORED] = 0.5 * tangential * tangential / k_t
     if closing > 0.0:
         energies[HYSTERESIS_LOSS] = 0.5 * (1.0 - share) * (normal**2 - before**2) / stiffness
-    energies[STORED] += 0.5 * normal * normal * share / stiffness
+    if hertz_force > 0.0:
+        energies[STORED] += 0.4 * normal * max(0.0, -gap)
+    else:
+        energies[STORED] += 0.5 * normal * normal * share / stiffness
     memory[FORCE], memory[GAP], memory[TANGENTIAL] = normal, gap, tangential
     return tangential, normal
 

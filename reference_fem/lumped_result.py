@@ -20,7 +20,7 @@ class LumpedHistory:
     ----------
     time_s, normal_force_N, tangential_force_N : (n,)
     tip_position_m, tip_velocity_m_per_s : (n, 2)
-        Mean of the end face; the velocity is that of the half step before.
+        Of the point C; the velocity is that of the half step before.
     contact_energy_J : (n,)
         What both elements of the law could give back.
     friction_dissipation_J, restitution_dissipation_J : (n,)

@@ -1,14 +1,16 @@
-"""A tap of the solid finger with the lumped contact law at its flat end.
+"""A tap of the solid finger with the lumped contact law on one point of it.
 
 The second rung of the validation ladder (design.md section 7): both models have the same contact,
-so that what separates them is beams against solids.
+at the flat end's middle where the reduced model has its tip node, so that what separates them is
+beams against solids. On the hemispherical end the same law acts at the sphere's lowest point: what
+that changes is the share of the tip's geometry.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ from reference_fem.lumped_contact import (
     LumpedContact,
     lumped_force,
 )
+from reference_fem.lumped_point import LumpedPoint, lumped_point
 from reference_fem.lumped_result import (
     LumpedAudit,
     LumpedHistory,
@@ -37,7 +40,6 @@ from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
 from reference_fem.status import Status
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Progress = Callable[[float, str], None]
 
 # Audits in the time that an axial wave takes along the last phalanx.
@@ -45,14 +47,6 @@ AUDITS_PER_TRANSIT = 20
 # The penalty's springs take no part here: too soft to enter the stable step.
 NO_PENALTY = 1e-12
 COLUMNS = 10
-
-
-@dataclass(frozen=True)
-class EndFace:
-    """Nodes that touch as one, with the weights w_i of their mean."""
-
-    nodes: Index
-    weights: Array
 
 
 def simulate_lumped(
@@ -65,12 +59,12 @@ def simulate_lumped(
     progress: Progress | None = None,
     start: ChainState | None = None,
 ) -> LumpedTapResult:
-    """Let the finger of `mesh` fall; its flat end touches by the lumped law. One tap.
+    """Let the finger of `mesh` fall and touch by the lumped law. One tap.
 
     Parameters
     ----------
     mesh
-        With a flat end: node set `distal_face_P`, P the last phalanx.
+        With a flat or a hemispherical end (see `lumped_point`).
     materials, surface, drive, progress, start
         As for `simulate.simulate`.
     contact
@@ -85,10 +79,10 @@ def simulate_lumped(
         For bad input, naming it, its value and what is allowed.
     """
     started = time.perf_counter()
-    settings = replace(settings or Settings(), penalty_factor=NO_PENALTY)
+    settings = replace(settings or Settings(), contact="penalty", penalty_factor=NO_PENALTY)
     model = build_model(mesh, materials, surface, drive, settings)
-    face = end_face(mesh, model.mass)
-    model = replace(model, step_s=coupled_step(model, face, contact, settings.step_factor))
+    point = lumped_point(mesh, model.mass)
+    model = replace(model, step_s=coupled_step(model, point, contact, settings.step_factor))
     chain = model.chain
     if chain is None:
         raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
@@ -99,10 +93,10 @@ def simulate_lumped(
             f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
             f"{chain.links} phalanges; give one of each per phalanx"
         )
-    gap = _face_gap(model, face, chain)
+    gap = _gap(model, point, chain)
     if (clearance := gap(begin.angles)) <= 0.0:
         raise ValueError(
-            f"height = {surface.height}: the end face starts {-clearance:.3g} m below the "
+            f"height = {surface.height}: the tip starts {-clearance:.3g} m below the "
             "surface; it must start above it"
         )
     if progress is not None:
@@ -114,52 +108,40 @@ def simulate_lumped(
         message = f"the surface is not reached within {last:.6g} s: {missed.advice}"
         return _result(model, [], [], missed, message, False, started)
     landed = state_at(max(begin.time_s, touch - settings.lead_steps * model.step_s))
-    return _run(model, face, contact, settings, landed, progress, started)
+    return _run(model, point, contact, settings, landed, progress, started)
 
 
-def end_face(mesh: meshes.FingerMesh, mass: Array) -> EndFace:
-    """Nodes of the flat end with their mass-weighted mean.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has no flat end.
-    """
-    name = f"distal_face_{mesh.phalanges}"
-    nodes = np.asarray(mesh.node_sets.get(name, ()), dtype=np.int64)
-    if not nodes.size:
-        raise ValueError(
-            f"mesh: node set '{name}' is missing or empty; the lumped law acts on a flat end: "
-            "mesh the finger with tip='flat'"
-        )
-    return EndFace(nodes, mass[nodes] / mass[nodes].sum())
-
-
-def coupled_step(model: Model, face: EndFace, contact: LumpedContact, factor: float) -> float:
-    """Δt = factor 2/ω, ω² = ω_e² + k_max/(copies m_face), s.
+def coupled_step(model: Model, point: LumpedPoint, contact: LumpedContact, factor: float) -> float:
+    """Δt = factor 2/ω, ω² = ω_e² + k_max/(copies m) (1 + m R²/J), s.
 
     The law's springs act on the mean: K_c = k w wᵀ, whose largest eigenvalue in M⁻¹K_c is
-    k Σ w_i²/m_i = k/Σ m_i for mass weights (see `stable_step.frequency_bound`).
+    k Σ w_i²/m_i = k/m for mass weights, m = Σ m_i (see `stable_step.frequency_bound`); a rolling
+    sphere's tangential spring turns the section, of inertia J, as well.
     """
     elastic = 2.0 * factor / model.step_s
-    spring = contact.stiffest / (model.copies * float(model.mass[face.nodes].sum()))
+    section = point.section
+    mass = model.copies * float(section.masses.sum())
+    inertia = model.copies * float(section.masses @ (section.arms**2).sum(axis=1))
+    spring = contact.stiffest * (1.0 / mass + point.radius**2 / inertia)
     return 2.0 * factor / float(np.hypot(elastic, np.sqrt(spring)))
 
 
-def _face_gap(model: Model, face: EndFace, chain: RigidChain) -> Callable[[Array], float]:
-    points, bodies = model.points[face.nodes], model.body_of_point[face.nodes]
+def _gap(model: Model, point: LumpedPoint, chain: RigidChain) -> Callable[[Array], float]:
+    nodes = point.nodes
+    points, bodies = model.points[nodes], model.body_of_point[nodes]
 
     def gap(angles: Array) -> float:
         still = ChainState(angles, np.zeros_like(angles), 0.0)
         displacement, _ = pose(chain, still, points, bodies)
-        return float(face.weights @ (points[:, 1] + displacement[:, 1])) + model.surface.height
+        middle = float(point.weights @ (points[:, 1] + displacement[:, 1]))
+        return middle - point.radius + model.surface.height
 
     return gap
 
 
 def _run(
     model: Model,
-    face: EndFace,
+    point: LumpedPoint,
     contact: LumpedContact,
     settings: Settings,
     landed: ChainState,
@@ -173,10 +155,11 @@ def _run(
     memory, energies = np.zeros(MEMORY), np.zeros(ENERGIES)
     angles = [c.angle(u, landed.angles[c.phalanx]) for c in model.couples]
     interval = max(1, round(model.transit_s / (AUDITS_PER_TRANSIT * model.step_s)))
-    law = (contact.normal_stiffness, contact.restitution, contact.tangential_ratio)
-    rest = face.weights @ model.points[face.nodes, :2]
+    turn = float(landed.angles[-1])
+    turning = float(landed.rates[-1])
     rows: list[Array] = []
     audits: list[Array] = []
+    height, friction_ratio = model.surface.height, model.surface.friction
     friction = hysteresis = largest = 0.0
     touch_s: float | None = None
     status, message, finished = Status.INTERRUPTED, "", False
@@ -187,13 +170,15 @@ def _run(
         while True:
             now = landed.time_s + len(rows) * model.step_s
             _forces(model, u, v, residual)
-            x, y = rest + face.weights @ u[face.nodes, :2]
-            vx, vy = face.weights @ v[face.nodes, :2]
+            x, y, turned = point.position(u, turn)
+            if rows:
+                turning = (turned - turn) / model.step_s
+            turn = turned
+            vx, vy = point.velocity(v, turning)
             tangential, normal = lumped_force(
-                x, y + model.surface.height, vx, vy, *law, model.surface.friction, memory, energies
+                x, y + height, vx, vy, *contact.constants, friction_ratio, memory, energies
             )
-            residual[face.nodes, 0] -= face.weights * (tangential / model.copies)
-            residual[face.nodes, 1] -= face.weights * (normal / model.copies)
+            point.load(tangential / model.copies, normal / model.copies, u, residual)
             friction += energies[FRICTION_LOSS]
             hysteresis += energies[HYSTERESIS_LOSS]
             stored = energies[STORED]
@@ -234,8 +219,8 @@ def _run(
 def _forces(model: Model, u: Array, v: Array, residual: Array) -> None:
     """Internal force less couples and hinge reactions.
 
-    The contact's force can follow: the end face holds no hinge, whose reactions depend on the
-    forces on their own nodes alone.
+    The contact's force can follow: its nodes hold no hinge, whose reactions depend on the forces
+    on their own nodes alone.
     """
     model.kernel.internal_force(u, residual)
     for couple in model.couples:
@@ -257,9 +242,7 @@ def _forces(model: Model, u: Array, v: Array, residual: Array) -> None:
     )
 
 
-def _audit(
-    model: Model, u: Array, v: Array, now: float, angles: list[float], row: Array
-) -> Array:
+def _audit(model: Model, u: Array, v: Array, now: float, angles: list[float], row: Array) -> Array:
     """Time, kinetic, strain and gravity energy, drive work, stress at R, and the sum of all."""
     with np.errstate(all="ignore"):
         kinetic = 0.5 * model.copies * float(model.mass @ (v * v).sum(axis=1))

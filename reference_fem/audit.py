@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from reference_fem.contact_law import (
     AREA,
+    DAMPING,
     DISSIPATION,
     EXCESS,
     NORMAL,
@@ -38,6 +39,7 @@ class Sample:
     gravity_energy_J: float
     contact_energy_J: float
     friction_dissipation_J: float
+    contact_damping_J: float
     drive_work_J: float
     energy_balance_J: float
     coulomb_excess: float
@@ -57,11 +59,12 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     - kinetic: ½ Σ m v², v the mean of the two half-step velocities around t_n
     - strain: the elements' own, from stored strains
     - gravity: Σ m g u_y
-    - contact: springs' energy from gaps and offsets; dissipation from slip increments
+    - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
+      from the dashpots' forces and speeds
     - drive work: Σ t_w θ_w, θ_w the rotation of the driven face
 
-    balance = kinetic + strain + gravity + contact + dissipation - drive work - origin, the origin
-    being what the same sum was where the motion started (zero for a finger at rest).
+    balance = kinetic + strain + gravity + contact + dissipation + damping - drive work - origin,
+    the origin being what the same sum was where the motion started (zero for a finger at rest).
     """
     u, v, row = state.displacement, block.velocity, block.log[0] * model.copies
     with np.errstate(all="ignore"):
@@ -73,7 +76,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
             couple.torque * angle
             for couple, angle in zip(model.couples, state.face_angles, strict=True)
         )
-        stored = kinetic + strain + gravity + row[SPRING_ENERGY] + row[DISSIPATION]
+        stored = kinetic + strain + gravity + row[SPRING_ENERGY] + row[DISSIPATION] + row[DAMPING]
         stress = model.probe.read(model.kernel, u)
     x, y = model.points[model.pole, :2] + u[model.pole, :2]
     return Sample(
@@ -88,6 +91,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         gravity_energy_J=gravity,
         contact_energy_J=float(row[SPRING_ENERGY]),
         friction_dissipation_J=float(row[DISSIPATION]),
+        contact_damping_J=float(row[DAMPING]),
         drive_work_J=work,
         energy_balance_J=stored - work - origin_energy_J,
         coulomb_excess=float(row[EXCESS]),

@@ -7,7 +7,7 @@ Contract for whoever adds a law (one file each, chosen by name in `contact_laws`
    acts on the surface's nodes, and commits the history: explicit steps accept every evaluation.
 3. History lives in the arrays that are handed in (`touching`, `anchor`, `spring_force`), so that
    a saved state restarts to the same bits.
-4. `stiffness` bounds the law's stiffness node by node; it enters the stable step.
+4. `stiffness` and `damping` bound the law's own node by node; they enter the stable step.
 5. Energies come from gaps and slips, never from the work of the sum of forces.
 """
 
@@ -24,9 +24,10 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 # Columns of one row of the contact log: sums over the mesh as given, but for GAP, the height of
-# the lowest node (m), and EXCESS, the largest |f_t| - μ f_n of a site (N).
-NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION = range(7)
-COLUMNS = 7
+# the lowest node (m), and EXCESS, the largest |f_t| - μ f_n of a site (N). DISSIPATION is that of
+# friction, DAMPING what dashpots take; both are increments of one step (J).
+NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION, DAMPING = range(8)
+COLUMNS = 8
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,10 @@ class ContactLaw(Protocol):
         """Bound (k,) on the contact stiffness of each node, N/m."""
 
     @property
+    def damping(self) -> Array:
+        """Bound (k,) on the contact damping of each node, N s/m."""
+
+    @property
     def area(self) -> Array:
         """Tributary reference area (k,) of each node, m²."""
 
@@ -92,5 +97,5 @@ class ContactLaw(Protocol):
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """Subtract the contact forces from the residual (n_points, dim), N.
 
-        `memory` and `row` (COLUMNS,) are overwritten; DISSIPATION gets this step's increment.
+        `memory` and `row` (COLUMNS,) are overwritten; DISSIPATION and DAMPING are increments.
         """

@@ -32,6 +32,8 @@ class TouchingSurface:
         E* of the body that touches, Pa.
     radius
         R of its end, m.
+    impedance
+        ρ c of the body that touches, c = sqrt(E/ρ), Pa s/m.
     """
 
     points: Array
@@ -41,6 +43,7 @@ class TouchingSurface:
     cell_bulk_modulus: Array
     plane_modulus: float
     radius: float
+    impedance: float
 
     def quadrature(self) -> FacetQuadrature:
         """Gauss points on the facets; an edge is as thick as the cell behind it."""
@@ -64,7 +67,8 @@ def _penalty(surface: TouchingSurface, settings: Settings) -> ContactLaw:
 
 def _surface(surface: TouchingSurface, settings: Settings) -> ContactLaw:
     modulus = contact_modulus(settings.surface_factor, surface.plane_modulus, surface.radius)
-    return surface_contact(surface.quadrature(), modulus)
+    viscosity = settings.contact_damping * surface.impedance
+    return surface_contact(surface.quadrature(), modulus, viscosity)
 
 
 def _impulse(surface: TouchingSurface, _settings: Settings) -> ContactLaw:

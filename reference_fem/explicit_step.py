@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reference_fem.central_difference import half_kick, leapfrog
-from reference_fem.contact_law import COLUMNS, DISSIPATION, GAP, Memory, Motion
+from reference_fem.contact_law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
 from reference_fem.hinges import hinge_reactions
 from reference_fem.model import Model
 from reference_fem.state import State
@@ -25,8 +25,8 @@ class Block:
     Attributes
     ----------
     log : (steps, COLUMNS)
-        Contact at t_n, t_{n+1}, ... (see `contact_law`); DISSIPATION accumulates from the
-        start of the run. All zero, and GAP infinite, where contact was not searched for.
+        Contact at t_n, t_{n+1}, ... (see `contact_law`); DISSIPATION and DAMPING accumulate from
+        the start of the run. All zero, and GAP infinite, where contact was not searched for.
     velocity : (n_points, dim)
         v at t_n, synchronous with the displacement of the state that went in.
     reactions : (P, 2)
@@ -76,6 +76,7 @@ def start_state(
         anchor=np.zeros((sites, dim - 1)),
         spring_force=np.zeros((sites, dim - 1)),
         dissipation_J=0.0,
+        damping_J=0.0,
         face_angles=np.array(
             [
                 c.angle(displacement, 0.0 if angles is None else angles[c.phalanx])
@@ -141,12 +142,14 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
             first_reactions = reactions.copy()
         leapfrog(u, v, residual, model.inverse_mass, model.gravity, model.step_s)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
+    log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
     after = State(
         **{
             **vars(work),
             "step": state.step + steps,
             "time_s": state.time_s + steps * model.step_s,
             "dissipation_J": float(log[-1, DISSIPATION]),
+            "damping_J": float(log[-1, DAMPING]),
             "face_angles": np.array(
                 [
                     couple.angle(u, near)

@@ -42,6 +42,11 @@ class ImpulseContact:
         return np.zeros(self.nodes.size)
 
     @property
+    def damping(self) -> Array:
+        """None."""
+        return np.zeros(self.nodes.size)
+
+    @property
     def sites(self) -> int:
         """One entry of history per node."""
         return self.nodes.size

@@ -150,10 +150,11 @@ def build_model(
             cell_bulk_modulus=bulk,
             plane_modulus=materials[-1].plane_strain_modulus,
             radius=float(radius[bodies[-1]][0]),
+            impedance=materials[-1].density * materials[-1].bar_speed,
         ),
         settings,
     )
-    limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry)
+    limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry, contact.damping)
     hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)
     return Model(
         points=points,

@@ -152,6 +152,8 @@ class Settings:
         f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact_stiffness`).
     surface_factor
         f in the modulus κ = f E*/R of "surface" (see `surface_contact.contact_modulus`).
+    contact_damping
+        Dashpots of "surface" over the body's impedance ρ c, from 0 to 1; see `surface_contact`.
     step_factor
         Time step over the stable step 2/ω_max. Above 1 central differences diverge; the run
         then ends with `Status.UNSTABLE`.
@@ -194,6 +196,7 @@ class Settings:
     contact: Contact = "penalty"
     penalty_factor: float = 0.1
     surface_factor: float = 1000.0
+    contact_damping: float = 0.2
     step_factor: float = 0.9
     threads: int | None = None
     element: str | None = None
@@ -210,6 +213,10 @@ class Settings:
     def __post_init__(self) -> None:
         _positive("penalty_factor", self.penalty_factor, "0.1 is LS-DYNA's usual value")
         _positive("surface_factor", self.surface_factor, "1000 adds 1 % of Hertz's compliance")
+        if not 0.0 <= self.contact_damping <= 1.0:
+            raise ValueError(
+                f"contact_damping = {self.contact_damping}: must lie between 0 and 1; 0.2 is usual"
+            )
         _positive("step_factor", self.step_factor, "0.9 is usual, above 1 is unstable")
         _positive("max_contact_time_s", self.max_contact_time_s, "give seconds")
         _positive("max_flight_time_s", self.max_flight_time_s, "give seconds")

@@ -44,6 +44,11 @@ class PenaltyContact:
     area: Array
 
     @property
+    def damping(self) -> Array:
+        """None."""
+        return np.zeros(self.nodes.size)
+
+    @property
     def sites(self) -> int:
         """One entry of history per node."""
         return self.nodes.size

@@ -20,7 +20,8 @@ class History:
     """Samples of the explicit run, arrays of equal length n; t is absolute time.
 
     Energies are measured from the finger at rest at t = 0, so that the balance
-    kinetic + strain + gravity + contact + friction dissipation - drive work, which the
+    kinetic + strain + gravity + contact + friction dissipation + contact damping - drive
+    work, which the
     discretization alone keeps from being zero, covers a skipped flight as well.
 
     Attributes
@@ -36,7 +37,7 @@ class History:
         Axial Cauchy stress at R, mid-length of the last phalanx, lower surface.
     kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,)
         Contact energy is that of the normal and tangential penalty springs.
-    friction_dissipation_J, drive_work_J, energy_balance_J : (n,)
+    friction_dissipation_J, contact_damping_J, drive_work_J, energy_balance_J : (n,)
     coulomb_excess : (n,)
         Largest |f_t| - μ f_n over the nodes in contact, N.
     contact_area_m2 : (n,)
@@ -59,6 +60,7 @@ class History:
     gravity_energy_J: Array
     contact_energy_J: Array
     friction_dissipation_J: Array
+    contact_damping_J: Array
     drive_work_J: Array
     energy_balance_J: Array
     coulomb_excess: Array

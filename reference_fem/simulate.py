@@ -93,7 +93,7 @@ def simulate(
                 f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
                 f"{chain.links} phalanges; give one of each per phalanx"
             )
-        clearance = _surface_gap(model, chain)(begin.angles)
+        clearance = surface_gap(model, chain)(begin.angles)
         if clearance <= 0.0:
             raise ValueError(
                 f"height = {surface.height}: the surface cuts {-clearance:.3g} m into the finger "
@@ -132,7 +132,7 @@ def simulate(
         )
 
 
-def _surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
+def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
     """Lowest surface node's height above the plane, as a function of the angles."""
     nodes = model.contact.nodes
     points, bodies = model.points[nodes], model.body_of_point[nodes]
@@ -154,7 +154,7 @@ def _land(
         end = min(end, settings.end_time_s)
     if end <= begin.time_s:
         return None
-    state_at, contact = fly(chain, begin, _surface_gap(model, chain), end)
+    state_at, contact = fly(chain, begin, surface_gap(model, chain), end)
     if contact is None:
         return None
     return state_at(max(begin.time_s, contact - settings.lead_steps * model.step_s))

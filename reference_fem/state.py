@@ -32,6 +32,8 @@ class State:
         Friction history: anchors (m) and tangential forces (N) of the last evaluation.
     dissipation_J
         Friction dissipation up to the last evaluation.
+    damping_J
+        What the contact's dashpots took up to the last evaluation.
     face_angles : (n_couples,)
         Rotation of the driven faces, rad: keeps the branch of full turns.
     """
@@ -44,4 +46,5 @@ class State:
     anchor: Array
     spring_force: Array
     dissipation_J: float
+    damping_J: float
     face_angles: Array

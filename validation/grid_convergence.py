@@ -1,0 +1,127 @@
+"""Where a sequence of refinements goes to, and how far the finest member may be from there."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+LEAST_ORDER = 0.5  # a smaller one makes the extrapolation longer than the sequence
+SAFETY = 1.25  # Roache's factor for three or more grids
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What a ladder says of one quantity.
+
+    Attributes
+    ----------
+    asymptotic : whether the grid convergence index applies.
+    order : observed order, None where the last three values are not monotone.
+    limit : extrapolated value; the finest one where not asymptotic.
+    uncertainty : of the finest value, relative: the grid convergence index; where not asymptotic,
+        the spread of the last three values.
+    finest, spread : finest value, and largest minus smallest of the last three over its size.
+    """
+
+    asymptotic: bool
+    order: float | None
+    limit: float
+    uncertainty: float
+    finest: float
+    spread: float
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        if self.asymptotic:
+            return f"order {self.order:.2f}, GCI {100 * self.uncertainty:.2f} %"
+        return f"not asymptotic, spread {100 * self.spread:.2f} %"
+
+    @property
+    def distance(self) -> float:
+        """Finest value from the limit, relative to the limit."""
+        return abs(self.finest - self.limit) / abs(self.limit) if self.limit else math.inf
+
+
+def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | None:
+    """Order p of three refinements (coarse to fine), None if they are not monotone.
+
+    With r_21 = h_2/h_1, r_32 = h_3/h_2 (1 the finest) and e_21 = φ_2 - φ_1, e_32 = φ_3 - φ_2,
+
+        p = |ln|e_32/e_21| + q(p)| / ln r_21,   q(p) = ln((r_21^p - 1)/(r_32^p - 1))
+
+    by fixed-point iteration (Celik et al., "Procedure for estimation and reporting of uncertainty
+    due to discretization in CFD applications", J. Fluids Eng. 130 (2008) 078001, eq. 3, for
+    monotone sequences).
+    """
+    (h3, h2, h1), (f3, f2, f1) = sizes, values
+    e21, e32 = f2 - f1, f3 - f2
+    if e21 * e32 <= 0.0:
+        return None
+    ratio, r21, r32 = math.log(e32 / e21), h2 / h1, h3 / h2
+    p = max(LEAST_ORDER, ratio / math.log(r21))
+    for _ in range(200):
+        q = math.log((r21**p - 1.0) / (r32**p - 1.0))
+        following = (ratio + q) / math.log(r21)
+        if following <= 0.0:
+            return following
+        if abs(following - p) < 1e-12:
+            break
+        p = following
+    return p
+
+
+def convergence(
+    sizes: Sequence[float], values: Sequence[float], formal_order: float
+) -> Convergence:
+    """Judge a ladder by its last levels.
+
+        φ_ext = φ_1 + (φ_1 - φ_2)/(r^p - 1)
+        GCI   = 1.25 |φ_1 - φ_2| / (|φ_1| (r^p - 1))             (Roache 1994; Celik et al., eq. 7)
+
+    An observed order above the formal one is cut to it, which lengthens both. The ladder is
+    asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and,
+    where there is a fourth, the three before the finest predict the same limit to within their
+    own index (they are monotone with such an order too).
+
+    Parameters
+    ----------
+    sizes
+        Refined quantity (element size, step, 1/penalty), coarse to fine; three at least.
+    formal_order
+        The method's order in it.
+
+    Raises
+    ------
+    ValueError
+        With fewer than three levels or sizes that do not fall.
+    """
+    if len(sizes) < 3 or len(sizes) != len(values):
+        raise ValueError(f"{len(sizes)} sizes, {len(values)} values: three levels are needed")
+    if any(fine >= coarse for coarse, fine in zip(sizes, sizes[1:], strict=False)):
+        raise ValueError(f"sizes {list(sizes)} do not fall from coarse to fine")
+    finest, last = values[-1], values[-3:]
+    spread = (max(last) - min(last)) / abs(finest) if finest else math.inf
+    order, limit, index = _extrapolated(sizes[-3:], last, formal_order)
+    asymptotic = order is not None and order >= LEAST_ORDER
+    if asymptotic and len(sizes) > 3:
+        before, guess, band = _extrapolated(sizes[-4:-1], values[-4:-1], formal_order)
+        asymptotic = (
+            before is not None
+            and before >= LEAST_ORDER
+            and abs(guess - limit) <= band * abs(values[-2]) + index * abs(finest)
+        )
+    if not asymptotic:
+        return Convergence(False, order, finest, spread, finest, spread)
+    return Convergence(True, order, limit, index, finest, spread)
+
+
+def _extrapolated(
+    sizes: Sequence[float], values: Sequence[float], formal_order: float
+) -> tuple[float | None, float, float]:
+    """Observed order, limit and index of three levels."""
+    order = observed_order(sizes, values)
+    if order is None or order < LEAST_ORDER:
+        return order, values[-1], math.inf
+    gain = (sizes[-2] / sizes[-1]) ** min(order, formal_order) - 1.0
+    change = values[-1] - values[-2]
+    return order, values[-1] + change / gain, SAFETY * abs(change / values[-1]) / gain

@@ -22,6 +22,7 @@ class Status(Enum):
     NEWTON_FAILED = "Newton's method failed"
     WORK_LIMIT = "work limit"
     INTERRUPTED = "interrupted"
+    UNBALANCED = "the energy audit does not close"
 
     @property
     def advice(self) -> str:
@@ -39,6 +40,9 @@ _ADVICE = {
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
     Status.INTERRUPTED: "run again; what was computed so far is kept",
+    Status.UNBALANCED: "the steps are too long for this motion: reduce"
+    " solver.hcm.flight_tolerance and solver.hcm.contact_tolerance (0 keeps the steps fixed), or"
+    " solver.hcm.flight_step and solver.hcm.contact_step",
 }
 
 EVENT_KINDS = (

@@ -38,6 +38,9 @@ from hcm.summary import summarize
 
 Progress = Callable[[float, str], None]
 
+# An energy residual beyond this share of the largest kinetic energy is no longer numerical damping:
+# the run is not COMPLETED, whatever its forces look like.
+LARGEST_RESIDUAL = 0.1
 TABLE_ROWS = 4096
 EVENT_ROWS = 256
 
@@ -138,6 +141,8 @@ def simulate(
             ]
             steps += n_rows
             status = _STATUS.get(code, Status.COMPLETED)
+            if status is Status.COMPLETED and _unbalanced(rows):
+                status = Status.UNBALANCED
             if progress is not None:
                 progress(*_fraction(clock, contact, settings))
         except KeyboardInterrupt:
@@ -152,6 +157,7 @@ def simulate(
         chatter_steps=clock.chatter_steps,
         wall_time_s=time.perf_counter() - started,
     )
+    summary = summarize(history, tuple(events))
     message = ""
     if status is not Status.COMPLETED:
         message = f"{status.value} at t = {clock.time:.9g} s after {steps} steps"
@@ -162,7 +168,7 @@ def simulate(
         history,
         tuple(events),
         statistics,
-        summarize(history, tuple(events)),
+        summary,
         tuple(posture(chain, e.time_s, q) for e, q in zip(events, at_events, strict=True)),
         tuple(
             posture(chain, float(t), q)
@@ -170,6 +176,17 @@ def simulate(
             if begin <= t <= clock.time
         ),
     )
+
+
+def _unbalanced(rows: list[Floats]) -> bool:
+    """Whether the newest table's energy balance is further off than `LARGEST_RESIDUAL`."""
+    signs = np.zeros(len(tap.COLUMNS))
+    held = ("kinetic", "strain", "gravity", "contact_energy", "friction_loss", "restitution_loss")
+    for name, sign in (*((name, 1.0) for name in held), ("drive_work", -1.0)):
+        signs[tap.COLUMNS.index(name)] = sign
+    balance = rows[-1] @ signs - rows[0][0] @ signs
+    kinetic = max(float(table[:, tap.COLUMNS.index("kinetic")].max(initial=0.0)) for table in rows)
+    return bool(np.abs(balance).max(initial=0.0) > LARGEST_RESIDUAL * kinetic)
 
 
 def _plan(settings: Settings) -> Plan:

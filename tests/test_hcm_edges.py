@@ -147,3 +147,15 @@ def test_extreme_parameters(phalanx: hcm.Phalanx, tip: hcm.Tip, friction: float)
 def test_surface_at_the_ends_of_reach(height: float) -> None:
     result = hcm.simulate(finger(SOFT), hcm.Surface(height, 0.5), SOFT_TIP, settings=QUICK)
     assert_finite(result)
+
+
+def test_steps_too_long_for_the_motion_are_not_a_result() -> None:
+    """A millisecond per step under a torque that rings at kilohertz: the audit says so."""
+    driven = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e8, 1400.0, 20),) * 3)
+    settings = hcm.Settings(flight_step=1e-3, flight_tolerance=0.0)
+    drive = hcm.Drive((1.0, 0.8, 0.2112))
+    result = hcm.simulate(driven, hcm.Surface(0.1, 0.5), hcm.Tip(0.78e6), drive, settings)
+    assert result.status is hcm.Status.UNBALANCED
+    assert "flight_tolerance" in result.status.advice
+    assert result.summary.energy_residual > 0.1
+    assert result.history.time_s.size > 1

@@ -93,6 +93,24 @@ def test_reverse_slip() -> None:
     assert run["tangential_force"].min() < 0 < run["tangential_force"].max()
 
 
+def test_an_event_that_starts_at_zero_and_comes_back_within_a_step() -> None:
+    """Stick begins at touch with F_t = F_n = 0 and ends inside the same step: its function rises
+    from zero and falls back; it must fire at the return, not at once."""
+    ratio, mu, vt = 0.75, 0.5, 0.66666  # the cone's edge is at 2/3
+    exact = oblique_impact(MASS, K, 1.0, ratio, mu, vt, -1.0)
+    slip = exact.events[1]
+    assert slip[1] == "stick_to_slip"
+    step = 4e-6
+    assert 0.1 * step < slip[0] < 0.9 * step
+    chain, start = point_mass(MASS, (0.0, 0.0), (vt, -1.0))
+    run = integrate(chain, Law(K, 1.0, ratio, mu, 0.0), start, step)
+    assert run.kinds() == [kind for _, kind in exact.events]
+    # g rises and falls with (h w)^2 of mu F_n, as small as the method's own error in it
+    assert 0 < run.time_of("stick_to_slip") < step
+    exact_truth = solve_chain(chain, Law(K, 1.0, ratio, mu, 0.0), start, 1e-12, 1e-18)
+    assert exact_truth.time_of("stick_to_slip") == pytest.approx(slip[0], rel=1e-4)
+
+
 def test_simultaneous_events() -> None:
     """V_P and v_n vanish in the same instant: V_t = mu |V_n| with eta^2 < 1."""
     exact = oblique_impact(MASS, K, 1.0, 1.5, 0.5, 0.5, -1.0)
@@ -103,6 +121,10 @@ def test_simultaneous_events() -> None:
     assert abs(turn - stick) < 1e-12
     assert np.diff(run["time"]).min() >= 0
     np.testing.assert_allclose(run.motion.v[4:6], exact.velocity, atol=1e-5)
+    # round-off decides which comes first, and may add a pair or two within its reach
+    truth = solve_chain(chain, Law(K, 1.0, 1.5, 0.5, 0.0), start, 1e-11, 1e-16)
+    assert len(truth.events) < 20
+    np.testing.assert_allclose(truth.end.velocities[4:6], exact.velocity, atol=1e-9)
 
 
 def belt_case(step: float):

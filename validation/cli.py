@@ -52,6 +52,33 @@ def run(
 
 
 @app.command
+def render(
+    run_or_scene: str,
+    /,
+    *,
+    model: Literal["fem3d", "fem2d"] | None = None,
+    overrides: Annotated[Sequence[str], cyclopts.Parameter(name="--set", negative="")] = (),
+    out: Path = Path("out"),
+) -> None:
+    """Draw stress, velocity, contact pressure, deformation, a sequence and an animation.
+
+    Parameters
+    ----------
+    run_or_scene
+        The folder of a finished solid run, or a scene, which is run first.
+    model
+        The model to run a scene with: fem3d (default) or fem2d.
+    overrides
+        KEY=VALUE with a dotted key for a scene, as often as needed.
+    out
+        Folder for render/NAME-WHAT.png and .gif, and for run/SCENE-MODEL/ of a scene.
+    """
+    from validation.render_command import render as draw
+
+    draw(run_or_scene, model, overrides, out)
+
+
+@app.command
 def validate(*, out: Path = Path("out")) -> None:
     """Run all models on the paper's hard and soft scenes; tables, figures, renders, one page.
 
@@ -79,6 +106,38 @@ def paper(*, out: Path = Path("out"), reference: bool = True) -> None:
     from validation.paper_command import run_paper
 
     run_paper(out, reference)
+
+
+@app.command
+def converge(
+    scene: str,
+    /,
+    *,
+    model: Literal["fem3d", "fem2d"] = "fem3d",
+    overrides: Annotated[Sequence[str], cyclopts.Parameter(name="--set", negative="")] = (),
+    quick: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    out: Path = Path("out"),
+) -> None:
+    """Refine mesh, penalty and step of the reference, each alone; state its error bar.
+
+    All runs start from one impact state. Runs are kept: a study that was stopped goes on.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
+    model
+        fem3d or fem2d.
+    overrides
+        KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
+    quick
+        Coarser levels: two minutes instead of a half hour, and a wider error bar.
+    out
+        Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png.
+    """
+    from validation.converge_command import run_converge
+
+    run_converge(scene, overrides, model, quick, out)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

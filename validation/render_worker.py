@@ -1,35 +1,33 @@
-"""Draws one run: ``python -m validation.render_worker RUN_FOLDER OUT PREFIX`` (see ``renders``)."""
+"""Draws one run: ``python -m validation.render_worker RUN_FOLDER OUT PREFIX WHAT...``.
+
+WHAT is any of ``renders.PICTURES``; see there.
+"""
 
 import json
 import sys
 import tomllib
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from validation.storage import atomic
+from validation.render_details import draw_patch, draw_shape, write_gif
+from validation.render_views import (
+    PRESSURE,
+    SPEED,
+    STRESS,
+    contact_sheet,
+    deformed,
+    draw,
+    lowest_x,
+)
 
 FRAMES = 6
 SCALE_PERCENTILE = 99.7
-EDGES_UP_TO = 5000  # faces: beyond this, edges hide the colours
-GAP = 6  # pixels between the frames of a sheet
-SIZE = (1000, 640)
-STRESS, SPEED = "von Mises stress (MPa)", "speed (m/s)"
-SURFACE_COLOR, EDGE_COLOR = "#d8d4cc", "#808080"
-BAR = {
-    "color": "black",
-    "vertical": False,
-    "position_x": 0.4,
-    "position_y": 0.03,
-    "width": 0.5,
-    "height": 0.1,
-    "title_font_size": 20,
-    "label_font_size": 18,
-    "n_labels": 4,
-    "fmt": "%.3g",
-}
 
 
 def read_steps(folder: Path) -> list[tuple[float, Path]]:
@@ -41,170 +39,141 @@ def read_steps(folder: Path) -> list[tuple[float, Path]]:
     ]
 
 
-def deformed(path: Path, cut: bool) -> Any:
-    """Surface of the deformed body of one step.
+@dataclass(frozen=True)
+class Drawing:
+    """A run's fields and what its pictures share.
 
-    Parameters
+    Attributes
     ----------
-    cut : whether to keep only the far half of a half model, so that the plane of motion with the
-        stress inside the body faces the camera; otherwise the half is completed by its mirror.
+    steps : times and files of the fields.
+    contact, peak_time : absolute times of the first touch and of the peak force, s.
+    height : H, m.
     """
-    import pyvista as pv
 
-    mesh = pv.read(path)
-    mesh[STRESS] = mesh.cell_data.pop("von_mises_Pa") / 1e6
-    mesh[SPEED] = np.linalg.norm(mesh["velocity"], axis=1)
-    mesh.points += mesh["displacement"]
-    if np.ptp(mesh.points[:, 2]) > 0:
-        far_half = mesh.reflect((0, 0, 1), point=(0, 0, 0))
-        mesh = far_half if cut else pv.merge([mesh, far_half], merge_points=False)
-    return mesh.extract_surface(algorithm="dataset_surface")
+    steps: list[tuple[float, Path]]
+    contact: float
+    peak_time: float
+    height: float
+    title: str
+    out: Path
+    prefix: str
 
+    def path(self, what: str, suffix: str = "png") -> Path:
+        """Where a picture goes."""
+        return self.out / f"{self.prefix}-{what}.{suffix}"
 
-def _surface_and_camera(plotter: Any, mesh: Any, height: float, zoom: bool) -> None:
-    """The tapped surface, a scale bar, and a side view that shows the surface edge-on."""
-    import pyvista as pv
+    def moment(self, time: float) -> str:
+        """A time, counted from the first touch."""
+        return f"t - t_c = {(time - self.contact) * 1e6:.0f} µs"
 
-    x_low, x_high, y_low, y_high = np.asarray(mesh.bounds)[:4]
-    del y_low
-    tip = mesh.points[np.argmin(mesh.points[:, 1])]
-    radius = float(np.ptp(mesh.points[np.abs(mesh.points[:, 0] - tip[0]) < 1e-3, 1])) / 2
-    radius = min(max(radius, 1e-4), float(x_high - x_low))
-    if zoom:
-        half_view, bar, center = 1.6 * radius, 0.002, float(tip[0]) + 0.6 * radius
-    else:
-        half_view = 0.66 * max(float(y_high) + height, 0.6 * float(x_high - x_low))
-        bar, center = 0.02, float(x_low + x_high) / 2
-    focus = np.array([center, -height + 0.5 * half_view, 0.0])
-    far = 8 * half_view
-    slab = (center - far, center + far, -height - far, -height, -far, -1e-4 * half_view)
-    plotter.add_mesh(pv.Box(slab), color=SURFACE_COLOR, lighting=False)
-    start = focus + half_view * np.array([-1.45, -0.78, 2.0])
-    end = start + np.array([bar, 0, 0])
-    plotter.add_mesh(pv.Line(start, end), color="black", line_width=5, lighting=False)
-    plotter.add_point_labels(
-        [(start + end) / 2 + np.array([0, 0.05 * half_view, 0])],
-        [f"{bar * 1e3:g} mm"],
-        shape=None,
-        show_points=False,
-        font_size=20,
-        text_color="black",
-        always_visible=True,
-        justification_horizontal="center",
-    )
-    plotter.camera.focal_point = focus
-    plotter.camera.position = focus + np.array([0, 0, far])
-    plotter.camera.up = (0, 1, 0)
-    plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = half_view
-    plotter.camera.clipping_range = (0.1 * far, 3 * far)
-    plotter.set_background("white")
+    @property
+    def peak(self) -> tuple[float, Path]:
+        """Time and file of the fields nearest to the peak force."""
+        return min(self.steps, key=lambda step: abs(step[0] - self.peak_time))
 
+    @property
+    def text(self) -> str:
+        """Title of a picture at peak force."""
+        return f"{self.title}\n{self.moment(self.peak[0])} (peak force)"
 
-def draw(
-    path: Path,
-    mesh: Any,
-    field: str,
-    text: str,
-    height: float,
-    *,
-    zoom: bool,
-    limits: tuple[float, float],
-    with_bar: bool = True,
-) -> None:
-    """One picture of one field, stored whole or not at all."""
-    import pyvista as pv
+    @cached_property
+    def inside(self) -> Any:
+        """The body at peak force, cut in the plane of motion."""
+        return deformed(self.peak[1], cut=True)
 
-    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
-    plotter.add_mesh(
-        mesh,
-        scalars=field,
-        cmap="inferno" if field == STRESS else "viridis",
-        clim=limits,
-        show_edges=zoom and mesh.n_cells < EDGES_UP_TO,
-        edge_color=EDGE_COLOR,
-        edge_opacity=0.35,
-        line_width=0.5,
-        lighting=not zoom,
-        ambient=0.4,
-        show_scalar_bar=with_bar,
-        scalar_bar_args={**BAR, "title": f"{field}\n"} if with_bar else None,
-    )
-    _surface_and_camera(plotter, mesh, height, zoom)
-    plotter.add_text(text, position="upper_left", font_size=12, color="black")
-    with atomic(path) as temporary:
-        plotter.screenshot(str(temporary))
-    plotter.close()
-    _compress(path)
+    @cached_property
+    def whole(self) -> Any:
+        """The body at peak force."""
+        return deformed(self.peak[1], cut=False)
 
+    @property
+    def stress_limits(self) -> tuple[float, float]:
+        """Scale of the stress: a few elements at the contact would leave the rest black."""
+        return 0.0, float(np.percentile(self.inside[STRESS], SCALE_PERCENTILE)) or 1.0
 
-def _compress(path: Path) -> None:
-    """Store a screenshot with the best compression."""
-    from PIL import Image
+    def stress(self) -> None:
+        """Stress in the plane of motion at peak force."""
+        largest = np.max(self.inside[STRESS])
+        text = f"{self.text}\nlargest {largest:.3g} MPa, beyond the scale"
+        limits, path = self.stress_limits, self.path("stress")
+        draw(path, self.inside, STRESS, text, self.height, zoom=True, limits=limits)
 
-    with Image.open(path) as image, atomic(path) as temporary:
-        image.convert("RGB").save(temporary, format="PNG", optimize=True)
+    def velocity(self) -> None:
+        """Speed of the whole finger at peak force."""
+        limits = (0.0, float(np.max(self.whole[SPEED])) or 1.0)
+        path = self.path("velocity")
+        draw(path, self.whole, SPEED, self.text, self.height, zoom=False, limits=limits)
 
+    def pressure(self) -> None:
+        """Contact pressure at peak force."""
+        if PRESSURE in self.whole.array_names:
+            draw_patch(self.path("pressure"), self.whole, self.text, self.height)
 
-def contact_sheet(path: Path, pictures: list[Path], columns: int) -> None:
-    """Several pictures as one, reduced in size."""
-    from PIL import Image
+    def shape(self) -> None:
+        """The deformation at peak force, enlarged."""
+        draw_shape(self.path("shape"), self.peak[1], self.text, self.height)
 
-    width, height = SIZE[0] // 2, SIZE[1] // 2
-    rows = -(-len(pictures) // columns)
-    sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
-    for number, picture in enumerate(pictures):
-        with Image.open(picture) as image:
-            tile = image.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
-        sheet.paste(tile, (number % columns * (width + GAP), number // columns * (height + GAP)))
-    with atomic(path) as temporary:
-        sheet.save(temporary, format="PNG", optimize=True)
+    def sequence(self) -> None:
+        """The tap in a few frames side by side."""
+        indices = np.linspace(0, len(self.steps) - 1, min(FRAMES, len(self.steps)))
+        chosen = [self.steps[index] for index in indices.round().astype(int)]
+        frames = self._frames(chosen, "sequence", bar_on_each=False)
+        contact_sheet(self.path("sequence"), frames, columns=3)
+        for frame in frames:
+            frame.unlink()
+
+    def animation(self) -> None:
+        """The tap as a GIF."""
+        frames = self._frames(self.steps, "animation", bar_on_each=True)
+        write_gif(self.path("animation", "gif"), frames)
+        for frame in frames:
+            frame.unlink()
+
+    def _frames(
+        self, steps: Sequence[tuple[float, Path]], what: str, bar_on_each: bool
+    ) -> list[Path]:
+        """Stress at some times, seen from one place."""
+        frames = []
+        for number, (time, file) in enumerate(steps):
+            frames.append(self.out / f".{self.prefix}-{what}-{number}.png")
+            draw(
+                frames[-1],
+                deformed(file, cut=True),
+                STRESS,
+                self.moment(time),
+                self.height,
+                zoom=True,
+                limits=self.stress_limits,
+                with_bar=bar_on_each or number == len(steps) - 1,
+                look_at=lowest_x(self.inside),
+            )
+        return frames
 
 
-def main(run_folder: Path, out: Path, prefix: str) -> None:
-    """Draw stress and velocity at peak force, and a sequence of the tap."""
+def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> None:
+    """Draw the wanted pictures of a run."""
     summary = json.loads((run_folder / "summary.json").read_text(encoding="utf-8"))
-    height = tomllib.loads(summary["provenance"]["scene_toml"])["surface"]["height"]
     contact = summary["contact_time_s"] or 0.0
-    steps = read_steps(run_folder / "fields")
-    peak_time = contact + (summary["peak_normal_force_time_s"] or 0.0)
-    peak = min(steps, key=lambda step: abs(step[0] - peak_time))
-    title = f"{summary['scene']} finger, {summary['model']} {summary['variant']}"
-
-    def moment(time: float) -> str:
-        return f"t - t_c = {(time - contact) * 1e6:.0f} µs"
-
-    def picture(what: str) -> Path:
-        return out / f"{prefix}-{what}.png"
-
-    inside, whole = deformed(peak[1], cut=True), deformed(peak[1], cut=False)
-    text = f"{title}\n{moment(peak[0])} (peak force)"
-    # A few elements at the contact would leave the rest black: the scale ends below them.
-    limits = (0.0, float(np.percentile(inside[STRESS], SCALE_PERCENTILE)) or 1.0)
-    largest = f"{text}\nlargest {np.max(inside[STRESS]):.3g} MPa, beyond the scale"
-    draw(picture("stress"), inside, STRESS, largest, height, zoom=True, limits=limits)
-    speeds = (0.0, float(np.max(whole[SPEED])) or 1.0)
-    draw(picture("velocity"), whole, SPEED, text, height, zoom=False, limits=speeds)
-
-    indices = np.linspace(0, len(steps) - 1, min(FRAMES, len(steps))).round().astype(int)
-    frames = []
-    for number, index in enumerate(indices):
-        time, file = steps[index]
-        frames.append(out / f".{prefix}-frame-{number}.png")
-        draw(
-            frames[-1],
-            deformed(file, cut=True),
-            STRESS,
-            moment(time),
-            height,
-            zoom=True,
-            limits=limits,
-            with_bar=number == len(indices) - 1,
-        )
-    contact_sheet(picture("sequence"), frames, columns=3)
-    for frame in frames:
-        frame.unlink()
+    drawing = Drawing(
+        steps=read_steps(run_folder / "fields"),
+        contact=contact,
+        peak_time=contact + (summary["peak_normal_force_time_s"] or 0.0),
+        height=tomllib.loads(summary["provenance"]["scene_toml"])["surface"]["height"],
+        title=f"{summary['scene']} finger, {summary['model']} {summary['variant']}",
+        out=out,
+        prefix=prefix,
+    )
+    pictures: dict[str, Callable[[], None]] = {
+        "stress": drawing.stress,
+        "velocity": drawing.velocity,
+        "pressure": drawing.pressure,
+        "shape": drawing.shape,
+        "sequence": drawing.sequence,
+        "animation": drawing.animation,
+    }
+    for what in wanted:
+        pictures[what]()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3])
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4:])

@@ -73,6 +73,7 @@ SIZINGS: Mapping[str, Sizing] = MappingProxyType(
     {
         "fast": Sizing(section_size=1.5e-3, axial_size=2.5e-3, tip_size=1.5e-3),
         "ls-dyna-like": Sizing(section_size=0.736e-3, axial_size=0.76e-3, tip_size=0.736e-3),
+        "converged": Sizing(section_size=1.04e-3, axial_size=1.07e-3, tip_size=1e-4, growth=1.25),
     }
 )
 """`fast`: 2,000-5,000 elements counted for the full body; `ls-dyna-like`: about 60,000 (30,000 in

@@ -8,6 +8,7 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
+from reference_fem.impact_state import impact_state, touch_angle
 from reference_fem.parameters import Drive, Material, Settings, Surface
 from reference_fem.restart import Restart, RestartError
 from reference_fem.result import ForceRecord, History, Snapshot, Summary, TapResult
@@ -29,5 +30,7 @@ __all__ = [
     "Summary",
     "Surface",
     "TapResult",
+    "impact_state",
     "simulate",
+    "touch_angle",
 ]

@@ -1,5 +1,6 @@
 """Where a sequence of refinements goes to, and how far the finest member may be from there."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -97,7 +98,7 @@ def convergence(
     """
     if len(sizes) < 3 or len(sizes) != len(values):
         raise ValueError(f"{len(sizes)} sizes, {len(values)} values: three levels are needed")
-    if any(fine >= coarse for coarse, fine in zip(sizes, sizes[1:], strict=False)):
+    if any(fine >= coarse for coarse, fine in itertools.pairwise(sizes)):
         raise ValueError(f"sizes {list(sizes)} do not fall from coarse to fine")
     finest, last = values[-1], values[-3:]
     spread = (max(last) - min(last)) / abs(finest) if finest else math.inf

@@ -15,8 +15,10 @@ Dimension = Literal[2, 3]
 
 SIZE_NAMES = ("section_size", "axial_size", "tip_size")
 PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
+CONTACT = {"converged": "surface"}  # by preset, where it isn't the solver's own default
 LENGTH_TOLERANCE = 0.01  # of a phalanx in a mesh file against the scene's
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
+CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
 WARM_UP = (
     "surface.height=0.01",
@@ -29,6 +31,7 @@ WARM_UP = (
 def build_mesh(tables: Scene, dimension: Dimension) -> Any:
     """The finger's mesh: the preset's sizes, scaled with the diameter, then the scene's own.
 
+    A tip finer than the section is refined where the rigid finger touches the surface.
     ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
     """
     import meshes
@@ -36,15 +39,52 @@ def build_mesh(tables: Scene, dimension: Dimension) -> Any:
     fem = tables.solver.fem
     if fem.mesh is not None:
         return _read_mesh(tables, fem.mesh, dimension)
-    diameters = tables.per_phalanx(tables.finger.diameter)
-    scale = min(diameters) / PRESET_DIAMETER
     preset = meshes.SIZINGS[fem.preset]
-    sizes = {name: scale * getattr(preset, name) for name in SIZE_NAMES}
-    sizes |= given(**{name: getattr(fem, name) for name in SIZE_NAMES})
+    sizes = {name: size_scale(tables) * getattr(preset, name) for name in SIZE_NAMES}
+    sizes |= given(**{name: getattr(fem, name) for name in (*SIZE_NAMES, "growth")})
+    sizing = replace(preset, **sizes)
+    if sizing.tip_size < sizing.section_size:
+        import reference_fem
+
+        state = impact_state(tables, dimension)
+        if state is not None:
+            sizing = replace(sizing, contact_angle=reference_fem.touch_angle(state))
+    return _mesh(tables, dimension, sizing)
+
+
+def size_scale(tables: Scene) -> float:
+    """What the presets' sizes are multiplied by for this finger."""
+    return min(tables.per_phalanx(tables.finger.diameter)) / PRESET_DIAMETER
+
+
+def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
+    import meshes
+
+    diameters = tables.per_phalanx(tables.finger.diameter)
     lengths = tables.per_phalanx(tables.finger.length)
-    geometry = meshes.FingerGeometry(lengths, diameters, shaft_radius=fem.shaft_radius)
+    geometry = meshes.FingerGeometry(
+        lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius
+    )
     build = meshes.finger_hexahedra if dimension == 3 else meshes.finger_quadrilaterals
-    return build(geometry, replace(preset, **sizes))
+    return build(geometry, sizing)
+
+
+def impact_state(tables: Scene, dimension: Dimension) -> Any:
+    """Rigid state a little above the surface, by the ``fast`` mesh's masses; None if never there.
+
+    Runs on different meshes that start from it hit the surface alike.
+    """
+    import meshes
+    import reference_fem
+
+    sizing = meshes.SIZINGS["fast"]
+    sizes = {name: size_scale(tables) * getattr(sizing, name) for name in SIZE_NAMES}
+    materials, surface, drive, settings = inputs(tables)
+    clearance = CLEARANCE * 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    mesh = _mesh(tables, dimension, replace(sizing, **sizes))
+    return reference_fem.impact_state(
+        mesh, materials, surface, drive, clearance, settings.max_flight_time_s
+    )
 
 
 def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
@@ -77,7 +117,7 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
     return mesh
 
 
-def _inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
+def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     """Materials, surface, drive and settings of the reference."""
     import reference_fem
 
@@ -90,6 +130,9 @@ def _inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     settings = reference_fem.Settings(
         penalty_factor=PENALTY_FACTOR if fem.penalty_factor is None else fem.penalty_factor,
         **given(
+            contact=fem.contact or CONTACT.get(fem.preset),
+            surface_factor=fem.surface_factor,
+            contact_damping=fem.contact_damping,
             step_factor=fem.step_factor,
             threads=fem.threads,
             element=fem.element,
@@ -141,12 +184,12 @@ def solve(
         start = time.perf_counter()
         mesh = build_mesh(tables, dimension)
         mesh_time = time.perf_counter() - start
-        inputs = _inputs(tables)
+        given_inputs = inputs(tables)
         start = time.perf_counter()
         restart = None
         if checkpoint is not None:
             restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
-        result = reference_fem.simulate(mesh, *inputs, progress=progress, restart=restart)
+        result = reference_fem.simulate(mesh, *given_inputs, progress=progress, restart=restart)
         wall_time = time.perf_counter() - start
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error

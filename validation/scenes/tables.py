@@ -100,7 +100,10 @@ def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
 class FemTable(Table):
     """The solid models' settings: a preset gives defaults, other keys override it."""
 
-    preset: Literal["fast", "ls-dyna-like"] = "fast"
+    preset: Literal["fast", "ls-dyna-like", "converged"] = "fast"
+    contact: Literal["penalty", "surface", "impulse"] | None = None
+    surface_factor: Annotated[float | None, Quantity(above=0, at_most=1e6)] = None
+    contact_damping: Annotated[float | None, Quantity(at_least=0, at_most=1)] = None
     penalty_factor: Annotated[float | None, Quantity(above=0, at_most=1000)] = None
     step_factor: Annotated[float | None, Quantity(above=0, at_most=2)] = None
     threads: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=1024)] = None
@@ -112,12 +115,13 @@ class FemTable(Table):
     section_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
     axial_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
     tip_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
+    growth: Annotated[float | None, Quantity(above=1, at_most=2)] = None
     shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
     mesh: str | None = None
 
     @model_validator(mode="after")
     def _mesh_or_sizes(self) -> Self:
-        for key in ("section_size", "axial_size", "tip_size", "shaft_radius"):
+        for key in ("section_size", "axial_size", "tip_size", "growth", "shaft_radius"):
             value = getattr(self, key)
             if self.mesh is not None and value is not None:
                 key = f"solver.fem.{key}"

@@ -1,0 +1,94 @@
+"""What ``fingertap converge`` refines, one thing at a time."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+ROOT = math.sqrt(2.0)
+QUANTITIES = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+
+# Edges at refinement 1, m for a finger of 15 mm, and the growth of one edge to the next.
+SECTION, AXIAL, TIP, GROWTH = 0.736e-3, 0.76e-3, 1e-4, 1.25
+
+Overrides = Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Level:
+    """One run of a ladder: the refined quantity's size, and the scene's keys for it."""
+
+    size: float
+    overrides: Overrides
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Levels from coarse to fine.
+
+    Attributes
+    ----------
+    name : what is refined.
+    size_name : what a level's size is.
+    order : the method's formal order in it.
+    """
+
+    name: str
+    size_name: str
+    order: float
+    levels: tuple[Level, ...]
+
+
+def _mesh(scale: float, shaft: float, tip: float) -> dict[str, float | str]:
+    """Sizes at refinements `shaft` and `tip` (times the sizes above).
+
+    An edge split in two halves its size and takes the root of the growth: with both, and not the
+    tip's size alone, the graded part converges too.
+    """
+    return {
+        "solver.fem.section_size": scale * SECTION * shaft,
+        "solver.fem.axial_size": scale * AXIAL * shaft,
+        "solver.fem.tip_size": scale * TIP * tip,
+        "solver.fem.growth": GROWTH**tip,
+    }
+
+
+def ladders(scale: float, quick: bool, factor: float = 1000.0) -> tuple[Ladder, ...]:
+    """All ladders.
+
+    Parameters
+    ----------
+    scale
+        The finger's diameter over 15 mm.
+    quick
+        Coarser levels and fewer of them: minutes, and a wider error bar.
+    factor
+        Penalty (``solver.fem.surface_factor``) of the ladders that do not refine it.
+    """
+    start: dict[str, float | str] = {
+        "solver.fem.contact": "surface",
+        "solver.fem.surface_factor": factor,
+    }
+    fixed = 2.0 * ROOT if quick else 2.0  # tip of the ladders that don't refine it
+    mesh = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
+    tips = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0, 1.0 / ROOT)
+    shafts = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
+    factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
+    steps = (0.9, 0.45, 0.225)
+
+    def levels(sizes: tuple[float, ...], at: Mapping[float, Overrides]) -> tuple[Level, ...]:
+        return tuple(Level(size, {**start, **at[size]}) for size in sizes)
+
+    millimetres = 1e3 * scale * TIP
+    base = _mesh(scale, 2.0, fixed)
+    meshes = {m * millimetres: _mesh(scale, m, m) for m in mesh}
+    tip = {t * millimetres: _mesh(scale, 2.0, t) for t in tips}
+    shaft = {1e3 * scale * SECTION * s: _mesh(scale, s, fixed) for s in shafts}
+    penalty = {1.0 / f: {**base, "solver.fem.surface_factor": f} for f in factors}
+    step = {s: {**base, "solver.fem.step_factor": s} for s in steps}
+    return (
+        Ladder("tip", "edge at the contact, mm", 2.0, levels(tuple(tip), tip)),
+        Ladder("penalty", "1 / penalty factor", 1.0, levels(tuple(penalty), penalty)),
+        Ladder("shaft", "edge of the section, mm", 2.0, levels(tuple(shaft), shaft)),
+        Ladder("step", "step over stable step", 2.0, levels(tuple(step), step)),
+        Ladder("mesh", "edge at the contact, mm", 2.0, levels(tuple(meshes), meshes)),
+    )

@@ -52,6 +52,33 @@ def run(
 
 
 @app.command
+def compare(
+    scene: str,
+    /,
+    *,
+    model: Literal["hcm", "fem3d", "fem2d"],
+    overrides: Annotated[Sequence[str], cyclopts.Parameter(name="--set", negative="")] = (),
+    out: Path = Path("out"),
+) -> None:
+    """Run one model on a scene with and without a change, and say what it changes.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene or the path of a TOML file.
+    model
+        hcm, fem3d or fem2d.
+    overrides
+        The change, KEY=VALUE as often as needed: --set solver.fem.flight=explicit
+    out
+        Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
+    """
+    from validation.compare_command import compare as run_comparison
+
+    run_comparison(scene, model, overrides, out)
+
+
+@app.command
 def render(
     run_or_scene: str,
     /,

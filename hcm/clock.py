@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from hcm.generalized_alpha import Motion
@@ -18,7 +19,10 @@ from hcm.lumped_contact import (
 
 
 class Plan(NamedTuple):
-    """Step sizes and bounds of a run, from `Settings` (seconds, metres, counts)."""
+    """Step sizes and bounds of a run, from `Settings` (seconds, metres, counts).
+
+    iterations : Newton iterations at which the loop returns, all those before included.
+    """
 
     flight_step: float
     contact_step: float
@@ -28,6 +32,7 @@ class Plan(NamedTuple):
     contact_tolerance: float
     max_flight_time: float
     max_contact_time: float
+    iterations: int = np.iinfo(np.int64).max
 
 
 class Clock(NamedTuple):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcm import tap
 from hcm.clock import Clock, Plan
+from hcm.estimate import check_size
 from hcm.generalized_alpha import coefficients, initial_acceleration, motion, workspace
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
@@ -42,6 +43,12 @@ Progress = Callable[[float, str], None]
 # the run is not COMPLETED, whatever its forces look like.
 LARGEST_RESIDUAL = 0.1
 TABLE_ROWS = 4096
+# Newton iterations allowed per step of `max_steps`, those of event searches and of repeated steps
+# included: a smooth motion takes 2 to 4.
+ITERATIONS_A_STEP = 20
+# Iterations times elements between two looks at the clock, about a second: progress is shown, and
+# an interrupt obeyed, that often.
+UPDATES_A_CALL = 4_000_000
 EVENT_ROWS = 256
 
 _STATUS = {
@@ -77,9 +84,11 @@ def simulate(
     Raises
     ------
     ParameterError
-        The parts of the scene do not fit each other, or the start lies below the surface.
+        The parts of the scene do not fit each other, the start lies below the surface, or the run
+        would need more memory or steps than allowed.
     """
     check_scene(finger, surface, drive)
+    check_size(finger, settings)
     started = time.perf_counter()
     chain, rest = build_chain(finger, drive)
     law, probe = contact_law(surface, tip), build_probe(finger)
@@ -97,7 +106,8 @@ def simulate(
     work = workspace(n)
     contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
     clock = Clock(begin, begin, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    plan = _plan(settings)
+    plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
+    per_call = 1 + UPDATES_A_CALL // chain.first.size
     co = coefficients(settings.spectral_radius, settings.newton_tolerance)
     frames = tap.FrameTable(
         np.array(settings.frame_times, dtype=float),
@@ -114,10 +124,11 @@ def simulate(
     tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, law, chain, probe)
     steps, code = 0, tap.RUNNING
     while status is Status.COMPLETED and code == tap.RUNNING:
-        size = min(TABLE_ROWS, settings.max_steps - steps)
-        if size <= 0:
+        size, spent = min(TABLE_ROWS, settings.max_steps - steps), int(work.cost[0])
+        if size <= 0 or spent >= most:
             status = Status.WORK_LIMIT
             break
+        plan = plan._replace(iterations=min(most, spent + per_call))
         table, forces = (
             np.empty((size, len(tap.COLUMNS))),
             np.empty((size, 2 * phalanges)),
@@ -132,9 +143,9 @@ def simulate(
                 old, new, contact, clock, plan, co, chain, law, probe, work,
                 table, forces, table_of_events, frames,
             )  # fmt: skip
-            rows.append(table[:n_rows])
-            reactions.append(forces[:n_rows])
-            event_q.append(table_of_events.q[:n_events])
+            rows.append(table[:n_rows].copy())
+            reactions.append(forces[:n_rows].copy())
+            event_q.append(table_of_events.q[:n_events].copy())
             events += [
                 Event(float(table_of_events.time[i]), EVENT_KINDS[table_of_events.kind[i]])
                 for i in range(n_events)
@@ -161,6 +172,11 @@ def simulate(
     message = ""
     if status is not Status.COMPLETED:
         message = f"{status.value} at t = {clock.time:.9g} s after {steps} steps"
+        if status is Status.WORK_LIMIT:
+            message += (
+                f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
+                f" the last of {clock.step:.2g} s)"
+            )
     at_events = np.concatenate(event_q) if event_q else np.empty((0, n))
     return TapResult(
         status,

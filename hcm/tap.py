@@ -141,13 +141,13 @@ def advance(
     events: EventTable,
     frames: FrameTable,
 ) -> tuple[Contact, Clock, int, int, int]:
-    """Step on until the run ends or a table is full.
+    """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
     `old` holds the state and is overwritten. Returns the contact, the clock, the number of rows and
     of events written, and why the loop came back.
     """
     n_rows, n_events = 0, 0
-    while n_rows < rows.shape[0] and n_events < events.time.size:
+    while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:
         in_flight = contact.normal == FLIGHT
         remaining = plan.end_time - clock.time
         if remaining <= 1e-12 * clock.time:

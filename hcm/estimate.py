@@ -1,0 +1,67 @@
+"""What a run will need, known before anything is allocated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hcm.parameters import Finger, ParameterError, Settings
+
+# The largest memory that a run may come to need, bytes.
+MEMORY_LIMIT = 4 * 2**30
+# Bytes a beam element takes: its matrices, its four unknowns' vectors and band, their copies at
+# `EVENT_ROWS` events of one table, and the lists that they are built from.
+ELEMENT_BYTES = 12_000
+# s per element and step: three Newton iterations on a 2020s core.
+SECONDS_A_STEP = 1e-6
+# Columns of the history beside the two that each hinge adds; each value is held twice at the end.
+COLUMNS, COPIES = 17, 2
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Size of a run.
+
+    elements : of all phalanges. least_steps : that `end_time` asks for at the longest steps (1
+    without an end time). memory_bytes : at `max_steps` steps. seconds : for `least_steps`.
+    """
+
+    elements: int
+    least_steps: float
+    memory_bytes: float
+    seconds: float
+
+
+def estimate(finger: Finger, settings: Settings) -> Estimate:
+    """Size of a run, from the scene's numbers alone."""
+    elements = sum(p.elements for p in finger.phalanges)
+    steps = 1.0
+    if settings.end_time is not None:
+        steps = max(settings.end_time / max(settings.flight_step, settings.contact_step), 1.0)
+    row = 8 * (COLUMNS + 2 * len(finger.phalanges)) * COPIES
+    frame = 8 * 4 * (elements + len(finger.phalanges)) * COPIES
+    memory = ELEMENT_BYTES * elements + row * settings.max_steps + frame * len(settings.frame_times)
+    return Estimate(elements, steps, float(memory), SECONDS_A_STEP * steps * elements)
+
+
+def check_size(finger: Finger, settings: Settings) -> None:
+    """Refuse what can't end well.
+
+    Raises
+    ------
+    ParameterError
+        The run may need more memory than `MEMORY_LIMIT`, or more steps than `max_steps` allows.
+    """
+    size = estimate(finger, settings)
+    if size.memory_bytes > MEMORY_LIMIT:
+        raise ParameterError(
+            f"elements = {size.elements} in all, max_steps = {settings.max_steps} and"
+            f" {len(settings.frame_times)} frame_times may need {size.memory_bytes / 2**30:.3g} GiB"
+            f" and take {size.seconds:.3g} s or more: must need at most"
+            f" {MEMORY_LIMIT / 2**30:g} GiB; reduce them"
+        )
+    if size.least_steps > settings.max_steps:
+        raise ParameterError(
+            f"end_time = {settings.end_time!r}: asks for at least {size.least_steps:.3g} steps,"
+            f" {size.seconds:.3g} s of solving: must be at most max_steps = {settings.max_steps}"
+            " steps away; raise flight_step or max_steps, or reduce end_time"
+        )

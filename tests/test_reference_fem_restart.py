@@ -13,6 +13,7 @@ import pytest
 from reference_fem_boxes import boxes, one_thread  # noqa: F401 - a fixture
 
 import reference_fem as rf
+from reference_fem.parameters import CONTACTS
 
 ROOT = Path(__file__).parent.parent
 MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 2
@@ -121,19 +122,24 @@ def test_restart_files_change_nothing(
     assert_same_bits(tap(rf.Restart(path, resume=True)), undisturbed[0])
 
 
-def test_resumed_twice_in_a_rigid_flights_window(tmp_path: Path) -> None:
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_every_contact_law_resumes_in_the_midst_of_contact(contact: Any, tmp_path: Path) -> None:
     path = tmp_path / "restart.npz"
-    settings = dataclasses.replace(SETTINGS, flight="rigid", end_time_s=0.03)
+    changes = {"flight": "rigid", "lead_steps": 5, "output_interval": 4, "contact": contact}
+    settings = dataclasses.replace(SETTINGS, **changes)
     whole = tap(settings=settings)
-    for wanted in (5, 9):  # each run is stopped at the report that its number says
+    assert whole.status is rf.Status.COMPLETED
+    for reports in (8, 4):  # stopped twice, the second time after resuming
 
-        def stop(share: float, what: str, left: list[int] = [wanted]) -> None:  # noqa: B006
-            left[0] -= 1
-            if left[0] == 0:
-                raise KeyboardInterrupt
+        class Stop(Counter):
+            def __call__(self, share: float, what: str, last: int = reports) -> None:
+                super().__call__(share, what)
+                if self.reports == last:
+                    raise KeyboardInterrupt
 
-        stopped = tap(rf.Restart(path, resume=True, every_s=0.0), stop, settings=settings)
+        stopped = tap(rf.Restart(path, resume=True, every_s=0.0), Stop(), settings=settings)
         assert stopped.status is rf.Status.INTERRUPTED
+        assert stopped.history.normal_force_N.max() > 0
         assert path.exists()
     assert_same_bits(tap(rf.Restart(path, resume=True), settings=settings), whole)
 

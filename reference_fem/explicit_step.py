@@ -180,6 +180,8 @@ def _forces(
     model.kernel.internal_force(u, residual)
     for couple in model.couples:
         couple.apply(u, residual)
+    if model.symmetry.size:
+        _hold(residual, model.symmetry)
     if search:
         motion = Motion(
             points=model.points,
@@ -197,8 +199,8 @@ def _forces(
         model.contact.apply(motion, memory, residual, row)
         if pressure is not None and before is not None:
             pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
-    if model.symmetry.size:
-        _hold(residual, model.symmetry)
+        if model.symmetry.size:
+            _hold(residual, model.symmetry)
     hinges = model.hinges
     if hinges.count:
         hinge_reactions(

@@ -129,7 +129,7 @@ def test_every_contact_law_resumes_in_the_midst_of_contact(contact: Any, tmp_pat
     settings = dataclasses.replace(SETTINGS, **changes)
     whole = tap(settings=settings)
     assert whole.status is rf.Status.COMPLETED
-    for reports in (8, 4):  # stopped twice, the second time after resuming
+    for reports in (11, 4):  # stopped twice, the second time after resuming
 
         class Stop(Counter):
             def __call__(self, share: float, what: str, last: int = reports) -> None:

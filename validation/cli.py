@@ -167,6 +167,32 @@ def converge(
     run_converge(scene, overrides, model, quick, out)
 
 
+@app.command
+def bench(
+    *,
+    quick: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    skips: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    peers: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    out: Path = Path("out"),
+) -> None:
+    """Measure time against error; with --skips what each shortcut saves; with --peers others.
+
+    Parameters
+    ----------
+    quick
+        Fewer and cheaper settings: under three minutes.
+    skips
+        The ledger of shortcuts instead: time saved and error added by each.
+    peers
+        Exudyn (extra bench) beside hcm on the same scene instead; absent peers are named.
+    out
+        Folder for bench/: tables as CSV and Markdown, figures, machine.json.
+    """
+    from validation.bench_command import bench as measure
+
+    measure(out, quick, skips, peers)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
     from validation.console import say_error

@@ -1,0 +1,1 @@
+"""Time against error: work-precision, kernels' speed, the ledger of shortcuts, peers."""

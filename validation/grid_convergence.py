@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 LEAST_ORDER = 0.5  # a smaller one makes the extrapolation longer than the sequence
+HIGHEST_ORDER = 20.0  # nobody has more; where a search for it ends
 SAFETY = 1.25  # Roache's factor for three or more grids
 
 
@@ -48,27 +49,31 @@ def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | N
 
     With r_21 = h_2/h_1, r_32 = h_3/h_2 (1 the finest) and e_21 = φ_2 - φ_1, e_32 = φ_3 - φ_2,
 
-        p = |ln|e_32/e_21| + q(p)| / ln r_21,   q(p) = ln((r_21^p - 1)/(r_32^p - 1))
+        e_32/e_21 = r_21^p (r_32^p - 1)/(r_21^p - 1)
 
-    by fixed-point iteration (Celik et al., "Procedure for estimation and reporting of uncertainty
-    due to discretization in CFD applications", J. Fluids Eng. 130 (2008) 078001, eq. 3, for
-    monotone sequences).
+    (Celik et al., "Procedure for estimation and reporting of uncertainty due to discretization in
+    CFD applications", J. Fluids Eng. 130 (2008) 078001, eq. 3, solved by bracketing). The right
+    side grows with p; 0 is returned where p is not positive.
     """
     (h3, h2, h1), (f3, f2, f1) = sizes, values
     e21, e32 = f2 - f1, f3 - f2
     if e21 * e32 <= 0.0:
         return None
-    ratio, r21, r32 = math.log(e32 / e21), h2 / h1, h3 / h2
-    p = max(LEAST_ORDER, ratio / math.log(r21))
-    for _ in range(200):
-        q = math.log((r21**p - 1.0) / (r32**p - 1.0))
-        following = (ratio + q) / math.log(r21)
-        if following <= 0.0:
-            return following
-        if abs(following - p) < 1e-12:
-            break
-        p = following
-    return p
+    wanted, log21, log32 = math.log(e32 / e21), math.log(h2 / h1), math.log(h3 / h2)
+
+    def excess(p: float) -> float:
+        ratio = math.expm1(p * log32) / math.expm1(p * log21)
+        return p * log21 + math.log(ratio) - wanted
+
+    low, high = 1e-9, HIGHEST_ORDER
+    if excess(low) >= 0.0:
+        return 0.0
+    if excess(high) <= 0.0:
+        return high
+    while high - low > 1e-12 * high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
 
 
 def convergence(

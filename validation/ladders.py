@@ -52,8 +52,10 @@ def _mesh(scale: float, shaft: float, tip: float) -> dict[str, float | str]:
     }
 
 
-def ladders(scale: float, quick: bool, factor: float = 1000.0) -> tuple[Ladder, ...]:
-    """All ladders.
+def ladders(scale: float, quick: bool) -> tuple[Ladder, ...]:
+    """All ladders, with contact by impulses; that of the penalty by surface pressure.
+
+    The penalty's limit is thus also what the step's ladder starts with, on the same mesh.
 
     Parameters
     ----------
@@ -61,13 +63,8 @@ def ladders(scale: float, quick: bool, factor: float = 1000.0) -> tuple[Ladder, 
         The finger's diameter over 15 mm.
     quick
         Coarser levels and fewer of them: minutes, and a wider error bar.
-    factor
-        Penalty (``solver.fem.surface_factor``) of the ladders that do not refine it.
     """
-    start: dict[str, float | str] = {
-        "solver.fem.contact": "surface",
-        "solver.fem.surface_factor": factor,
-    }
+    impulse: dict[str, float | str] = {"solver.fem.contact": "impulse"}
     fixed = 2.0 * ROOT if quick else 2.0  # tip of the ladders that don't refine it
     mesh = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
     tips = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0, 1.0 / ROOT)
@@ -76,14 +73,15 @@ def ladders(scale: float, quick: bool, factor: float = 1000.0) -> tuple[Ladder, 
     steps = (0.9, 0.45, 0.225)
 
     def levels(sizes: tuple[float, ...], at: Mapping[float, Overrides]) -> tuple[Level, ...]:
-        return tuple(Level(size, {**start, **at[size]}) for size in sizes)
+        return tuple(Level(size, {**impulse, **at[size]}) for size in sizes)
 
     millimetres = 1e3 * scale * TIP
     base = _mesh(scale, 2.0, fixed)
     meshes = {m * millimetres: _mesh(scale, m, m) for m in mesh}
     tip = {t * millimetres: _mesh(scale, 2.0, t) for t in tips}
     shaft = {1e3 * scale * SECTION * s: _mesh(scale, s, fixed) for s in shafts}
-    penalty = {1.0 / f: {**base, "solver.fem.surface_factor": f} for f in factors}
+    pressure: dict[str, float | str] = {**base, "solver.fem.contact": "surface"}
+    penalty = {1.0 / f: {**pressure, "solver.fem.surface_factor": f} for f in factors}
     step = {s: {**base, "solver.fem.step_factor": s} for s in steps}
     return (
         Ladder("tip", "edge at the contact, mm", 2.0, levels(tuple(tip), tip)),

@@ -15,7 +15,7 @@ Dimension = Literal[2, 3]
 
 SIZE_NAMES = ("section_size", "axial_size", "tip_size")
 PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
-CONTACT = {"converged": "surface"}  # by preset, where it isn't the solver's own default
+CONTACT = {"converged": "impulse"}  # by preset, where it isn't the solver's own default
 LENGTH_TOLERANCE = 0.01  # of a phalanx in a mesh file against the scene's
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by

@@ -80,3 +80,40 @@ def identify(pool: Executor) -> TorqueFactor:
     uncertainty = 1e-5 * float(np.sqrt(variance / np.sum(fit.jac**2)))
     computed = {s: float(t) for s, t in zip(PRINTED_TORQUES, (fit.fun + 1) * target, strict=True)}
     return TorqueFactor(1e-5 * float(fit.x[0]), uncertainty, printed, computed)
+
+
+PREDICTED = (
+    "first_peak_normal_force_N",
+    "peak_stress_R_Pa",
+    "compression_to_restitution",
+    "stick_to_slip",
+    "slip_to_stick",
+    "reverse_slip",
+)
+
+
+def predict(found: TorqueFactor, pool: Executor) -> dict[str, dict[str, dict[str, object]]]:
+    """What the factor says of quantities that it was not fitted to.
+
+    Returns
+    -------
+    By scene, then by "low", "best" and "high" (the factor and its uncertainty either way), then by
+    the keys of PREDICTED.
+    """
+    factors = {
+        "low": found.factor - found.uncertainty,
+        "best": found.factor,
+        "high": found.factor + found.uncertainty,
+    }
+    jobs = {
+        (scene, label): pool.submit(solve_case, driven(scene, factor, label))
+        for scene in PRINTED_TORQUES
+        for label, factor in factors.items()
+    }
+    runs = {which: job.result().record for which, job in jobs.items()}
+    return {
+        scene: {
+            label: {key: runs[scene, label].summary[key] for key in PREDICTED} for label in factors
+        }
+        for scene in PRINTED_TORQUES
+    }

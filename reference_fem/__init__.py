@@ -9,6 +9,9 @@
 """
 
 from reference_fem.impact_state import impact_state, touch_angle
+from reference_fem.lumped_contact import LumpedContact
+from reference_fem.lumped_result import LumpedTapResult
+from reference_fem.lumped_tap import simulate_lumped
 from reference_fem.parameters import Drive, Material, Settings, Surface
 from reference_fem.restart import Restart, RestartError
 from reference_fem.result import ForceRecord, History, Snapshot, Summary, TapResult
@@ -21,6 +24,8 @@ __all__ = [
     "Drive",
     "ForceRecord",
     "History",
+    "LumpedContact",
+    "LumpedTapResult",
     "Material",
     "Restart",
     "RestartError",
@@ -32,5 +37,6 @@ __all__ = [
     "TapResult",
     "impact_state",
     "simulate",
+    "simulate_lumped",
     "touch_angle",
 ]

@@ -11,6 +11,7 @@ from validation import renders, validate_command
 from validation.cli import main
 from validation.execute import Job, failed, keep
 from validation.headline import costs, differences, sentences
+from validation.ladder.climb import Ladder
 from validation.models.adapter import Outcome
 from validation.plan import Runs, groups
 from validation.record import RunRecord
@@ -65,6 +66,8 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
 
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
         monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda: None)
+        empty = Ladder((), (), (), (), False)
+        monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full: empty)
         monkeypatch.setattr(
             validate_command, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
         )

@@ -106,17 +106,24 @@ def render(
 
 
 @app.command
-def validate(*, out: Path = Path("out")) -> None:
+def validate(
+    *,
+    out: Path = Path("out"),
+    ladder: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+) -> None:
     """Run all models on the paper's hard and soft scenes; tables, figures, renders, one page.
 
     Parameters
     ----------
     out
-        Folder for validate/: index.html, accuracy.csv, efficiency.csv, figures, renders, runs.
+        Folder for validate/: index.html, accuracy.csv, efficiency.csv, ladder.csv, figures,
+        renders, runs.
+    ladder
+        Compare with the converged reference on the ladder's third rung: minutes longer.
     """
     from validation.validate_command import run_validation
 
-    run_validation(out)
+    run_validation(out, ladder)
 
 
 @app.command
@@ -191,6 +198,53 @@ def bench(
     from validation.bench_command import bench as measure
 
     measure(out, quick, skips, peers)
+
+
+identify = cyclopts.App(name="identify", help="Parameters that the reduced model needs.")
+app.command(identify)
+
+
+@identify.command(name="contact")
+def identify_contact(
+    scene: str,
+    /,
+    *,
+    overrides: Annotated[Sequence[str], cyclopts.Parameter(name="--set", negative="")] = (),
+    as_json: Annotated[bool, cyclopts.Parameter(name="--json", negative="")] = False,
+    out: Path = Path("out"),
+) -> None:
+    """Press the meshed tip on the surface: k and eta^2, beside Hertz, Mindlin and the paper.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
+    overrides
+        KEY=VALUE with a dotted key, as often as needed: --set material.poisson_ratio=0.45
+    as_json
+        Print only one JSON object.
+    out
+        Folder for identify/: contact-SCENE as CSV, Markdown, LaTeX, JSON and PNG.
+    """
+    from validation.identify.contact_command import run_identify_contact
+
+    run_identify_contact(scene, overrides, as_json, out)
+
+
+@identify.command(name="torque")
+def identify_torque(
+    *, as_json: Annotated[bool, cyclopts.Parameter(name="--json", negative="")] = False
+) -> None:
+    """Find the unit of the paper's printed t_3 from its three arrival times.
+
+    Parameters
+    ----------
+    as_json
+        Print only one JSON object.
+    """
+    from validation.identify.torque_command import run_identify_torque
+
+    run_identify_torque(as_json)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

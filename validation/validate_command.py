@@ -13,6 +13,9 @@ from validation.errors import RunFailedError
 from validation.execute import compile_in_fresh_process, in_fresh_process
 from validation.figures import mesh_figure, overlay_figure
 from validation.headline import costs, differences, sentences
+from validation.isolated import CrashedError, call_isolated
+from validation.ladder.climb import Ladder, climb, paper_rung
+from validation.ladder.report import ladder_context, write_ladder
 from validation.page import write_page
 from validation.plan import FAST, MESHES, PENALTIES, PLANE, REDUCED, REFERENCE, SCENES, Runs, groups
 from validation.provenance import provenance
@@ -120,8 +123,21 @@ def page_context(
     }
 
 
-def run_validation(out: Path) -> None:
+def climb_ladder(out: Path, full: bool) -> Ladder:
+    """Rungs 2 and 3, in a process of their own; a crash is a failure among the others."""
+    try:
+        ladder: Ladder = call_isolated(climb, SCENES, full, out / "converge")
+    except CrashedError as error:
+        return Ladder((), (), (), (f"rungs 2 and 3: {error}",), full)
+    return ladder
+
+
+def run_validation(out: Path, full_ladder: bool = False) -> None:
     """Run, compare, tabulate, draw, and write the page.
+
+    Parameters
+    ----------
+    full_ladder : rung 3 against the converged reference: minutes longer.
 
     Raises
     ------
@@ -136,6 +152,8 @@ def run_validation(out: Path) -> None:
     )
     with progress_bar("validate") as progress:
         runs = run_all(runs_folder, progress)
+        progress(0.8, "ladder: structure and contact")
+        ladder = climb_ladder(out, full_ladder)
         progress(0.95, "tables, figures, renders")
         accuracy = [
             row
@@ -148,16 +166,20 @@ def run_validation(out: Path) -> None:
         write_table(folder, "accuracy", accuracy_table(accuracy), title)
         title = "Time and memory of each run, alone in its process (the paper's Table 3)"
         write_table(folder, "efficiency", efficiency_table(efficiency), title)
+        rungs = [*ladder.rows, *paper_rung(runs, SCENES)]
+        write_ladder(folder, ladder, rungs)
         drawn = draw_figures(figures, runs)
         fields = draw_fields(renders, runs_folder, runs)
         context = page_context(runs, accuracy, efficiency, drawn, fields)
+        context |= ladder_context(ladder, rungs)
         page = folder / "index.html"
         write_page(page, "validate.html.j2", context)
-    print("\n".join(context["sentences"]))
+    print("\n".join([*context["sentences"], *context["ladder_sentences"]]))
     print(f"page: {page}")
     for problem in context["render_problems"]:
         print(f"renders: {problem}")
-    failures = runs.failures()
+    failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
+    failures += ladder.failures
     if failures:
-        names = "; ".join(f"{run.scene} {run.label}: {run.message}" for run in failures)
+        names = "; ".join(failures)
         raise RunFailedError(f"{len(failures)} runs failed ({names}); the page {page} has the rest")

@@ -1,0 +1,1 @@
+"""Parameters that the reduced model needs, from the reference or from the paper's own results."""

@@ -1,0 +1,237 @@
+"""k and eta^2 of the reduced model's tip, from a static indentation of the meshed tip.
+
+The last phalanx's end (three radii long, its cut held) is pressed on a frictionless rigid plane in
+the direction in which the scene touches; small-strain linear elasticity, penalty contact integrated
+over the surface (`reference_fem.indentation`). It is measured against the section through the
+hemisphere's centre, moved as a rigid body: what bends and shortens behind it is the beam's, which
+the reduced model has already. The choice matters: half a sphere's radius further behind, k is some
+8 % smaller, because the solid spreads the force over a depth of several contact radii.
+
+    k = F^2/(2 U_c)  at F = the reduced model's own peak force with that k (a fixed point, so that
+                     no result of the dynamic reference enters),
+    eta^2 = (dFn/d delta)/(dFt/du_t)  of the sticking contact at that force.
+
+Uncertainty: three meshes, whose edge at the contact is a share of Hertz's contact radius; grid
+convergence index, or the spread where that does not apply.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from validation.errors import RunFailedError, UserError
+from validation.grid_convergence import Convergence, convergence
+from validation.impact import impact_of
+from validation.models.hcm import translate
+from validation.scenes.load import NamedScene
+
+# Edge at the contact over Hertz's contact radius, and its growth from one edge to the next: with
+# both, the whole graded mesh is refined, and not its middle alone.
+MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
+LENGTH = 3.0  # of the modelled end, over its radius
+REACH = 1.5  # of the nodes that may touch, over the contact radius
+ROUNDS = 6  # of the fixed point, which contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
+CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Level:
+    """One mesh: edge at the contact (m), elements, k (N/m), eta^2, contact radius (m)."""
+
+    edge_m: float
+    elements: int
+    stiffness_N_per_m: float
+    eta_squared: float
+    contact_radius_m: float
+    indentation_m: float
+
+
+@dataclass(frozen=True)
+class ContactIdentification:
+    """What the tip's statics say.
+
+    Attributes
+    ----------
+    force_N : F at which k and eta^2 are stated.
+    stiffness_N_per_m, eta_squared : of the finest mesh.
+    stiffness, ratio : their convergence over the levels; None with fewer than three.
+    hertz_N_per_m, mindlin : what Hertz and Mindlin say at the same force.
+    paper_N_per_m, paper_eta_squared : the scene's own tip (the paper's printed k in its scenes).
+    touch_angle : off the axis, rad.
+    levels : coarse to fine.
+    force_curve_N, indentation_curve_m, hertz_curve_m : (25,) of the finest mesh.
+    """
+
+    scene: str
+    force_N: float
+    stiffness_N_per_m: float
+    eta_squared: float
+    stiffness: Convergence | None
+    ratio: Convergence | None
+    hertz_N_per_m: float
+    mindlin: float
+    paper_N_per_m: float
+    paper_eta_squared: float
+    touch_angle: float
+    levels: tuple[Level, ...]
+    force_curve_N: Any
+    indentation_curve_m: Any
+    hertz_curve_m: Any
+
+
+def identify_contact(
+    scene: NamedScene,
+    refinements: tuple[tuple[float, float], ...] = MESHES,
+    progress: Progress | None = None,
+) -> ContactIdentification:
+    """Identify k and eta^2 of a scene's tip.
+
+    Parameters
+    ----------
+    refinements : (edge over Hertz's contact radius, growth), coarse to fine; one is enough for k.
+
+    Raises
+    ------
+    UserError
+        The scene's finger cannot be meshed with these edges, or has no round end to press.
+    RunFailedError
+        The reduced model does not tap, or the contact's active set does not settle.
+    """
+    import reference_fem
+    from reference_fem.indentation import (
+        contact_area,
+        hertz_indentation,
+        hertz_stiffness,
+        indent,
+        mindlin_ratio,
+    )
+
+    tables = scene.tables
+    modulus, ratio, density = (
+        tables.per_phalanx(values)[-1]
+        for values in (
+            tables.material.youngs_modulus,
+            tables.material.poisson_ratio,
+            tables.material.density,
+        )
+    )
+    material = reference_fem.Material(modulus, ratio, density)
+    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    angle = impact_of(scene).touch_angle
+    guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
+    contact_radius = (0.75 * guess * radius / material.plane_strain_modulus) ** (1 / 3)
+    levels: list[Level] = []
+    for number, (share, growth) in enumerate(refinements):
+        edge = share * contact_radius
+        if progress is not None:
+            progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
+        try:
+            elements, tip = _tip(scene, material, angle, edge, growth, contact_radius)
+            area = contact_area(tip)
+
+            def stiffness(at: float, tip: Any = tip, area: Any = area) -> float:
+                return indent(tip, area, at).stiffness_N_per_m
+
+            force = stated_force(scene, stiffness, guess)
+            pressed = indent(tip, area, force)
+        except ValueError as error:
+            raise UserError(f"scene {scene.name}: {error}") from error
+        except ArithmeticError as error:
+            raise RunFailedError(f"scene {scene.name}: {error}") from error
+        levels.append(
+            Level(
+                edge,
+                elements,
+                pressed.stiffness_N_per_m,
+                pressed.eta_squared,
+                pressed.contact_radius_m,
+                pressed.indentation_m,
+            )
+        )
+    forces = force * CURVE
+    sizes = [level.edge_m for level in levels]
+
+    def judged(values: list[float]) -> Convergence | None:
+        return convergence(sizes, values, 2.0) if len(values) > 2 else None
+
+    return ContactIdentification(
+        scene=scene.name,
+        force_N=force,
+        stiffness_N_per_m=levels[-1].stiffness_N_per_m,
+        eta_squared=levels[-1].eta_squared,
+        stiffness=judged([level.stiffness_N_per_m for level in levels]),
+        ratio=judged([level.eta_squared for level in levels]),
+        hertz_N_per_m=hertz_stiffness(material, radius, force),
+        mindlin=mindlin_ratio(ratio),
+        paper_N_per_m=tables.tip.normal_stiffness,
+        paper_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
+        touch_angle=angle,
+        levels=tuple(levels),
+        force_curve_N=forces,
+        indentation_curve_m=np.array([indent(tip, area, f).indentation_m for f in forces]),
+        hertz_curve_m=np.array([hertz_indentation(material, radius, f) for f in forces]),
+    )
+
+
+def stated_force(
+    scene: NamedScene, stiffness: Callable[[float], float], guess: float | None = None
+) -> float:
+    """F with F = the reduced model's peak force with k(F), by fixed-point iteration, N."""
+    force = guess or reduced_peak(scene, scene.tables.tip.normal_stiffness)
+    for _ in range(ROUNDS):
+        following = reduced_peak(scene, stiffness(force))
+        if abs(following - force) < 1e-4 * force:
+            return following
+        force = following
+    return force
+
+
+def reduced_peak(scene: NamedScene, stiffness: float) -> float:
+    """Peak normal force of the reduced model with another k, N.
+
+    Raises
+    ------
+    RunFailedError
+        It does not tap.
+    """
+    import dataclasses
+
+    import hcm
+
+    arguments = translate(scene)
+    arguments["tip"] = dataclasses.replace(arguments["tip"], normal_stiffness=stiffness)
+    result = hcm.simulate(**arguments)
+    peak = result.summary.peak_normal_force_N
+    if peak is None:
+        raise RunFailedError(
+            f"scene {scene.name}: the reduced model does not tap ({result.message}): "
+            f"{result.status.advice}"
+        )
+    return peak
+
+
+def _tip(
+    scene: NamedScene, material: Any, angle: float, edge: float, growth: float, contact: float
+) -> tuple[int, Any]:
+    """Elements (of the full body) of the last phalanx's end, and its compliance at the contact."""
+    import meshes
+    from reference_fem.static_tip import tip_compliance
+
+    tables = scene.tables
+    length = tables.per_phalanx(tables.finger.length)[-1]
+    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    sizing = meshes.Sizing(
+        section_size=radius / 5,
+        axial_size=radius / 3,
+        tip_size=edge,
+        contact_angle=angle,
+        growth=growth,
+    )
+    geometry = meshes.FingerGeometry((min(length, LENGTH * radius),), (2 * radius,))
+    mesh = meshes.finger_hexahedra(geometry, sizing)
+    tip = tip_compliance(mesh, material, angle, REACH * contact)
+    return tip.copies * len(mesh.cells), tip

@@ -1,0 +1,151 @@
+"""``fingertap identify contact``: k and eta^2 of a scene's tip, as table, plot and JSON."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.console import progress_bar
+from validation.figures import BLACK, BLUE, GREY, ORANGE, STYLE
+from validation.grid_convergence import Convergence
+from validation.identify.contact import ContactIdentification, identify_contact
+from validation.record import plain
+from validation.scenes.load import load_scene
+from validation.storage import atomic, output_folder, safe_name, write_json
+from validation.tables import write_table
+
+ROWS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")
+
+
+def uncertainty(judged: Convergence | None, value: float) -> float | None:
+    """Absolute, from a relative one."""
+    return None if judged is None else judged.uncertainty * abs(value)
+
+
+def rows(found: ContactIdentification) -> list[dict[str, Any]]:
+    """What is identified, beside theory and the scene's own values (the paper's printed k)."""
+    theory = float(np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m))
+    return [
+        {
+            "quantity": f"k at F = {found.force_N:.4g} N",
+            "unit": "N/m",
+            "static_indentation": found.stiffness_N_per_m,
+            "uncertainty": uncertainty(found.stiffness, found.stiffness_N_per_m),
+            "theory": found.hertz_N_per_m,
+            "theory_is": "Hertz, 5 F/(4 delta)",
+            "scene": found.paper_N_per_m,
+        },
+        {
+            "quantity": "eta^2, normal over tangential stiffness",
+            "unit": "1",
+            "static_indentation": found.eta_squared,
+            "uncertainty": uncertainty(found.ratio, found.eta_squared),
+            "theory": found.mindlin,
+            "theory_is": "Mindlin, (2 - nu)/(2 (1 - nu))",
+            "scene": found.paper_eta_squared,
+        },
+        {
+            "quantity": "indentation at that force",
+            "unit": "m",
+            "static_indentation": found.levels[-1].indentation_m,
+            "theory": theory,
+            "theory_is": "Hertz",
+        },
+    ]
+
+
+def to_json(found: ContactIdentification) -> dict[str, Any]:
+    """The object that ``--json`` prints and the file holds."""
+    return {
+        "scene": found.scene,
+        "force_N": found.force_N,
+        "normal_stiffness_N_per_m": found.stiffness_N_per_m,
+        "normal_stiffness_uncertainty_N_per_m": uncertainty(
+            found.stiffness, found.stiffness_N_per_m
+        ),
+        "normal_stiffness_verdict": found.stiffness and found.stiffness.verdict,
+        "eta_squared": found.eta_squared,
+        "eta_squared_uncertainty": uncertainty(found.ratio, found.eta_squared),
+        "eta_squared_verdict": found.ratio and found.ratio.verdict,
+        "tangential_ratio": 1 / found.eta_squared,
+        "hertz_N_per_m": found.hertz_N_per_m,
+        "mindlin_eta_squared": found.mindlin,
+        "scene_normal_stiffness_N_per_m": found.paper_N_per_m,
+        "scene_eta_squared": found.paper_eta_squared,
+        "touch_angle_deg": float(np.degrees(found.touch_angle)),
+        "reference_section": "through the hemisphere's centre, best-fit rigid motion",
+        "levels": [vars(level) for level in found.levels],
+        "curve": {
+            "force_N": found.force_curve_N,
+            "indentation_m": found.indentation_curve_m,
+            "hertz_indentation_m": found.hertz_curve_m,
+        },
+    }
+
+
+def draw(path: Path, found: ContactIdentification) -> None:
+    """Force over indentation: statics, Hertz, and the linear springs."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    force, top = found.force_curve_N, 1.15 * found.force_N
+    with plt.rc_context(STYLE):
+        figure, axis = plt.subplots(figsize=(5.2, 3.6), layout="constrained")
+        axis.plot(1e6 * found.indentation_curve_m, force, color=BLACK, label="static indentation")
+        axis.plot(1e6 * found.hertz_curve_m, force, color=BLUE, ls="--", label="Hertz")
+        for stiffness, color, name in (
+            (found.stiffness_N_per_m, ORANGE, "spring of the same energy"),
+            (found.paper_N_per_m, GREY, "the scene's k"),
+        ):
+            axis.plot([0, 1e6 * top / stiffness], [0, top], color=color, lw=1, label=name)
+        axis.axhline(found.force_N, color=BLACK, lw=0.6, ls=":")
+        axis.set(xlabel="indentation (µm)", ylabel="normal force (N)", xlim=(0, None))
+        axis.set_ylim(0, None)
+        axis.set_title(f"{found.scene} finger: the meshed tip on a rigid plane", fontsize=10)
+        axis.legend()
+        with atomic(path) as temporary:
+            figure.savefig(temporary)
+        plt.close(figure)
+
+
+def run_identify_contact(source: str, overrides: Any, as_json: bool, out: Path) -> None:
+    """Identify, write, print.
+
+    Raises
+    ------
+    UserError
+        Bad scene or folder: nothing was solved.
+    RunFailedError
+        See `identify_contact`.
+    """
+    import pandas as pd
+
+    scene = load_scene(source, overrides)
+    folder = output_folder(out / "identify")
+    with progress_bar(f"identify contact {scene.name}") as progress:
+        found = identify_contact(scene, progress=progress)
+    name = safe_name(f"contact-{scene.name}")
+    table = rows(found)
+    title = f"Contact of the {scene.name} finger's tip, from static indentation"
+    write_table(folder, name, pd.DataFrame(table, columns=list(ROWS)), title)
+    write_json(folder / f"{name}.json", to_json(found))
+    draw(folder / f"{name}.png", found)
+    if as_json:
+        print(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
+        return
+    print(f"{scene.name}: {title.lower()}")
+    for row in table:
+        near = row.get("uncertainty")
+        band = f" +- {near:.2g}" if near is not None else ""
+        given = f"; scene {row['scene']:.4g}" if "scene" in row else ""
+        print(
+            f"  {row['quantity']}: {row['static_indentation']:.4g}{band} {row['unit']}"
+            f" ({row['theory_is']}: {row['theory']:.4g}{given})"
+        )
+    for what, judged in (("k", found.stiffness), ("eta^2", found.ratio)):
+        if judged is not None:
+            print(f"  {what}, three meshes: {judged.verdict}")
+    print(f"  files in {folder}")

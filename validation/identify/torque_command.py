@@ -1,0 +1,35 @@
+"""``fingertap identify torque``: the unit of the paper's printed t_3, from its arrival times."""
+
+import json
+import os
+
+from validation.paper.identify_torque import TorqueFactor, identify
+from validation.paper.solve import workers
+
+
+def run_identify_torque(as_json: bool) -> None:
+    """Identify and print."""
+    with workers(max(1, min(3, os.cpu_count() or 1))) as pool:
+        found = identify(pool)
+    if as_json:
+        print(json.dumps(to_json(found), indent=2))
+        return
+    print(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
+    for scene, time in found.computed.items():
+        printed = found.printed[scene]
+        print(
+            f"  {scene}: first contact at {1e3 * time:.3f} ms, printed {1e3 * printed:.3f} ms"
+            f" ({100 * (time / printed - 1):+.2f} %)"
+        )
+
+
+def to_json(found: TorqueFactor) -> dict[str, object]:
+    """The object that ``--json`` prints."""
+    return {
+        "factor_N_m_per_unit": found.factor,
+        "uncertainty_N_m_per_unit": found.uncertainty,
+        "arrival_times_s": {
+            scene: {"printed": found.printed[scene], "computed": time}
+            for scene, time in found.computed.items()
+        },
+    }

@@ -1,0 +1,111 @@
+"""One impact state for both models: the rigid chain of thin rods, touching with its tip node.
+
+It is the reduced model's fall without its vibrations (they change its peak force by less than
+0.01 %). The solid starts from the same angles and rates; under a hemispherical end, whose lowest
+point lies below the tip node, its surface is put lower, to where that state touches.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from validation.errors import RunFailedError, UserError
+from validation.scenes.load import NamedScene
+
+LEAD_S = 1e-6  # before the touch: both models start just above the surface
+CLEARANCE = 2e-4  # of the tip's radius: meshes put a sphere's lowest node up to h^2/8R too high
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Rigid state right before the tip node touches.
+
+    Attributes
+    ----------
+    angles, rates : absolute, from -X, counter-clockwise, rad and rad/s, one per phalanx.
+    time_s : of this state.
+    sphere_height_m : depth of the plane that a hemispherical end touches in this state.
+    touch_angle : between the last phalanx's axis and the direction to the surface, rad.
+    """
+
+    angles: tuple[float, ...]
+    rates: tuple[float, ...]
+    time_s: float
+    sphere_height_m: float
+    touch_angle: float
+
+
+def impact_of(scene: NamedScene) -> Impact:
+    """Let the thin rods fall until their end touches.
+
+    Raises
+    ------
+    UserError
+        The scene's torques react on the neighbouring phalanx, which rigid chains here do not.
+    RunFailedError
+        The surface is not reached.
+    """
+    from reference_fem.rigid_chain import ChainState, build_chain, fly
+
+    tables = scene.tables
+    if tables.drive.reaction:
+        raise UserError(
+            f"scene {scene.name}: drive.reaction = true: the common impact state has no torques "
+            "that react on the neighbour; set drive.reaction to false"
+        )
+    count = tables.finger.phalanges
+    lengths = np.array(tables.per_phalanx(tables.finger.length))
+    diameters = np.array(tables.per_phalanx(tables.finger.diameter))
+    mass = np.array(tables.per_phalanx(tables.material.density)) * 0.25 * np.pi * diameters**2
+    mass *= lengths
+    ends = -np.concatenate([[0.0], np.cumsum(lengths)])
+    # Two Gauss points a rod: mass, centre and moment of inertia m L^2/12 exactly.
+    offsets = 0.5 * lengths[:, None] * np.array([-1.0, 1.0]) / np.sqrt(3.0)
+    x = (0.5 * (ends[:-1] + ends[1:])[:, None] + offsets).ravel()
+    chain = build_chain(
+        np.stack([x, np.zeros_like(x)], axis=1),
+        np.repeat(0.5 * mass, 2),
+        [np.array([2 * w, 2 * w + 1]) for w in range(count)],
+        np.stack([ends[:-1], np.zeros(count)], axis=1),
+        np.array(tables.torques),
+        tables.drive.gravity,
+    )
+    height = tables.surface.height
+    rest = ChainState(np.zeros(count), np.zeros(count), 0.0)
+
+    def gap(angles: Any) -> float:
+        return height - float(lengths @ np.sin(angles))
+
+    patience = tables.solver.fem.max_flight_time or 2.0
+    state_at, touch = fly(chain, rest, gap, patience)
+    if touch is None:
+        raise RunFailedError(
+            f"scene {scene.name}: the tip does not reach the surface within {patience:g} s; "
+            "lower surface.height or drive it harder"
+        )
+    state = state_at(touch - LEAD_S)
+    radius = 0.5 * float(diameters[-1])
+    last = float(state.angles[-1])
+    lowest = float(lengths @ np.sin(state.angles)) + radius * (1.0 - np.sin(last))
+    return Impact(
+        angles=tuple(map(float, state.angles)),
+        rates=tuple(map(float, state.rates)),
+        time_s=state.time_s,
+        sphere_height_m=lowest + CLEARANCE * radius,
+        touch_angle=float(np.clip(0.5 * np.pi - last, 0.0, 0.5 * np.pi)),
+    )
+
+
+def rigid_start(impact: Impact) -> Any:
+    """The state as the reduced model takes it."""
+    import hcm
+
+    return hcm.RigidStart(impact.angles, impact.rates, impact.time_s)
+
+
+def chain_state(impact: Impact) -> Any:
+    """The state as the reference takes it."""
+    import reference_fem
+
+    return reference_fem.ChainState(np.array(impact.angles), np.array(impact.rates), impact.time_s)

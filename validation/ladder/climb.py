@@ -1,0 +1,99 @@
+"""The whole ladder: rungs 2 and 3 computed, rung 4 read from the validation's own runs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from validation.errors import RunFailedError, UserError
+from validation.identify.contact import MESHES, ContactIdentification, identify_contact
+from validation.impact import impact_of
+from validation.ladder.row import OWN, Row, compare
+from validation.ladder.rungs import Cause, blind, causes, structure
+from validation.metrics import QUANTITIES, spread
+from validation.plan import REDUCED, REFERENCE, Runs
+from validation.scenes.load import load_scene
+
+ONE_MESH = (MESHES[0],)
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Rungs 2 and 3.
+
+    Attributes
+    ----------
+    rows, causes, identified : in the order of the scenes.
+    failures : one sentence for each scene that a rung failed on.
+    full : whether the converged reference and three meshes of the statics were run.
+    """
+
+    rows: tuple[Row, ...]
+    causes: tuple[Cause, ...]
+    identified: tuple[ContactIdentification, ...]
+    failures: tuple[str, ...]
+    full: bool
+
+
+def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
+    """Compute rungs 2 and 3.
+
+    Parameters
+    ----------
+    full : use the preset `converged` as the reference; minutes instead of seconds.
+    studies : folder of ``fingertap converge``, whose error bars are taken where they exist.
+    """
+    rows: list[Row] = []
+    found: list[Cause] = []
+    identified: list[ContactIdentification] = []
+    failures: list[str] = []
+    for source in scenes:
+        try:
+            scene = load_scene(source)
+            impact = impact_of(scene)
+            rows += structure(scene, impact, full)
+            tip = identify_contact(scene, MESHES if full else ONE_MESH)
+            identified.append(tip)
+            stored = study_uncertainties(studies / f"{source}-fem3d" / "convergence.csv")
+            compared, reference = blind(source, scene, impact, tip, stored, full)
+            rows += compared
+            found += causes(scene, impact, tip, reference)
+        except (UserError, RunFailedError) as error:
+            failures.append(f"{source}: {error}")
+    return Ladder(tuple(rows), tuple(found), tuple(identified), tuple(failures), full)
+
+
+def study_uncertainties(path: Path) -> dict[str, float]:
+    """Relative uncertainties by key from a finished ``fingertap converge``; empty without one."""
+    if not path.is_file():
+        return {}
+    import pandas as pd
+
+    table = pd.read_csv(path)
+    if not {"ladder", "quantity", "uncertainty"} <= set(table.columns):
+        return {}
+    known = {entry.key for entry in QUANTITIES}
+    of_mesh = table[table["ladder"] == "mesh"].dropna(subset=["uncertainty"])
+    return {
+        quantity: float(share)
+        for quantity, share in of_mesh[["quantity", "uncertainty"]].to_numpy().tolist()
+        if quantity in known
+    }
+
+
+def paper_rung(runs: Runs, scenes: Sequence[str]) -> list[Row]:
+    """Rung 4: the paper's k against the `ls-dyna-like` reference, each from its own flight.
+
+    The reference's uncertainty is half its range over the validation's meshes and penalties.
+    """
+    rows = []
+    for scene in scenes:
+        reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
+        if reduced is None or reference is None:
+            continue
+        share = {}
+        for entry in QUANTITIES:
+            band, value = spread(runs.spread_over(scene), entry.key), entry.read(reference)
+            if band is not None and value:
+                share[entry.key] = 0.5 * (band.high - band.low) / abs(value)
+        rows += compare(4, reduced, reference, share, OWN)
+    return rows

@@ -1,0 +1,147 @@
+"""Rungs 2 and 3 of a scene, and the experiment that names what separates the two models."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from validation.grid_convergence import convergence
+from validation.identify.contact import ContactIdentification
+from validation.impact import Impact
+from validation.ladder.row import OWN, SAME, Row, compare
+from validation.ladder.runs import Contact, full_contact, lumped_solid, reduced, scene_contact
+from validation.metrics import QUANTITIES
+from validation.record import RunRecord
+from validation.scenes.load import NamedScene
+
+# Edges of section and axis over the diameter, coarse to fine: 15 mm gives 2.25, 1.5, 1.2 mm.
+STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))
+STRUCTURE_FULL = ((0.1, 0.133), (0.067, 0.089), (0.05, 0.067))
+EXPERIMENT = (0.1, 0.133)
+# Edge at the contact over the diameter, growth, edges of section and axis; coarse to fine.
+CONTACT = ((0.0267, 1.6, 0.1, 0.167), (0.0133, 1.4, 0.1, 0.167))
+CONTACT_FULL = (*CONTACT, None)  # None: the preset `converged`
+ORDER = 2.0  # of the trilinear elements
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One step of the experiment: what is changed, and what the forces then are."""
+
+    scene: str
+    step: str
+    peak_N: float
+    duration_us: float
+    impulse_mN_s: float
+
+
+def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[str, float]:
+    """Relative uncertainty of the finest run by key: index or spread (see `convergence`)."""
+    found = {}
+    for entry in QUANTITIES:
+        values = [value for record in records if (value := entry.read(record)) is not None]
+        if len(values) != len(records) or not values[-1]:
+            continue
+        if len(values) > 2:
+            found[entry.key] = convergence(sizes, values, ORDER).uncertainty
+        elif len(values) > 1:
+            found[entry.key] = abs((values[-1] - values[-2]) / values[-1])
+    return found
+
+
+def structure(scene: NamedScene, impact: Impact, full: bool) -> list[Row]:
+    """Rung 2: the scene's lumped law on both bodies, the solid's end being flat."""
+    contact = scene_contact(scene)
+    ladder = STRUCTURE_FULL if full else STRUCTURE
+    rows = []
+    for name, start in ((SAME, impact), (OWN, None)):
+        records = [lumped_solid(scene, contact, start, edges) for edges in ladder]
+        share = uncertainties([edges[0] for edges in ladder], records)
+        rows += compare(2, reduced(scene, contact, start), records[-1], share, name)
+    return rows
+
+
+def blind(
+    source: str,
+    scene: NamedScene,
+    impact: Impact,
+    found: ContactIdentification,
+    stored: Mapping[str, float],
+    full: bool,
+) -> tuple[list[Row], RunRecord]:
+    """Rung 3: the identified k and eta^2 against the solid's own contact.
+
+    Parameters
+    ----------
+    stored : relative uncertainties of the preset `converged` by key, where a study has them.
+
+    Returns
+    -------
+    The rows, and the finest reference run from the common impact.
+    """
+    contact = Contact(found.stiffness_N_per_m, 1 / found.eta_squared)
+    diameter = min(scene.tables.per_phalanx(scene.tables.finger.diameter))
+    ladder = CONTACT_FULL if full else CONTACT
+    settings = [_overrides(level, diameter) for level in ladder]
+    names = ["preset converged" if level is None else f"edge {1e3 * level[0] * diameter:.2g} mm"
+             for level in ladder]  # fmt: skip
+    records = [
+        full_contact(source, overrides, impact, name)
+        for overrides, name in zip(settings, names, strict=True)
+    ]
+    sizes = [1.0 / 2**number for number in range(len(ladder))]
+    share = uncertainties(sizes, records)
+    if full:
+        share |= stored
+    own = full_contact(source, settings[-1], None, names[-1])
+    rows = compare(3, reduced(scene, contact, impact), records[-1], share, SAME)
+    rows += compare(3, reduced(scene, contact, None), own, share, OWN)
+    return rows, records[-1]
+
+
+def _overrides(level: tuple[float, ...] | None, diameter: float) -> list[str]:
+    if level is None:
+        return ["solver.fem.preset=converged"]
+    tip, growth, section, axial = level
+    return [
+        "solver.fem.preset=converged",
+        f"solver.fem.tip_size={tip * diameter}",
+        f"solver.fem.growth={growth}",
+        f"solver.fem.section_size={section * diameter}",
+        f"solver.fem.axial_size={axial * diameter}",
+    ]
+
+
+def causes(
+    scene: NamedScene, impact: Impact, found: ContactIdentification, reference: RunRecord
+) -> list[Cause]:
+    """From the blind prediction to the reference, one change at a time, from one impact state.
+
+    The solid takes the reduced model's steps back: same spring at the flat end's middle (the beam
+    against the solid), on the hemisphere's lowest point (where and how the tip touches), with
+    Hertz's law of the same energy (the force law), and at last the contact itself.
+    """
+    ratio = 1 / found.eta_squared
+    linear = Contact(found.stiffness_N_per_m, ratio)
+    hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
+    runs = (
+        ("reduced model, identified k at the tip node", reduced(scene, linear, impact)),
+        ("solid, same spring at its flat end", lumped_solid(scene, linear, impact, EXPERIMENT)),
+        (
+            "solid, same spring on the sphere's lowest point",
+            lumped_solid(scene, linear, impact, EXPERIMENT, "hemisphere"),
+        ),
+        (
+            "solid, Hertz's law of the same energy there",
+            lumped_solid(scene, hertz, impact, EXPERIMENT, "hemisphere"),
+        ),
+        (f"solid, its own contact ({reference.variant})", reference),
+    )
+    return [
+        Cause(
+            scene.name,
+            step,
+            record.value("peak_normal_force_N") or float("nan"),
+            1e6 * (record.value("contact_duration_s") or float("nan")),
+            1e3 * (record.value("normal_impulse_N_s") or float("nan")),
+        )
+        for step, record in runs
+    ]

@@ -83,13 +83,15 @@ def transition(
 ) -> tuple[Contact, int]:
     """The contact's next mode at an event, and the event's kind. Forces are continuous."""
     if slot == NORMAL and contact.normal == FLIGHT:
+        # the branch starts where the tip is: a repeated step ends there to Newton's tolerance only,
+        # and F_n would start with k times that difference
         if not has_tangential_element(law):
-            return Contact(COMPRESSION, FREE, 0.0, 0.0, contact.gap_ref, x), TOUCH
+            return Contact(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
         # eq. 21: initial stick inside the cone |V_t/V_n| < mu eta^2
         if abs(vt) * law.tangential_ratio < law.mu * abs(vn):
-            return Contact(COMPRESSION, STICK, 0.0, 0.0, contact.gap_ref, x), TOUCH
+            return Contact(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
         sign = math.copysign(1.0, vt)
-        return Contact(COMPRESSION, SLIP, sign, 0.0, contact.gap_ref, x), TOUCH
+        return Contact(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH
     ft, fn = contact_force(x, gap, contact, law)
     if slot == SEPARATION:
         return Contact(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF

@@ -13,7 +13,7 @@ import math
 
 from numba import njit
 
-from hcm.contact_events import Triple, event_rates, event_values
+from hcm.contact_events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
 from hcm.generalized_alpha import Coefficients, Motion, Workspace, step
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact
@@ -37,6 +37,16 @@ def rates_at(motion: Motion, chain: Chain, contact: Contact, law: Law) -> Triple
     c = chain.tip
     q, v, a = motion.q, motion.v, motion.acceleration
     return event_rates(q[c], q[c + 1] + law.height, v[c], v[c + 1], a[c], a[c + 1], contact, law)
+
+
+@njit(cache=True)
+def overshot(tolerance: Triple, motion: Motion, chain: Chain, contact: Contact, law: Law) -> int:
+    """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
+    values = values_at(motion, chain, contact, law)
+    for slot in (SEPARATION, TANGENTIAL, NORMAL):
+        if values[slot] < -tolerance[slot]:
+            return slot
+    return NO_EVENT
 
 
 @njit(cache=True)

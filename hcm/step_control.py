@@ -9,13 +9,16 @@ from numba import njit
 
 from hcm.clock import Clock, Plan
 from hcm.contact_events import Triple
-from hcm.event_search import NO_EVENT, first_event
+from hcm.event_search import NO_EVENT, first_event, overshot
 from hcm.generalized_alpha import Coefficients, Motion, Workspace, local_error, step
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import FLIGHT, STICK, Contact, normal_slope
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40
+# A contact step's local error, over the way that the tip goes in it at its largest speed so far: a
+# stiff surface is dented by less than any tolerance in metres. On a spring it bounds (omega h)^2.
+RELATIVE = 1e-3
 # Factors by which the error control may change a step at once, and the least that it changes it.
 SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
 
@@ -37,6 +40,7 @@ def accept(
     h: float,
     in_flight: bool,
     chatter: bool,
+    speed: float,
     tolerance: Triple,
     plan: Plan,
     co: Coefficients,
@@ -49,16 +53,20 @@ def accept(
 ) -> tuple[float, int, int, int, float]:
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
+    Through chatter the step is whole, and what it has passed fires at its end.
+
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.
     """
-    bound = plan.flight_tolerance if in_flight else plan.contact_tolerance
     slot, trials, growth = NO_EVENT, 0, GROW
     for repeats in range(REPEATS + 1):
         if not step(h, co, old, new, chain, contact, law, work):
             work.key[0] = np.nan
             h *= 0.5
             continue
+        bound = plan.flight_tolerance
+        if not in_flight:
+            bound = min(plan.contact_tolerance, RELATIVE * speed * h)
         if bound > 0.0:
             error = local_error(h, co, old, new, chain)
             growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / 3.0)
@@ -68,7 +76,7 @@ def accept(
             # a changed step costs a factorization: small gains are not worth one
             growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
         if chatter:
-            return h, slot, trials, repeats, growth
+            return h, overshot(tolerance, new, chain, contact, law), trials, repeats, growth
         length, slot, used = first_event(h, tolerance, co, old, new, chain, contact, law, work)
         trials += used
         if math.isfinite(length):

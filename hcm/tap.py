@@ -164,6 +164,7 @@ def advance(
             h,
             in_flight,
             chatter,
+            clock.speed,
             tolerance,
             plan,
             co,

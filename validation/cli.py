@@ -247,6 +247,28 @@ def identify_torque(
     run_identify_torque(as_json)
 
 
+@app.command
+def stress(
+    *,
+    quick: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    out: Path = Path("out"),
+) -> None:
+    """Map where the reduced model is right, refuses, or stops; no cell may be silently wrong.
+
+    Finished cells are kept: a campaign that was stopped goes on.
+
+    Parameters
+    ----------
+    quick
+        Coarser maps and fewer random scenes: minutes instead of hours.
+    out
+        Folder for stress/hcm/ (hcm-quick/): a CSV and a figure per map, summary.csv.
+    """
+    from validation.stress_command import run_stress
+
+    run_stress(quick, out)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
     from validation.console import say_error

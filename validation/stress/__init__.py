@@ -1,0 +1,1 @@
+"""Where the solvers break: random scenes, checks that don't trust the solver, stability maps."""

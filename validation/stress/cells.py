@@ -1,0 +1,113 @@
+"""One cell of a stability map: a scene, run, checked by what did not produce it, and judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import hcm
+from validation.stress.checks import violations
+from validation.stress.random_scenes import HcmScene
+
+RIGHT, SMALLER, REFUSED, STOPPED, WRONG, SENSITIVE = ANSWERS = (
+    "right",
+    "right at a smaller step",
+    "refused",
+    "stopped",
+    "wrong and silent",
+    "sensitive",
+)
+# Largest change, against steps and tolerances far below, of what is still called right.
+LARGEST_ERROR = 0.05
+# A run whose mean contact step is this share of what was asked has chosen its own.
+CHOSEN = 0.5
+COMPARED = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A cell's answer, why, its error where a tighter run gives one, and its cost."""
+
+    answer: str
+    reason: str
+    error: float | None = None
+    energy_residual: float | None = None
+    steps: int = 0
+    newton_iterations: int = 0
+    wall_time_s: float = 0.0
+
+    def row(self) -> dict[str, Any]:
+        """Columns of the CSV."""
+        return dict(vars(self))
+
+
+def tighter(settings: hcm.Settings, by: float) -> hcm.Settings:
+    """Steps a tenth as long, tolerances `by` times smaller."""
+    return replace(
+        settings,
+        flight_step=settings.flight_step / 10,
+        contact_step=settings.contact_step / 10,
+        flight_tolerance=settings.flight_tolerance / by,
+        contact_tolerance=settings.contact_tolerance / by,
+        newton_tolerance=max(settings.newton_tolerance / 100, 1e-12),
+        max_steps=20 * settings.max_steps,
+    )
+
+
+def difference(result: hcm.TapResult, truth: hcm.TapResult) -> float | None:
+    """Largest relative change of the first tap's scalars, None where there is no tap to compare."""
+    worst = None
+    for name in COMPARED:
+        a, b = getattr(result.summary, name), getattr(truth.summary, name)
+        if a is not None and b:
+            worst = max(worst or 0.0, abs(a / b - 1))
+    return worst
+
+
+def _mean_contact_step(result: hcm.TapResult) -> float:
+    rows = int((result.history.mode // 3 > 0).sum())
+    return (result.summary.contact_duration_s or 0.0) / max(rows, 1)
+
+
+def judge(scene: HcmScene, compare: bool = True) -> Verdict:
+    """Run a scene, and a tighter one beside it if `compare` is set; say what the answer is worth.
+
+    A result that differs from the tighter run by more than `LARGEST_ERROR` is wrong, unless two
+    tighter runs differ from each other as much: then no step decides, and the cell is sensitive.
+    """
+    try:
+        result = hcm.simulate(**scene.arguments())
+    except hcm.ParameterError as refusal:
+        return Verdict(REFUSED, str(refusal))
+    cost = (
+        result.summary.energy_residual,
+        result.statistics.steps,
+        result.statistics.newton_iterations,
+        result.statistics.wall_time_s,
+    )
+    broken = violations(scene, result)
+    if broken:
+        return Verdict(WRONG, "; ".join(broken), None, *cost)
+    if result.status is not hcm.Status.COMPLETED:
+        return Verdict(STOPPED, result.message, None, *cost)
+    error: float | None = None
+    reason = "energy audit and contact law"
+    if compare:
+        runs = (
+            hcm.simulate(**replace(scene, settings=tighter(scene.settings, by)).arguments())
+            for by in (100, 1000)
+        )
+        truth = next(runs)
+        if truth.status is hcm.Status.COMPLETED:
+            error = difference(result, truth)
+            reason = "audit, contact law and a tighter run"
+        if error is not None and error > LARGEST_ERROR:
+            spread = difference(truth, next(runs))
+            if spread is not None and spread > 0.2 * error:
+                reason = f"two tighter runs differ by {spread:.2g} too"
+                return Verdict(SENSITIVE, reason, error, *cost)
+            return Verdict(WRONG, "differs from a tighter run", error, *cost)
+    step = _mean_contact_step(result)
+    if 0 < step < CHOSEN * scene.settings.contact_step:
+        return Verdict(SMALLER, f"{reason}; contact steps of {step:.2g} s", error, *cost)
+    return Verdict(RIGHT, reason, error, *cost)

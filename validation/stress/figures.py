@@ -1,0 +1,60 @@
+"""Stability maps as pictures: one colour an answer, panels side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from validation.figures import BLUE, GREEN, GREY, ORANGE, STYLE
+from validation.storage import atomic
+from validation.stress.cells import ANSWERS, REFUSED, RIGHT, SENSITIVE, SMALLER, STOPPED, WRONG
+from validation.stress.maps import Map
+
+COLORS = {RIGHT: GREEN, SMALLER: "#7fcfb5", REFUSED: GREY, STOPPED: BLUE, WRONG: ORANGE,
+          SENSITIVE: "#f0e442"}  # fmt: skip
+Answers = Mapping[tuple[float, float, float], str]
+
+
+def _ticks(values: Sequence[float]) -> tuple[list[int], list[str]]:
+    every = max(1, (len(values) + 5) // 6)
+    places = list(range(0, len(values), every))
+    return places, [f"{values[i]:.2g}" for i in places]
+
+
+def draw_map(path: Path, wanted: Map, answers: Answers) -> None:
+    """Draw one map; cells that are not finished stay white."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    colors = ListedColormap([COLORS[answer] for answer in ANSWERS])
+    with plt.rc_context({**STYLE, "axes.grid": False}):
+        figure, axes = plt.subplots(
+            1, len(wanted.panels), figsize=(1.2 + 2.9 * len(wanted.panels), 3.6),
+            layout="constrained", squeeze=False, sharey=True,
+        )  # fmt: skip
+        for axis, panel in zip(axes[0], wanted.panels, strict=True):
+            codes = np.full((len(wanted.y), len(wanted.x)), np.nan)
+            for j, y in enumerate(wanted.y):
+                for i, x in enumerate(wanted.x):
+                    if (x, y, panel) in answers:
+                        codes[j, i] = ANSWERS.index(answers[x, y, panel])
+            axis.imshow(codes, origin="lower", aspect="auto", cmap=colors, vmin=-0.5,
+                        vmax=len(ANSWERS) - 0.5, interpolation="nearest")  # fmt: skip
+            axis.set_xticks(*_ticks(wanted.x))
+            axis.set_yticks(*_ticks(wanted.y))
+            axis.set_xlabel(wanted.x_name)
+            axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9, loc="left")
+        axes[0][0].set_ylabel(wanted.y_name)
+        seen = [answer for answer in ANSWERS if answer in set(answers.values())]
+        patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]
+        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches) or 1)
+        figure.suptitle(f"{wanted.name}: {wanted.limit}", fontsize=9, x=0.01, ha="left")
+        with atomic(path) as temporary:
+            figure.savefig(temporary, format="png")
+        plt.close(figure)

@@ -139,7 +139,10 @@ def test_one_number_per_phalanx() -> None:
         ("drive.torques=[0.1]", ["drive.torques", "1 numbers for 3 phalanges"]),
         ("drive.torques=[]", ["drive.torques", "one number per phalanx"]),
         ("drive.reaction=1", ["drive.reaction", "true or false"]),
-        ("solver.fem.preset=finest", ["solver.fem.preset", "finest", "'fast', 'ls-dyna-like' or 'converged'"]),
+        (
+            "solver.fem.preset=finest",
+            ["solver.fem.preset", "finest", "'fast', 'ls-dyna-like' or 'converged'"],
+        ),
         ("solver.fem.penalty_factor=0", ["solver.fem.penalty_factor", "> 0"]),
         ("solver.hcm.spectral_radius=1.5", ["solver.hcm.spectral_radius", "<= 1"]),
         ("surface.friction", ["--set", "KEY=VALUE"]),

@@ -9,13 +9,15 @@ from validation.bench import (
     figures,
     kernels,
     measured,
+    peers,
     reference_points,
     scaling,
+    skips,
     truths,
     work_precision,
 )
 from validation.console import progress_bar, say
-from validation.provenance import provenance
+from validation.provenance import provenance, version
 from validation.storage import output_folder, write_json, write_text
 from validation.tables import for_people
 
@@ -92,7 +94,54 @@ def run_bench(out: Path, quick: bool) -> None:
     print(f"figures and tables: {folder}")
 
 
-def bench(out: Path, quick: bool, skips: bool, peers: bool) -> None:
-    """The verb: the ledger, the peers, or (with neither) the models' own curves."""
-    if not (skips or peers):
+def run_peers(out: Path, quick: bool) -> None:
+    """Peers and hcm on the same scene, one after the other in this process.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    """
+    from threadpoolctl import threadpool_limits
+
+    folder = output_folder(out / "bench")
+    for name in peers.absent():
+        say(f"skipped: {name} is not installed")
+    versions = {"exudyn": version("exudyn")}
+    write_json(folder / "machine-peers.json", machine({"quick": quick, "peers": versions}))
+    with progress_bar("peers") as progress, threadpool_limits(1, user_api="blas"):
+        points = peers.measure_all(quick, progress)
+    save(folder, "peers", measured.table(points), "hcm and its peers, one scene, one run")
+    if any(point.solver != "hcm" for point in points):
+        cheapest = peers.cheapest_table(peers.cheapest(points))
+        save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
+    figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP.own_error})
+    print(f"figures and tables: {folder}")
+
+
+def run_skips(out: Path, quick: bool) -> None:
+    """The skip ledger.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    """
+    from threadpoolctl import threadpool_limits
+
+    folder = output_folder(out / "bench")
+    write_json(folder / "machine-skips.json", machine({"quick": quick}))
+    with progress_bar("skips") as progress, threadpool_limits(1, user_api="blas"):
+        entries = skips.measure_all(quick, progress)
+    save(folder, "skips", skips.table(entries), "What each shortcut saves, and what it costs")
+    print(f"tables: {folder}")
+
+
+def bench(out: Path, quick: bool, with_skips: bool, with_peers: bool) -> None:
+    """The verb: the ledger, the peers, both, or (with neither) the models' own curves."""
+    if with_skips:
+        run_skips(out, quick)
+    if with_peers:
+        run_peers(out, quick)
+    if not (with_skips or with_peers):
         run_bench(out, quick)

@@ -19,6 +19,9 @@ REPEATS = 40
 # A contact step's local error, over the way that the tip goes in it at its largest speed so far: a
 # stiff surface is dented by less than any tolerance in metres. On a spring it bounds (omega h)^2.
 RELATIVE = 1e-3
+# A flight step's local error, over the tip's clearance: a tip that has just left may touch again
+# within its own vibration, which the tolerance of a free flight skips.
+NEAR = 0.01
 # Factors by which the error control may change a step at once, and the least that it changes it.
 SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
 
@@ -58,15 +61,17 @@ def accept(
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.
     """
+    clearance = max(old.q[chain.tip + 1] + law.height - contact.gap_ref, 0.0)
     slot, trials, growth = NO_EVENT, 0, GROW
     for repeats in range(REPEATS + 1):
         if not step(h, co, old, new, chain, contact, law, work):
             work.key[0] = np.nan
             h *= 0.5
             continue
-        bound = plan.flight_tolerance
-        if not in_flight:
-            bound = min(plan.contact_tolerance, RELATIVE * speed * h)
+        bound = min(plan.contact_tolerance, RELATIVE * speed * h)
+        if in_flight:
+            near = bound + NEAR * clearance if bound > 0.0 else plan.flight_tolerance
+            bound = min(plan.flight_tolerance, near)
         if bound > 0.0:
             error = local_error(h, co, old, new, chain)
             growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / 3.0)

@@ -42,15 +42,15 @@ class Verdict:
 
 
 def tighter(settings: hcm.Settings, by: float) -> hcm.Settings:
-    """Steps a tenth as long, tolerances `by` times smaller."""
+    """Steps a fifth as long, tolerances `by` times smaller."""
     return replace(
         settings,
-        flight_step=settings.flight_step / 10,
-        contact_step=settings.contact_step / 10,
+        flight_step=settings.flight_step / 5,
+        contact_step=settings.contact_step / 5,
         flight_tolerance=settings.flight_tolerance / by,
         contact_tolerance=settings.contact_tolerance / by,
         newton_tolerance=max(settings.newton_tolerance / 100, 1e-12),
-        max_steps=20 * settings.max_steps,
+        max_steps=10 * settings.max_steps,
     )
 
 

@@ -17,7 +17,8 @@ from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
 
 NUMBERS = 24
 # steps of one random scene: enough for a tap, few enough for ten thousand scenes
-MAX_STEPS = 6_000
+MAX_STEPS = 3_000
+MOST_ELEMENTS = 240
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
     phalanges = _count(next(u) ** 2, 1, 30)
     length, slenderness = _log(next(u), 0.005, 0.5), _log(next(u), 2, 200)
     modulus, density = _log(next(u), 1e4, 1e12), _log(next(u), 100, 2e4)
-    elements = _count(next(u), 1, 40)
+    elements = min(_count(next(u), 1, 40), max(1, MOST_ELEMENTS // phalanges))
     phalanx = Phalanx(length, length / slenderness, modulus, density, elements)
     taper = _rare(next(u), 0.5, 1.0, _log(next(u), 0.3, 3.0))
     chain = tuple(

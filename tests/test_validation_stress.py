@@ -1,0 +1,203 @@
+"""Random scenes of the reduced model, checks that can fail, and the campaign's command."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+
+import hcm
+from validation.stress.cells import REFUSED, RIGHT, SMALLER, STOPPED, WRONG, difference, judge
+from validation.stress.checks import strain_energy, violations
+from validation.stress.finished import Finished
+from validation.stress.maps import Cell, hcm_maps
+from validation.stress.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
+from validation.stress_command import draw, run_cells, table_rows
+
+SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
+TAP = HcmScene(
+    hcm.Finger((SOFT,)), hcm.Surface(0.03, 0.5), hcm.Tip(0.78e6, 0.8), hcm.Drive(),
+    hcm.Settings(max_steps=5_000),
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def tap() -> hcm.TapResult:
+    return hcm.simulate(**TAP.arguments())
+
+
+@seed(6)
+@settings(
+    max_examples=60, deadline=None, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
+@given(st.lists(st.floats(0, 1, exclude_max=True), min_size=NUMBERS, max_size=NUMBERS))
+def test_every_random_scene_is_answered(numbers: list[float]) -> None:
+    scene = random_scene(numbers, max_steps=600)
+    try:
+        result = hcm.simulate(**scene.arguments())
+    except hcm.ParameterError:
+        return
+    assert violations(scene, result) == []
+
+
+def test_random_scenes_reach_their_ranges() -> None:
+    scenes = [random_scene(random_numbers(0, i)) for i in range(400)]
+    counts = [len(s.finger.phalanges) for s in scenes]
+    assert min(counts) == 1
+    assert max(counts) > 20
+    moduli = [s.finger.phalanges[0].youngs_modulus for s in scenes]
+    assert min(moduli) < 1e5
+    assert max(moduli) > 1e11
+    assert random_scene(random_numbers(0, 7)) == scenes[7]
+
+
+@pytest.mark.parametrize(
+    ("case", "number"),
+    [
+        # a touch found to Newton's tolerance only started with a pulling force
+        (3, 563),
+        # chatter left the contact in compression with a pulling force
+        (3, 582),
+    ],
+)
+def test_scenes_that_once_broke_an_invariant(case: int, number: int) -> None:
+    scene = random_scene(random_numbers(case, number))
+    assert violations(scene, hcm.simulate(**scene.arguments())) == []
+
+
+def test_small_dents_are_resolved() -> None:
+    """A stiff tip on a light finger: the steps follow the contact, whatever was asked for."""
+    light = hcm.Finger((hcm.Phalanx(0.005, 3e-4, 1e9, 200.0, elements=2),))
+    scene = HcmScene(light, hcm.Surface(1e-4, 0.0), hcm.Tip(1e8), hcm.Drive(),
+                     hcm.Settings(max_steps=20_000))  # fmt: skip
+    coarse = hcm.simulate(**scene.arguments())
+    fine = replace(scene.settings, contact_step=1e-10, contact_tolerance=1e-15, max_steps=200_000)
+    truth = hcm.simulate(**replace(scene, settings=fine).arguments())
+    assert coarse.status is truth.status is hcm.Status.COMPLETED
+    error = difference(coarse, truth)
+    assert error is not None
+    assert error < 0.01
+
+
+def _with(result: hcm.TapResult, **arrays: np.ndarray) -> hcm.TapResult:
+    return replace(result, history=replace(result.history, **arrays))
+
+
+def test_checks_see_what_is_wrong(tap: hcm.TapResult) -> None:
+    assert violations(TAP, tap) == []
+    h = tap.history
+    touching = h.mode // 3 > 0
+    row = np.flatnonzero(touching)[5]
+
+    def bent(values: np.ndarray, by: float) -> np.ndarray:
+        changed = values.copy()
+        changed[row] += by
+        return changed
+
+    force = float(h.normal_force_N.max())
+    broken = {
+        "is not finite": {"stress_R_Pa": bent(h.stress_R_Pa, np.nan)},
+        "runs backwards": {"time_s": bent(h.time_s, -1.0)},
+        "energy off": {"kinetic_energy_J": 1.2 * h.kinetic_energy_J},
+        "leaves its law": {"normal_force_N": bent(h.normal_force_N, 1e-6 * force)},
+        "pulls": {"normal_force_N": bent(h.normal_force_N, -2 * force)},
+        "leaves the cone": {"tangential_force_N": 1.01 * h.tangential_force_N},
+        "friction_dissipation_J falls": {"friction_dissipation_J": -h.friction_dissipation_J},
+        "its posture holds": {"strain_energy_J": 1.1 * h.strain_energy_J},
+    }
+    for text, arrays in broken.items():
+        assert any(text in v for v in violations(TAP, _with(tap, **arrays))), text
+    events = tuple(e for e in tap.events if e.kind != "compression_to_restitution")
+    lost = replace(tap, events=events, event_postures=tap.event_postures[: len(events)])
+    assert any("separation while in compression" in v for v in violations(TAP, lost))
+
+
+def test_strain_energy_of_a_stretched_bar() -> None:
+    """A uniform stretch s of a bar: E A (s^2 - 1)^2/8 per length."""
+    stretch, nodes = 1.02, np.linspace(0, 0.04, 3)
+    posture = hcm.Posture(
+        0.0, (np.column_stack([-stretch * nodes, 0 * nodes]),), (np.array([[-stretch, 0.0]] * 3),)
+    )
+    exact = SOFT.youngs_modulus * SOFT.area * 0.04 * (stretch**2 - 1) ** 2 / 8
+    assert strain_energy(hcm.Finger((SOFT,)), posture) == pytest.approx(exact, rel=1e-12)
+
+
+def test_cells_are_judged() -> None:
+    verdict = judge(TAP)
+    assert verdict.answer in (RIGHT, SMALLER)
+    assert verdict.error is not None
+    assert verdict.error < 1e-3
+    stopped = judge(replace(TAP, settings=hcm.Settings(max_steps=50)))
+    assert stopped.answer == STOPPED
+    assert "50 steps" in stopped.reason
+    many = replace(TAP, settings=hcm.Settings(end_time=1e3, flight_step=1e-9))
+    refused = judge(many)
+    assert refused.answer == REFUSED
+    assert "end_time" in refused.reason
+
+
+def test_steps_too_long_are_wrong_and_not_silent() -> None:
+    fixed = hcm.Settings(contact_step=2e-4, contact_tolerance=0.0, flight_tolerance=0.0)
+    assert judge(replace(TAP, settings=fixed)).answer in (WRONG, STOPPED)
+
+
+@pytest.mark.parametrize(
+    ("finger", "settings", "words"),
+    [
+        (hcm.Finger((replace(SOFT, elements=10**9),)), hcm.Settings(), ("GiB", "elements")),
+        (hcm.Finger((SOFT,)), hcm.Settings(max_steps=10**12), ("GiB", "max_steps")),
+        (hcm.Finger((SOFT,)), hcm.Settings(end_time=1e8), ("1e+12 steps", "end_time")),
+    ],
+)
+def test_hopeless_sizes_are_refused_before_allocation(
+    finger: hcm.Finger, settings: hcm.Settings, words: tuple[str, ...]
+) -> None:
+    with pytest.raises(hcm.ParameterError) as caught:
+        hcm.simulate(finger, TAP.surface, TAP.tip, TAP.drive, settings)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_maps_cover_the_ranges() -> None:
+    maps = {wanted.name: wanted for wanted in hcm_maps(quick=False)}
+    assert sum(1 for wanted in maps.values() for _ in wanted.cells()) > 10_000
+    assert (maps["stiffness-step"].x[0], maps["stiffness-step"].x[-1]) == (1e2, 1e10)
+    assert maps["phalanges"].x[-1] == 30
+    assert maps["slenderness-elements"].y[-1] == 320
+
+
+def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
+    wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
+    small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), compare=False)
+    cells = list(small.cells())
+    path = tmp_path / "cells.jsonl"
+    told: list[str] = []
+    with ThreadPoolExecutor(1) as pool:
+        run_cells(cells[:1], Finished(path), pool, lambda _, text: told.append(text))
+        first = path.read_text()
+        path.write_text(first + first[: len(first) // 2])  # killed while it wrote
+        run_cells(cells, Finished(path), pool, lambda _, text: told.append(text))
+    assert path.read_text().startswith(first)
+    again = Finished(path)
+    assert [again.get(cell) is not None for cell in cells] == [True, True]
+    assert len(told) == 2  # the first cell was not run again
+    rows = table_rows(small, again)
+    assert [row["friction"] for row in rows] == [0.0, 0.5]
+    assert {row["answer"] for row in rows} <= {RIGHT, SMALLER}
+    plane = replace(small, y=(0.75, 0.9))
+    draw(tmp_path, plane, again)
+    assert (tmp_path / f"{small.name}.png").stat().st_size > 1000
+
+
+def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
+    cell = Cell("one", 0, 0, 0, TAP)
+    path = tmp_path / "cells.jsonl"
+    Finished(path).add(cell, {"answer": STOPPED, "reason": ""})
+    assert Finished(path).get(cell) is not None
+    row = json.loads(path.read_text())
+    path.write_text(json.dumps({**row, "answer": RIGHT}) + "\n")
+    assert Finished(path).get(cell) is None

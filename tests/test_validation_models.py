@@ -52,8 +52,9 @@ def test_overrides_reach_the_reduced_model(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_settings_reach_the_reduced_model() -> None:
-    coarse = solve(load_scene("soft", ["solver.hcm.contact_step=1e-6"]), "hcm", None).record
-    fine = solve(load_scene("soft"), "hcm", None).record
+    fixed = ["solver.hcm.contact_tolerance=0.0"]
+    coarse = solve(load_scene("soft", [*fixed, "solver.hcm.contact_step=1e-6"]), "hcm", None).record
+    fine = solve(load_scene("soft", [*fixed, "solver.hcm.contact_step=1e-7"]), "hcm", None).record
     contact = fine.value("contact_duration_s") or 0.0
     # a tenfold step in contact saves nine tenths of its steps of 0.1 us
     saved = (fine.value("steps") or 0) - (coarse.value("steps") or 0)

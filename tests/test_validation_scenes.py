@@ -8,7 +8,7 @@ from validation.scenes import BUILT_IN, load_scene
 from validation.scenes.load import MAX_BYTES, parse_value
 from validation.scenes.messages import known_keys
 
-T3_FACTOR = 7.2e-5  # provisional, N m per printed unit: see the driven scenes' comment
+T3_FACTOR = 7.04e-5  # `fingertap identify torque`
 
 
 def refusal(*overrides: str, source: str = "soft") -> str:

@@ -112,6 +112,7 @@ def test_fields_open_in_meshio(tmp_path: Path) -> None:
             displacement=n * points,
             velocity=points,
             von_mises_Pa=np.array([1e6 * n]),
+            contact_pressure_Pa=np.full(len(points), 1e5 * n),
         )
         for n in range(2)
     )

@@ -36,6 +36,7 @@ class Sample:
     stress_R_Pa: float
     kinetic_energy_J: float
     strain_energy_J: float
+    hourglass_energy_J: float
     gravity_energy_J: float
     contact_energy_J: float
     friction_dissipation_J: float
@@ -57,7 +58,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     """Audit `state`, from which `block` started.
 
     - kinetic: ½ Σ m v², v the mean of the two half-step velocities around t_n
-    - strain: the elements' own, from stored strains
+    - strain: the elements' own, from stored strains; hourglass: the part of it that is control
     - gravity: Σ m g u_y
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds
@@ -88,6 +89,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         stress_R_Pa=stress,
         kinetic_energy_J=kinetic,
         strain_energy_J=strain,
+        hourglass_energy_J=model.kernel.hourglass_energy(u) * model.copies,
         gravity_energy_J=gravity,
         contact_energy_J=float(row[SPRING_ENERGY]),
         friction_dissipation_J=float(row[DISSIPATION]),

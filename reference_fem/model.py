@@ -84,6 +84,12 @@ def _hexahedra(
     return hex8(points, cells, young, poisson, density)
 
 
+def _one_point(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array, _radius: Array
+) -> ElementKernel:
+    return elements.hex8_one_point(points, cells, young, poisson, density)
+
+
 def _plane_stress(
     points: Array, cells: Index, young: Array, poisson: Array, density: Array, radius: Array
 ) -> ElementKernel:
@@ -93,7 +99,7 @@ def _plane_stress(
 
 # Formulations by space dimension; the first of each is the default.
 ELEMENTS: dict[int, dict[str, ElementFactory]] = {
-    3: {"hex8-sri": _hexahedra},
+    3: {"hex8-sri": _hexahedra, "hex8-one-point": _one_point},
     2: {"quad4-plane-stress": _plane_stress},
 }
 

@@ -37,6 +37,8 @@ class History:
         Axial Cauchy stress at R, mid-length of the last phalanx, lower surface.
     kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,)
         Contact energy is that of the normal and tangential penalty springs.
+    hourglass_energy_J : (n,)
+        What hourglass control holds of the strain energy; 0 for elements without it.
     friction_dissipation_J, contact_damping_J, drive_work_J, energy_balance_J : (n,)
     coulomb_excess : (n,)
         Largest |f_t| - μ f_n over the nodes in contact, N.
@@ -57,6 +59,7 @@ class History:
     stress_R_Pa: Array
     kinetic_energy_J: Array
     strain_energy_J: Array
+    hourglass_energy_J: Array
     gravity_energy_J: Array
     contact_energy_J: Array
     friction_dissipation_J: Array

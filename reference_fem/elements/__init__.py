@@ -1,6 +1,7 @@
 """Element kernels of the explicit reference: one element a file, all behind `ElementKernel`."""
 
 from reference_fem.elements.hex8 import Hex8, hex8
+from reference_fem.elements.hex8_one_point import Hex8OnePoint, hex8_one_point
 from reference_fem.elements.protocol import ElementKernel
 from reference_fem.elements.quad4 import (
     Quad4PlaneStress,
@@ -11,8 +12,10 @@ from reference_fem.elements.quad4 import (
 __all__ = [
     "ElementKernel",
     "Hex8",
+    "Hex8OnePoint",
     "Quad4PlaneStress",
     "hex8",
+    "hex8_one_point",
     "quad4_plane_stress",
     "quad4_quadrature_points",
 ]

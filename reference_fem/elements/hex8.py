@@ -80,6 +80,10 @@ class Hex8:
             self.blocks.scratch[0],
         )
 
+    def hourglass_energy(self, displacement: Floats) -> float:
+        """Nothing, J: the element has no hourglass modes to control."""
+        return 0.0
+
     def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
         """Cauchy stress at the centres, (n, 6) as xx, yy, zz, xy, yz, xz, Pa."""
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)

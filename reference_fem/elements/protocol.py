@@ -50,7 +50,13 @@ class ElementKernel(Protocol):
         """
 
     def strain_energy(self, displacement: Floats) -> float:
-        """Energy in J from the strains at the points (not from force times displacement)."""
+        """Energy in J from the strains at the points (not from force times displacement).
+
+        All that is stored: that of hourglass control included.
+        """
+
+    def hourglass_energy(self, displacement: Floats) -> float:
+        """What hourglass control holds of the strain energy, J; 0 for an element without it."""
 
     def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
         """Cauchy stress at the elements' centres in Pa.

@@ -87,6 +87,10 @@ class Quad4PlaneStress:
             self.blocks.scratch[0],
         )
 
+    def hourglass_energy(self, displacement: Floats) -> float:
+        """Nothing, J: the element has no hourglass modes to control."""
+        return 0.0
+
     def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
         """Cauchy stress at the centres, (n, 3) as xx, yy, xy, Pa."""
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)

@@ -22,7 +22,7 @@ STEPS = ((1e-3, 1e-5), (5e-4, 3e-6), (3e-4, 1e-6), (1e-4, 1e-6), (1e-4, 3e-7), (
 QUICK_STEPS = STEPS[:4]
 # What stands for Exudyn's own truth. Its curvature r' x r''/|r'|^2 leaves out the gradient of
 # stretch that the paper's |r''| counts, so its error against hcm's truth has a floor that neither
-# step nor mesh removes: 4.9e-4 of the peak, 1.0e-4 and 3e-5 at a half and a quarter of the diameter.
+# step nor mesh removes: 4.9e-4 of the peak; 1.0e-4, 3e-5 at a half and a quarter of the diameter.
 OWN_TRUTH = (3e-5, 1e-7)
 LOOK_BEFORE_S = 1e-4
 LEVELS = (1e-3, 1e-4, 1e-5)  # relative errors at which the cheapest settings are compared

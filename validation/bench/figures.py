@@ -43,6 +43,15 @@ def _ladder(axis: Any, points: Sequence[Point], quantity: str, style: dict[str, 
                       transform=axis.get_xaxis_transform(), clip_on=False)  # fmt: skip
 
 
+def plain_ticks(axis: Any) -> None:
+    """Ticks 1, 2, 5 of every decade, written plainly: times often span less than a decade."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
 def work_precision(path: Path, points: Sequence[Point], floor: dict[str, float]) -> None:
     """One row a study, one column a quantity; `floor` is the truth's own relative error."""
     studies = list(dict.fromkeys(point.study for point in points))
@@ -62,6 +71,7 @@ def work_precision(path: Path, points: Sequence[Point], floor: dict[str, float])
                     axis.axhline(floor[study], color=GREY, linewidth=0.8, linestyle=":")
                 axis.set_xscale("log")
                 axis.set_yscale("log")
+                plain_ticks(axis.xaxis)
                 axis.set_title(f"{study}: {title}", fontsize=9, loc="left")
                 axis.set_xlabel("time (ms)")
                 if axis.lines:

@@ -23,8 +23,9 @@ RIGHT, SMALLER, REFUSED, STOPPED, WRONG, SENSITIVE = ANSWERS = (
 LARGEST_ERROR = 0.05
 # A run whose mean contact step is this share of what was asked has chosen its own.
 CHOSEN = 0.5
-# Change of the drive that no measurement would notice.
-NUDGE = 1e-6
+# Change of the drive that no measurement would notice, and what it changes in a chaotic motion: an
+# error that grows ten thousandfold leaves no number that a smaller step could confirm.
+NUDGE, CHAOTIC = 1e-6, 0.01
 # Share of the impulse after which a tap counts as over: a tip that lingers at zero force decides on
 # its separation by round-off, and no other number depends on when.
 DELIVERED = 0.99
@@ -128,7 +129,7 @@ def judge(scene: HcmScene, compare: bool = True) -> Verdict:
             error = difference(result, truth)
         if error is None or error > LARGEST_ERROR:
             spread = difference(result, hcm.simulate(**nudged(scene).arguments()))
-            if spread is not None and spread > 0.2 * (error or LARGEST_ERROR):
+            if spread is not None and spread > CHAOTIC:
                 reason = f"drive changed by {NUDGE:g}: result changes by {spread:.2g}"
                 return Verdict(SENSITIVE, reason, error, *cost)
         if error is not None:

@@ -129,8 +129,10 @@ def judge(scene: HcmScene, compare: bool = True) -> Verdict:
             error = difference(result, truth)
         if error is None or error > LARGEST_ERROR:
             spread = difference(result, hcm.simulate(**nudged(scene).arguments()))
-            if spread is not None and spread > CHAOTIC:
-                reason = f"drive changed by {NUDGE:g}: result changes by {spread:.2g}"
+            lost = spread is None and tap_scalars(result) is not None
+            if lost or (spread is not None and spread > CHAOTIC):
+                change = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
+                reason = f"drive changed by {NUDGE:g}: {change}"
                 return Verdict(SENSITIVE, reason, error, *cost)
         if error is not None:
             if error > LARGEST_ERROR:

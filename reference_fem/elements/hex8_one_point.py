@@ -36,6 +36,7 @@ class Hex8OnePoint:
     mu, lame : (n_cells,) Lame's constants, Pa
     cell_mass : (n_cells, 8) row-sum masses of each element's nodes, kg
     gradients : (n_cells, 8, 3) mean shape gradients, 1/m
+    shapes : (n_cells, 4, 3) G^n, sums of the corners with the signs of each hourglass mode, m
     moduli : (n_cells, 3) V mu and V lambda in J, and the hourglass stiffness k in N/m
     blocks : node numbers by block, and workspaces that calls overwrite
     reference : (n_blocks, ROWS*LANES), laid out as `hex8_one_point_kernel` says
@@ -49,6 +50,7 @@ class Hex8OnePoint:
     cell_volume: Floats
     cell_mass: Floats
     gradients: Floats
+    shapes: Floats
     moduli: Floats
     blocks: Blocks
     reference: Floats
@@ -121,7 +123,7 @@ class Hex8OnePoint:
     def _energies(self, displacement: Floats) -> tuple[float, float]:
         u = self._checked(displacement)
         strain, hourglass = kernel.energies(
-            self.points, u, self.cells, self.gradients, hourglass_signs(), self.moduli
+            self.points, u, self.cells, self.gradients, hourglass_signs(), self.shapes, self.moduli
         )
         return float(strain), float(hourglass)
 
@@ -133,8 +135,7 @@ class Hex8OnePoint:
             stiffness = element_stiffness(
                 b[:, None], self.cell_volume[some, None], self.mu[some], self.lame[some], False
             )
-            shapes = np.einsum("na,eaj->enj", signs, self.points[self.cells[some]])
-            g = signs - np.einsum("enj,eaj->ena", shapes, b)
+            g = signs - np.einsum("enj,eaj->ena", self.shapes[some], b)
             control = np.einsum("e,ena,enb,ij->eaibj", self.moduli[some, 2], g, g, np.eye(3))
             yield stiffness + control.reshape(stiffness.shape), self.cell_mass[some]
 
@@ -182,6 +183,7 @@ def hex8_one_point(
         cell_volume=volume,
         cell_mass=cell_mass,
         gradients=gradients,
+        shapes=shapes,
         moduli=moduli,
         blocks=make_blocks(points, cells, kernel.SCRATCH_ROWS),
         reference=lanes(rows),

@@ -199,11 +199,12 @@ def energies(
     cells: Integers,
     gradients: Floats,
     signs: Floats,
+    shapes: Floats,
     moduli: Floats,
 ) -> tuple[float, float]:
     """Energy of the strains and of the hourglass modes, J, from the definitions above.
 
-    gradients (n, 8, 3), signs (4, 8) h^n, moduli (n, 3) V mu, V lambda, k.
+    gradients (n, 8, 3), signs (4, 8) h^n, shapes (n, 4, 3) G^n, moduli (n, 3) V mu, V lambda, k.
     """
     strain, hourglass = 0.0, 0.0
     f, x = np.empty((3, 3)), np.empty((8, 3))
@@ -227,10 +228,7 @@ def energies(
                 for a in range(8):
                     q += signs[n, a] * x[a, i]
                 for j in range(3):
-                    shape = 0.0
-                    for a in range(8):
-                        shape += signs[n, a] * points[cells[e, a], j]
-                    q -= f[i, j] * shape
+                    q -= f[i, j] * shapes[e, n, j]
                 hourglass += 0.5 * moduli[e, 2] * q * q
     return strain, hourglass
 

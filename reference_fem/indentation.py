@@ -7,10 +7,11 @@ runs' law "surface"; C is the compliance of the candidate nodes (see `static_tip
 
 by Newton's method, δ the plane's approach and h_q the surface's distance from the undeformed
 plane. Trilinear facets cut the sphere's cap off: h is interpolated from nodal values that have the
-sphere's mean. κ = f E*/R with f so large that the penalty's own share, 2 U_p/F in δ and
-U_p = Σ_q w_q p_q²/2κ in the work, is below 1 %; it is taken off. From the curve F(δ):
+sphere's mean. κ = f E*/R with f so large that the penalty's own share is below 1 %; it is taken
+off to first order in 1/κ: with U_p = Σ_q w_q p_q²/2κ, which grows as F^(4/3) in Hertz's contact,
+the penalty adds dU_p/dF = 4 U_p/3F to δ and U_p/3 to the work at a given force. From F(δ):
 
-    U_c = ∫ F dδ = copies (½ f·C f),     k = F²/(2 U_c),
+    U_c = ∫ F dδ = copies ½ f·C f + U_p - U_p/3,     k = F²/(2 U_c),
 
 k being the linear spring that holds the same energy at the same force. Tangential stiffness: the
 area in contact sticks and moves along the plane as one (Mindlin's problem, its small coupling with
@@ -131,14 +132,14 @@ def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
             "give a larger reach"
         )
     f = area.shapes.T @ (area.weights * pressure)
-    spring = 0.5 * float(area.weights @ pressure**2) / kappa
+    penalty = tip.copies * 0.5 * float(area.weights @ pressure**2) / kappa
     springs = _springs(area, kappa, touching)
     total = springs.sum(axis=1)
     normal = total @ np.linalg.solve(np.eye(len(u)) + tip.normal @ springs, np.ones(len(u)))
     return Indentation(
         force_N=force,
-        indentation_m=approach - 2.0 * tip.copies * spring / force,
-        energy_J=tip.copies * 0.5 * float(f @ tip.normal @ f),
+        indentation_m=approach - 4.0 / 3.0 * penalty / force,
+        energy_J=tip.copies * 0.5 * float(f @ tip.normal @ f) + 2.0 / 3.0 * penalty,
         contact_radius_m=math.sqrt(tip.copies * float(area.weights @ touching) / math.pi),
         normal_tangent_N_per_m=tip.copies * float(normal),
         tangential_tangent_N_per_m=tip.copies * _stick(tip, springs),

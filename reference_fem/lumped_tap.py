@@ -188,7 +188,7 @@ def _run(
             if touch_s is None and normal > 0.0:
                 touch_s = now
             finished = touch_s is not None and normal == 0.0
-            if len(rows) % interval == 1 or finished:
+            if (len(rows) - 1) % interval == 0 or finished:
                 half_kick(v, residual, model.inverse_mass, model.gravity, model.step_s, middle)
                 angles = [c.angle(u, a) for c, a in zip(model.couples, angles, strict=True)]
                 audits.append(_audit(model, u, middle, now, angles, rows[-1]))

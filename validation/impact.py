@@ -92,7 +92,7 @@ def impact_of(scene: NamedScene) -> Impact:
         angles=tuple(map(float, state.angles)),
         rates=tuple(map(float, state.rates)),
         time_s=state.time_s,
-        sphere_height_m=lowest + CLEARANCE * radius,
+        sphere_height_m=float(lowest + CLEARANCE * radius),
         touch_angle=float(np.clip(0.5 * np.pi - last, 0.0, 0.5 * np.pi)),
     )
 

@@ -66,8 +66,7 @@ def sentences(ladder: Ladder, rows: Sequence[Row]) -> list[str]:
         steps = [cause for cause in ladder.causes if cause.scene == scene]
         gap = steps[-1].peak_N - steps[0].peak_N
         changes = {
-            after.step: after.peak_N - before.peak_N
-            for before, after in itertools.pairwise(steps)
+            after.step: after.peak_N - before.peak_N for before, after in itertools.pairwise(steps)
         }
         step, change = max(changes.items(), key=lambda item: abs(item[1]))
         result.append(

@@ -18,7 +18,8 @@ STRUCTURE_FULL = ((0.1, 0.133), (0.067, 0.089), (0.05, 0.067))
 EXPERIMENT = (0.1, 0.133)
 # Edge at the contact over the diameter, growth, edges of section and axis; coarse to fine.
 CONTACT = ((0.0267, 1.6, 0.1, 0.167), (0.0133, 1.4, 0.1, 0.167))
-CONTACT_FULL = (*CONTACT, None)  # None: the preset `converged`
+CONVERGED = 0.00667  # that edge of the preset `converged`
+CONTACT_FULL = (CONTACT[-1], (0.0094, 1.3, 0.085, 0.12), None)  # None: the preset
 ORDER = 2.0  # of the trilinear elements
 
 
@@ -87,7 +88,7 @@ def blind(
         full_contact(source, overrides, impact, name)
         for overrides, name in zip(settings, names, strict=True)
     ]
-    sizes = [1.0 / 2**number for number in range(len(ladder))]
+    sizes = [CONVERGED if level is None else level[0] for level in ladder]
     share = uncertainties(sizes, records)
     if full:
         share |= stored

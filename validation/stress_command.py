@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
@@ -13,7 +13,7 @@ from validation.console import progress_bar
 from validation.errors import RunFailedError
 from validation.paper.solve import workers
 from validation.storage import output_folder
-from validation.stress.cells import ANSWERS, WRONG, judge
+from validation.stress.cells import ANSWERS, RIGHT, SMALLER, STOPPED, WRONG, judge
 from validation.stress.figures import draw_map
 from validation.stress.finished import Finished
 from validation.stress.maps import Cell, Map, hcm_maps
@@ -80,6 +80,17 @@ def table_rows(wanted: Map, finished: Finished) -> list[dict[str, Any]]:
     return rows
 
 
+def limit(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What ended the cells that have no right answer, as the cells themselves say."""
+    reasons = Counter(
+        str(row["reason"]).partition(" at t =")[0] if row["answer"] == STOPPED else row["answer"]
+        for row in rows
+        if row["answer"] not in (RIGHT, SMALLER)
+    )
+    told = [f"{reason} ({count} of {len(rows)})" for reason, count in reasons.most_common()]
+    return "limited by " + ", ".join(told) if told else "every cell is right"
+
+
 def draw(folder: Path, wanted: Map, finished: Finished) -> None:
     """A map's figure, unless it is a list of scenes rather than a plane."""
     if len(wanted.y) == 1:
@@ -89,7 +100,7 @@ def draw(folder: Path, wanted: Map, finished: Finished) -> None:
         for cell in wanted.cells()
         if (verdict := finished.get(cell)) is not None
     }
-    draw_map(folder / f"{wanted.name}.png", wanted, answers)
+    draw_map(folder / f"{wanted.name}.png", wanted, answers, limit(table_rows(wanted, finished)))
 
 
 def run_stress(quick: bool, out: Path) -> None:
@@ -128,7 +139,7 @@ def run_stress(quick: bool, out: Path) -> None:
             counts += own
             summary.append({"map": wanted.name, "cells": len(rows),
                             **{answer: own[answer] for answer in ANSWERS},
-                            "what limits it": wanted.limit})  # fmt: skip
+                            "what limits it": limit(rows)})  # fmt: skip
         write_table(folder, "summary", pd.DataFrame(summary), "Answers by map: hcm")
     for line in summary:
         told = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])

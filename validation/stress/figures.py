@@ -23,8 +23,8 @@ def _ticks(values: Sequence[float]) -> tuple[list[int], list[str]]:
     return places, [f"{values[i]:.2g}" for i in places]
 
 
-def draw_map(path: Path, wanted: Map, answers: Answers) -> None:
-    """Draw one map; cells that are not finished stay white."""
+def draw_map(path: Path, wanted: Map, answers: Answers, limit: str) -> None:
+    """Draw one map under what limits it; cells that are not finished stay white."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -54,7 +54,7 @@ def draw_map(path: Path, wanted: Map, answers: Answers) -> None:
         seen = [answer for answer in ANSWERS if answer in set(answers.values())]
         patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches) or 1)
-        figure.suptitle(f"{wanted.name}: {wanted.limit}", fontsize=9, x=0.01, ha="left")
+        figure.suptitle(f"{wanted.name}: {limit}", fontsize=9, x=0.01, ha="left")
         with atomic(path) as temporary:
             figure.savefig(temporary, format="png")
         plt.close(figure)

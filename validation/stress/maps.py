@@ -28,10 +28,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Map:
-    """A grid of cells: names and values of its axes and panels, and the scene of a cell.
-
-    limit : what bounds the region of right answers, for the figure's caption.
-    """
+    """A grid of cells: names and values of its axes and panels, and the scene of a cell."""
 
     name: str
     x_name: str
@@ -41,7 +38,6 @@ class Map:
     y: tuple[float, ...]
     panels: tuple[float, ...]
     scene: Callable[[float, float, float], HcmScene]
-    limit: str
     compare: bool = True
 
     def cells(self) -> Iterator[Cell]:
@@ -129,35 +125,28 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
     maps = (
         Map("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
             _powers(1e-7, 1e-4, n(13, 4)), _powers(1e4, 1e12, n(17, 5)),
-            (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0), _steps,
-            "soft bodies wrap before they touch; stiff ones ring faster than the work allows"),
+            (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0), _steps),
         Map("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
             _powers(1e2, 1e10, n(25, 9)), _powers(1e-7, 1e-4, n(13, 3)),
-            (1.0,) if quick else (1.0, 0.5), _stiffness,
-            "the steps follow the contact's own period, whatever was asked"),
+            (1.0,) if quick else (1.0, 0.5), _stiffness),
         Map("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
             (0.0, *_powers(0.01, 10, n(12, 4))), (0.0, *_powers(1e-3, 1e3, n(12, 4))),
-            (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0), _friction,
-            "a stiff tangential spring rings and changes between stick and slip many times"),
+            (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0), _friction),
         Map("slenderness-elements", "slenderness", "elements", "youngs_modulus",
             _powers(2, 200, n(11, 4)), _whole(1, 80 if quick else 320, n(10, 4)),
-            (1e9,) if quick else (1e7, 1e9), _slenderness,
-            "the waves of short elements ask for more steps than the work allows"),
+            (1e9,) if quick else (1e7, 1e9), _slenderness),
         Map("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
             (0.0, *_powers(1e-3, 10, n(16, 5))), (0.0, *_powers(0.1, 1e3, n(12, 3))),
-            (1.0, -1.0), _drive,
-            "torques that wind the finger up carry the tip away or ring faster than is resolved"),
+            (1.0, -1.0), _drive),
         Map("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
             _whole(1, 30, n(14, 5)), _powers(1e5, 1e11, n(7, 2)),
-            (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges,
-            "a chain of many links is chaotic before it touches"),
+            (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges),
         Map("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
-            (2026.0,), (0.0,), _random, "random scenes: every one is answered", compare=False),
+            (2026.0,), (0.0,), _random, compare=False),
     )  # fmt: skip
     if quick:
         return maps
     taps = Map("taps", "restitution", "end_time (s)", "friction",
                (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0), (1.0, 3.0, 10.0), (0.0, 0.5), _taps,
-               "bounces that die out: the time in contact or the work ends the run",
                compare=False)  # fmt: skip
     return (*maps, taps)

@@ -63,19 +63,23 @@ def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
 
 
 def study_uncertainties(path: Path) -> dict[str, float]:
-    """Relative uncertainties by key from a finished ``fingertap converge``; empty without one."""
+    """Relative uncertainties by key from a finished ``fingertap converge``; empty without one.
+
+    They are those of its mesh ladder's finest level, whose limit the preset `converged` is made
+    to meet within 1 %.
+    """
     if not path.is_file():
         return {}
     import pandas as pd
 
     table = pd.read_csv(path)
-    if not {"ladder", "quantity", "uncertainty"} <= set(table.columns):
+    if not {"ladder", "quantity", "uncertainty_percent"} <= set(table.columns):
         return {}
     known = {entry.key for entry in QUANTITIES}
-    of_mesh = table[table["ladder"] == "mesh"].dropna(subset=["uncertainty"])
+    of_mesh = table[table["ladder"] == "mesh"].dropna(subset=["uncertainty_percent"])
     return {
-        quantity: float(share)
-        for quantity, share in of_mesh[["quantity", "uncertainty"]].to_numpy().tolist()
+        quantity: 0.01 * float(share)
+        for quantity, share in of_mesh[["quantity", "uncertainty_percent"]].to_numpy().tolist()
         if quantity in known
     }
 

@@ -105,6 +105,7 @@ def simulate(
     old, new = motion(chain, rest, speed), motion(chain, rest, speed)
     # strains are known to round-off: a finger at rest holds this much energy and no less
     roundoff_J = 1e-12 * float((chain.axial_stiffness * chain.length).sum())
+    kinetic_J = 0.0
     work = workspace(n)
     contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
     clock = Clock(begin, begin, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -154,7 +155,15 @@ def simulate(
             ]
             steps += n_rows
             status = _STATUS.get(code, Status.COMPLETED)
-            if status is Status.COMPLETED and _unbalanced(rows, roundoff_J):
+            # the newest table alone, against the start: what is older has been looked at
+            newest = _history(
+                np.concatenate([rows[0], rows[-1]]),
+                np.concatenate([reactions[0], reactions[-1]]),
+                phalanges,
+            )
+            kinetic_J = max(kinetic_J, float(newest.kinetic_energy_J.max()))
+            off = float(np.abs(newest.energy_balance_J).max())
+            if status is Status.COMPLETED and off > LARGEST_RESIDUAL * kinetic_J + roundoff_J:
                 status = Status.UNBALANCED
             if progress is not None:
                 progress(*_fraction(clock, contact, settings))
@@ -194,17 +203,6 @@ def simulate(
             if begin <= t <= clock.time
         ),
     )
-
-
-def _unbalanced(rows: list[Floats], roundoff_J: float) -> bool:
-    """Whether the newest table's energy balance is further off than `LARGEST_RESIDUAL`."""
-    signs = np.zeros(len(tap.COLUMNS))
-    held = ("kinetic", "strain", "gravity", "contact_energy", "friction_loss", "restitution_loss")
-    for name, sign in (*((name, 1.0) for name in held), ("drive_work", -1.0)):
-        signs[tap.COLUMNS.index(name)] = sign
-    balance = rows[-1] @ signs - rows[0][0] @ signs
-    kinetic = max(float(table[:, tap.COLUMNS.index("kinetic")].max(initial=0.0)) for table in rows)
-    return bool(np.abs(balance).max(initial=0.0) > LARGEST_RESIDUAL * kinetic + roundoff_J)
 
 
 def _plan(settings: Settings) -> Plan:

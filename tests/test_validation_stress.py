@@ -11,12 +11,13 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 import hcm
-from validation.stress.cells import REFUSED, RIGHT, SMALLER, STOPPED, WRONG, difference, judge
+from validation.stress.campaign import draw, run_cells, table_rows
+from validation.stress.cells import difference, judge, judge_alone
 from validation.stress.checks import strain_energy, violations
 from validation.stress.finished import Finished
-from validation.stress.maps import Cell, hcm_maps
+from validation.stress.frame import REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Cell
+from validation.stress.maps import SOURCES, hcm_maps
 from validation.stress.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
-from validation.stress_command import draw, run_cells, table_rows
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
 TAP = HcmScene(
@@ -25,8 +26,9 @@ TAP = HcmScene(
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="module", autouse=True)
 def tap() -> hcm.TapResult:
+    """A tap; for every test, so that none counts the seconds of compiling."""
     return hcm.simulate(**TAP.arguments())
 
 
@@ -172,7 +174,7 @@ def test_maps_cover_the_ranges() -> None:
 
 def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
-    small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), compare=False)
+    small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), judge=judge_alone)
     cells = list(small.cells())
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
@@ -194,7 +196,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
 
 
 def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
-    cell = Cell("one", 0, 0, 0, TAP)
+    cell = Cell("one", 0, 0, 0, TAP, judge, SOURCES)
     path = tmp_path / "cells.jsonl"
     Finished(path).add(cell, {"answer": STOPPED, "reason": ""})
     assert Finished(path).get(cell) is not None

@@ -251,22 +251,25 @@ def identify_torque(
 def stress(
     *,
     quick: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    only: Literal["hcm", "reference", "fuzz"] | None = None,
     out: Path = Path("out"),
 ) -> None:
-    """Map where the reduced model is right, refuses, or stops; no cell may be silently wrong.
+    """Map where the models are right, refuse, or stop; no cell may be silently wrong.
 
     Finished cells are kept: a campaign that was stopped goes on.
 
     Parameters
     ----------
     quick
-        Coarser maps and fewer random scenes: minutes instead of hours.
+        Coarser maps and fewer random scenes: three minutes.
+    only
+        The maps of one model, or the random scenes.
     out
-        Folder for stress/hcm/ (hcm-quick/): a CSV and a figure per map, summary.csv.
+        Folder for stress/full/ (quick/): a CSV and a figure per map, summary.csv.
     """
     from validation.stress_command import run_stress
 
-    run_stress(quick, out)
+    run_stress(quick, only, out)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

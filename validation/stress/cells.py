@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 import hcm
 from validation.stress.checks import violations
+from validation.stress.frame import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Verdict
 from validation.stress.random_scenes import HcmScene
 
-RIGHT, SMALLER, REFUSED, STOPPED, WRONG, SENSITIVE = ANSWERS = (
-    "right",
-    "right at a smaller step",
-    "refused",
-    "stopped",
-    "wrong and silent",
-    "sensitive",
-)
 # Largest change, against steps and tolerances far below, of what is still called right.
 LARGEST_ERROR = 0.05
 # A run whose mean contact step is this share of what was asked has chosen its own.
@@ -29,23 +21,6 @@ NUDGE, CHAOTIC = 1e-6, 0.01
 # Share of the impulse after which a tap counts as over: a tip that lingers at zero force decides on
 # its separation by round-off, and no other number depends on when.
 DELIVERED = 0.99
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A cell's answer, why, its error where a tighter run gives one, and its cost."""
-
-    answer: str
-    reason: str
-    error: float | None = None
-    energy_residual: float | None = None
-    steps: int = 0
-    newton_iterations: int = 0
-    wall_time_s: float = 0.0
-
-    def row(self) -> dict[str, Any]:
-        """Columns of the CSV."""
-        return dict(vars(self))
 
 
 def nudged(scene: HcmScene) -> HcmScene:
@@ -99,46 +74,53 @@ def _mean_contact_step(result: hcm.TapResult) -> float:
     return (result.summary.contact_duration_s or 0.0) / max(rows, 1)
 
 
-def judge(scene: HcmScene, compare: bool = True) -> Verdict:
-    """Run a scene, and a tighter one beside it if `compare` is set; say what the answer is worth.
+def judge(scene: HcmScene) -> Verdict:
+    """Run a scene and a tighter one beside it; say what the answer is worth.
 
     A result that differs from the tighter run by more than `LARGEST_ERROR` is wrong, unless a drive
-    changed by `NUDGE` changes it too: then the motion is chaotic, and the cell is sensitive.
+    changed by `NUDGE` changes it too: then the motion is chaotic, and the cell is flagged.
     """
+    return _judge(scene, compare=True)
+
+
+def judge_alone(scene: HcmScene) -> Verdict:
+    """Run a scene and check its invariants, without a second run."""
+    return _judge(scene, compare=False)
+
+
+def _judge(scene: HcmScene, compare: bool) -> Verdict:
     try:
         result = hcm.simulate(**scene.arguments())
     except hcm.ParameterError as refusal:
         return Verdict(REFUSED, str(refusal))
-    cost = (
-        result.summary.energy_residual,
-        result.statistics.steps,
-        result.statistics.newton_iterations,
-        result.statistics.wall_time_s,
-    )
+    s = result.statistics
+    found = Verdict(
+        RIGHT, "", "energy audit and contact law", None,
+        result.summary.energy_residual, s.steps, s.wall_time_s,
+    )  # fmt: skip
     broken = violations(scene, result)
     if broken:
-        return Verdict(WRONG, "; ".join(broken), None, *cost)
+        return replace(found, answer=WRONG, reason="; ".join(broken))
     if result.status is not hcm.Status.COMPLETED:
-        return Verdict(STOPPED, result.message, None, *cost)
-    error: float | None = None
-    reason = "energy audit and contact law"
+        return replace(found, answer=STOPPED, reason=result.message)
     if compare:
         settings = tighter(scene.settings)
         truth = hcm.simulate(**replace(scene, settings=settings).arguments())
-        if truth.status is hcm.Status.COMPLETED:
-            error = difference(result, truth)
+        error = difference(result, truth) if truth.status is hcm.Status.COMPLETED else None
+        found = replace(found, error=error)
         if error is None or error > LARGEST_ERROR:
             spread = difference(result, hcm.simulate(**nudged(scene).arguments()))
             lost = spread is None and tap_scalars(result) is not None
             if lost or (spread is not None and spread > CHAOTIC):
                 change = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
-                reason = f"drive changed by {NUDGE:g}: {change}"
-                return Verdict(SENSITIVE, reason, error, *cost)
+                return replace(
+                    found, answer=FLAGGED, reason=f"drive changed by {NUDGE:g}: {change}"
+                )
         if error is not None:
+            found = replace(found, checked_by=f"{found.checked_by}, a tighter run")
             if error > LARGEST_ERROR:
-                return Verdict(WRONG, "differs from a tighter run", error, *cost)
-            reason = "audit, contact law and a tighter run"
+                return replace(found, answer=WRONG, reason="differs from a tighter run")
     step = _mean_contact_step(result)
     if 0 < step < CHOSEN * scene.settings.contact_step:
-        return Verdict(SMALLER, f"{reason}; contact steps of {step:.2g} s", error, *cost)
-    return Verdict(RIGHT, reason, error, *cost)
+        return replace(found, answer=SMALLER, reason=f"contact steps of {step:.2g} s")
+    return found

@@ -9,11 +9,19 @@ import numpy as np
 
 from validation.figures import BLUE, GREEN, GREY, ORANGE, STYLE
 from validation.storage import atomic
-from validation.stress.cells import ANSWERS, REFUSED, RIGHT, SENSITIVE, SMALLER, STOPPED, WRONG
-from validation.stress.maps import Map
+from validation.stress.frame import (
+    ANSWERS,
+    FLAGGED,
+    REFUSED,
+    RIGHT,
+    SMALLER,
+    STOPPED,
+    WRONG,
+    Map,
+)
 
 COLORS = {RIGHT: GREEN, SMALLER: "#7fcfb5", REFUSED: GREY, STOPPED: BLUE, WRONG: ORANGE,
-          SENSITIVE: "#f0e442"}  # fmt: skip
+          FLAGGED: "#f0e442"}  # fmt: skip
 Answers = Mapping[tuple[float, float, float], str]
 
 

@@ -8,17 +8,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import hcm
-from validation.stress.cells import ANSWERS
-from validation.stress.maps import Cell
+import validation
+from validation.stress.frame import ANSWERS, Cell
+
+ROOT = Path(validation.__file__).parents[1]
 
 
-def _sources() -> str:
-    """Digest of hcm and of what judges it: another program's verdicts don't count."""
+def digest_of(sources: tuple[str, ...]) -> str:
+    """Digest of packages and files, relative to the repository: other programs don't count."""
     digest = hashlib.sha256()
-    for folder in (Path(hcm.__file__).parent, Path(__file__).parent):
-        for path in sorted(folder.glob("*.py")):
-            digest.update(path.read_bytes())
+    for source in sources:
+        path = ROOT / source
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
@@ -29,7 +31,8 @@ class Finished:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path, self._sources = path, _sources()
+        self._path = path
+        self._sources: dict[tuple[str, ...], str] = {}
         self._rows: dict[str, dict[str, Any]] = {}
         if not path.exists():
             return
@@ -42,8 +45,11 @@ class Finished:
                 continue
 
     def key(self, cell: Cell) -> str:
-        """Identity of a cell: its scene, whether it is compared, and the sources."""
-        text = f"{cell.scene!r} {cell.compare} {self._sources}"
+        """Identity of a cell: its scene, its judge, and the sources of both."""
+        if cell.sources not in self._sources:
+            self._sources[cell.sources] = digest_of(cell.sources)
+        judge = f"{cell.judge.__module__}.{cell.judge.__qualname__}"
+        text = f"{cell.scene!r} {judge} {self._sources[cell.sources]}"
         return hashlib.sha256(text.encode()).hexdigest()[:32]
 
     def get(self, cell: Cell) -> Mapping[str, Any] | None:

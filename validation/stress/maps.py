@@ -2,51 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
+from validation.stress.cells import judge, judge_alone
+from validation.stress.frame import Judge, Map
 from validation.stress.random_scenes import HcmScene, random_numbers, random_scene
 
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
-
-
-@dataclass(frozen=True)
-class Cell:
-    """Where a cell lies on its map, its scene, and whether a tighter run is worth its time."""
-
-    map: str
-    x: float
-    y: float
-    panel: float
-    scene: HcmScene
-    compare: bool = True
-
-
-@dataclass(frozen=True)
-class Map:
-    """A grid of cells: names and values of its axes and panels, and the scene of a cell."""
-
-    name: str
-    x_name: str
-    y_name: str
-    panel_name: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    panels: tuple[float, ...]
-    scene: Callable[[float, float, float], HcmScene]
-    compare: bool = True
-
-    def cells(self) -> Iterator[Cell]:
-        """All cells, panel by panel."""
-        for panel in self.panels:
-            for y in self.y:
-                for x in self.x:
-                    scene = self.scene(x, y, panel)
-                    yield Cell(self.name, x, y, panel, scene, self.compare)
+# What a verdict on hcm depends on.
+SOURCES = ("hcm", *(f"validation/stress/{name}.py" for name in ("cells", "checks", "frame")))
 
 
 def _finger(count: int = 3, modulus: float = 1e9, elements: int = 5) -> Finger:
@@ -122,31 +91,39 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
     def n(full: int, coarse: int) -> int:
         return coarse if quick else full
 
+    def plane(
+        name: str, x_name: str, y_name: str, panel_name: str, x: tuple[float, ...],
+        y: tuple[float, ...], panels: tuple[float, ...],
+        scene: Callable[[float, float, float], HcmScene], judged: Judge = judge,
+        solver: str = "hcm",
+    ) -> Map:  # fmt: skip
+        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judged, SOURCES)
+
     maps = (
-        Map("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
+        plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
             _powers(1e-7, 1e-4, n(13, 4)), _powers(1e4, 1e12, n(17, 5)),
             (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0), _steps),
-        Map("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
+        plane("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
             _powers(1e2, 1e10, n(25, 9)), _powers(1e-7, 1e-4, n(13, 3)),
             (1.0,) if quick else (1.0, 0.5), _stiffness),
-        Map("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
+        plane("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
             (0.0, *_powers(0.01, 10, n(12, 4))), (0.0, *_powers(1e-3, 1e3, n(12, 4))),
             (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0), _friction),
-        Map("slenderness-elements", "slenderness", "elements", "youngs_modulus",
+        plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
             _powers(2, 200, n(11, 4)), _whole(1, 80 if quick else 320, n(10, 4)),
             (1e9,) if quick else (1e7, 1e9), _slenderness),
-        Map("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
+        plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
             (0.0, *_powers(1e-3, 10, n(16, 5))), (0.0, *_powers(0.1, 1e3, n(12, 3))),
             (1.0, -1.0), _drive),
-        Map("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
+        plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
             _whole(1, 30, n(14, 5)), _powers(1e5, 1e11, n(7, 2)),
             (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges),
-        Map("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
-            (2026.0,), (0.0,), _random, compare=False),
+        plane("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
+            (2026.0,), (0.0,), _random, judge_alone, "fuzz"),
     )  # fmt: skip
     if quick:
         return maps
-    taps = Map("taps", "restitution", "end_time (s)", "friction",
+    taps = plane("taps", "restitution", "end_time (s)", "friction",
                (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0), (1.0, 3.0, 10.0), (0.0, 0.5), _taps,
-               compare=False)  # fmt: skip
+               judge_alone)  # fmt: skip
     return (*maps, taps)

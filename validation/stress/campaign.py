@@ -1,0 +1,90 @@
+"""Run the cells that are not finished; every verdict is stored as soon as it is there."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from validation.stress.figures import draw_map
+from validation.stress.finished import Finished
+from validation.stress.frame import RIGHT, SMALLER, STOPPED, Cell, Map
+
+AHEAD = 4  # cells that wait, per process
+
+
+def judge_cell(cell: Cell) -> dict[str, Any]:
+    """A cell's verdict as a row."""
+    return cell.judge(cell.scene).row()
+
+
+def run_cells(
+    cells: Sequence[Cell],
+    finished: Finished,
+    pool: Executor,
+    progress: Callable[[float, str], None],
+) -> None:
+    """Judge what is not finished; progress is the share of cells that are done."""
+    todo = [cell for cell in cells if finished.get(cell) is None]
+    done = len(cells) - len(todo)
+    waiting = iter(todo)
+    running: dict[Future[dict[str, Any]], Cell] = {}
+
+    def submit(count: int) -> None:
+        for cell in islice(waiting, count):
+            running[pool.submit(judge_cell, cell)] = cell
+
+    submit(AHEAD * (os.cpu_count() or 1))
+    try:
+        while running:
+            ready, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in ready:
+                cell = running.pop(future)
+                finished.add(cell, future.result())
+                done += 1
+                progress(done / len(cells), f"{cell.map}, {done} of {len(cells)} cells")
+                submit(1)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def table_rows(wanted: Map, finished: Finished) -> list[dict[str, Any]]:
+    """One row per finished cell of a map."""
+    rows = []
+    for cell in wanted.cells():
+        verdict = finished.get(cell)
+        if verdict is not None:
+            where = {wanted.x_name: cell.x, wanted.y_name: cell.y}
+            if wanted.panel_name:
+                where[wanted.panel_name] = cell.panel
+            kept = {k: v for k, v in verdict.items() if k not in ("key", "digest")}
+            rows.append({**where, **kept})
+    return rows
+
+
+def limit(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What ended the cells that have no right answer, as the cells themselves say."""
+    reasons = Counter(
+        str(row["reason"]).partition(" at t =")[0] if row["answer"] == STOPPED else row["answer"]
+        for row in rows
+        if row["answer"] not in (RIGHT, SMALLER)
+    )
+    told = [f"{reason} ({count} of {len(rows)})" for reason, count in reasons.most_common()]
+    return "limited by " + ", ".join(told) if told else "every cell is right"
+
+
+def draw(folder: Path, wanted: Map, finished: Finished) -> None:
+    """A map's figure, unless it is a list of scenes rather than a plane."""
+    if len(wanted.y) == 1:
+        return
+    answers = {
+        (cell.x, cell.y, cell.panel): str(verdict["answer"])
+        for cell in wanted.cells()
+        if (verdict := finished.get(cell)) is not None
+    }
+    draw_map(folder / f"{wanted.name}.png", wanted, answers, limit(table_rows(wanted, finished)))

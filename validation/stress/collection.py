@@ -1,0 +1,11 @@
+"""All stability maps, whichever solver they are about."""
+
+from __future__ import annotations
+
+from validation.stress.frame import Map
+from validation.stress.maps import hcm_maps
+
+
+def all_maps(quick: bool) -> tuple[Map, ...]:
+    """Every map of ``fingertap stress``; `quick` takes the axes coarser."""
+    return (*hcm_maps(quick),)

@@ -64,7 +64,7 @@ def run(
     angles : (phalanges,)
         Rotations so far, which count full turns; see `start_state`.
     restart
-        Written to as the run goes on, removed when it has ended.
+        Written to as the run goes on.
     """
     state = start_state(model, displacement, velocity, time_s, angles)
     position = Position(state, start_s=time_s, origin_energy_J=origin_energy_J)
@@ -142,8 +142,6 @@ def follow(
                 progress(*_progress(model, settings, tap, state, time_s))
     except KeyboardInterrupt:
         message = f"interrupted at step {state.step}, t = {state.time_s:.6g} s"
-    if restart is not None and status is not Status.INTERRUPTED:
-        restart.remove()
     forces, history = recorder.forces(), recorder.history()
     cost = Cost(
         wall_time_s=position.spent_s + time.perf_counter() - started,

@@ -33,7 +33,8 @@ class Restart:
     Parameters
     ----------
     path
-        An .npz file, replaced as a whole at each writing.
+        An .npz file, replaced as a whole at each writing. It stays when the run ends: whoever
+        keeps the result removes it then, so that a kill in between loses nothing.
     resume
         Whether to continue from the file; without a file there the run starts afresh.
     every_s
@@ -155,10 +156,6 @@ class RestartFile:
         if differing:
             raise self._refused(f"belongs to another run: other {', '.join(differing)}")
         return content
-
-    def remove(self) -> None:
-        """Remove the file of a run that has ended."""
-        self._restart.path.unlink(missing_ok=True)
 
     def _refused(self, what: str) -> RestartError:
         return RestartError(

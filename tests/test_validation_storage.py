@@ -145,10 +145,10 @@ def test_a_crashing_process_is_a_failure_of_its_job(
     assert records[1].message == "its process ended abruptly (signal 9)"
 
 
-def _die_on_one(jobs: list[Job], folder: Path) -> list[RunRecord]:
-    if any(job.variant == "crash" for job in jobs):
+def _die_on_one(tasks: list[execute.Task]) -> list[RunRecord]:
+    if any(task.job.variant == "crash" for task in tasks):
         os.kill(os.getpid(), signal.SIGKILL)
-    return [execute.failed(job, "FAKED", "") for job in jobs]
+    return [execute.failed(task.job, "FAKED", "") for task in tasks]
 
 
 def test_an_exception_in_a_process_is_a_crash() -> None:

@@ -28,6 +28,7 @@ def run(
     as_json: Annotated[bool, cyclopts.Parameter(name="--json", negative="")] = False,
     out: Path | None = None,
     resume: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    fresh: Annotated[bool, cyclopts.Parameter(negative="")] = False,
 ) -> None:
     """Run one model on one scene.
 
@@ -45,10 +46,12 @@ def run(
         Folder for run/SCENE-MODEL/ with summary.json, history.nc and fields; by default out.
     resume
         Continue a run that was killed, from the restart file in its folder, to the same result.
+    fresh
+        Run again; without it an unchanged run that is in OUT/store is read back.
     """
     from validation.run_command import run_scene
 
-    run_scene(scene, model, overrides, as_json, out, resume)
+    run_scene(scene, model, overrides, as_json, out, resume, fresh)
 
 
 @app.command
@@ -110,6 +113,7 @@ def validate(
     *,
     out: Path = Path("out"),
     ladder: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    fresh: Annotated[bool, cyclopts.Parameter(negative="")] = False,
 ) -> None:
     """Run all models on the paper's hard and soft scenes; tables, figures, renders, one page.
 
@@ -120,10 +124,12 @@ def validate(
         renders, runs.
     ladder
         Compare with the converged reference on the ladder's third rung: minutes longer.
+    fresh
+        Run everything again; without it a run that is unchanged is read back from OUT/store.
     """
     from validation.validate_command import run_validation
 
-    run_validation(out, ladder)
+    run_validation(out, ladder, fresh)
 
 
 @app.command
@@ -286,6 +292,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except cyclopts.CycloptsError as error:
         say_error(f"{error}; see fingertap --help")
         sys.exit(UserError.exit_code)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        say_error(
+            f"{where}{error.strerror or error}; what was finished is kept: "
+            "when that is mended, the same command goes on"
+        )
+        sys.exit(RunFailedError.exit_code)
     except KeyboardInterrupt:
         say_error("interrupted; what was finished is kept in the output folder")
         sys.exit(RunFailedError.exit_code)

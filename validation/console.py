@@ -72,4 +72,6 @@ def summary_text(record: "RunRecord") -> str:
             lines.append(f"  {title:<28}{value * factor:.6g} {unit}".rstrip())
     if record.summary.get("reverse_slip") is not None:
         lines.append(f"  {'reverse slip':<28}{'yes' if record.summary['reverse_slip'] else 'no'}")
+    if record.read_back:
+        lines.append(f"  {'time and memory measured':<28}{record.measured}")
     return "\n".join(lines)

@@ -21,6 +21,7 @@ COLUMNS = (
     "time_step_s",
     "energy_residual",
     "processor",
+    "measured",
     "paper_time_s",
     "paper_memory_MB",
     "paper_source",
@@ -54,6 +55,7 @@ def efficiency_rows(runs: list[RunRecord]) -> list[dict[str, Any]]:
             "status": run.status,
             **{key: run.summary.get(key) for key in COLUMNS[4:10]},
             "processor": run.provenance.get("processor"),
+            "measured": run.measured,
             **_paper_columns(run),
         }
         for run in runs

@@ -2,7 +2,7 @@
 
 import contextlib
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +14,10 @@ from validation.models import MODEL_NAMES, ModelName, adapter
 from validation.models.adapter import Checkpoint, Outcome, Progress
 from validation.record import RunRecord
 from validation.scenes.load import NamedScene, load_scene
-from validation.storage import safe_name, write_run, write_text
+from validation.storage import clear_run, safe_name, write_run, write_text
+from validation.store import Inputs, Store
+from validation.store_key import program, run_inputs
+from validation.store_run import keep_run, relabelled, restore_run
 
 
 @dataclass(frozen=True)
@@ -71,10 +74,11 @@ def solve(
 
 
 def keep(folder: Path, outcome: Outcome) -> None:
-    """Write a run's record, and its fields where it has them."""
-    write_run(folder, outcome.record)
+    """Write a run's fields where it has them, its record, and its summary last."""
+    clear_run(folder)
     if outcome.fields is not None and outcome.fields.steps:
         write_fields(folder / "fields", outcome.fields)
+    write_run(folder, outcome.record)
 
 
 def failed(job: Job, status: str, message: str) -> RunRecord:
@@ -82,53 +86,120 @@ def failed(job: Job, status: str, message: str) -> RunRecord:
     return RunRecord(job.scene, job.model, job.variant or "", status, False, message, summary={})
 
 
-def _work(jobs: Sequence[Job], folder: Path) -> list[RunRecord]:
+@dataclass(frozen=True)
+class Task:
+    """A job, its folder, and what its result is stored under (None: it is not stored)."""
+
+    job: Job
+    folder: Path
+    store: Store | None = None
+    inputs: Inputs | None = None
+
+
+def _task(job: Job, folder: Path, store: Store | None, first: bool) -> Task:
+    """The peak memory of the first job in a process is its own, that of the others is not."""
+    run_folder = folder / safe_name(job.name.replace(" ", "-"))
+    inputs = None
+    if store is not None:
+        # a scene that is refused is refused again where it would be run
+        with contextlib.suppress(UserError):
+            tables = load_scene(job.scene, job.overrides).tables
+            process = "own" if first else "shared"
+            inputs = run_inputs(tables, job.model, program(job.model), process=process)
+    return Task(job, run_folder, store, inputs)
+
+
+def _named(record: RunRecord, job: Job) -> RunRecord:
+    """The record under the job's names: one stored result may serve several jobs."""
+    return relabelled(record, job.scene, job.variant, load_scene(job.scene, job.overrides).document)
+
+
+def _read_back(task: Task) -> RunRecord | None:
+    """The stored result of a task, put into its folder."""
+    if task.store is None or task.inputs is None:
+        return None
+    record = restore_run(task.store, task.inputs, task.folder, task.job.keep_fields)
+    if record is not None:
+        record = _named(record, task.job)
+        write_run(task.folder, record)
+    return record
+
+
+def _work(tasks: Sequence[Task]) -> list[RunRecord]:
     """Run jobs one after the other in this (fresh) process, keeping each as it ends."""
     from threadpoolctl import threadpool_limits
 
     records = []
     with threadpool_limits(1, user_api="blas"):  # the models' own threads are what is timed
-        for job in jobs:
-            run_folder = folder / safe_name(job.name.replace(" ", "-"))
+        for task in tasks:
+            job = task.job
             try:
                 scene = load_scene(job.scene, job.overrides)
-                outcome = solve(scene, job.model, run_folder)
+                outcome = solve(scene, job.model, task.folder)
             except (UserError, RunFailedError) as error:
                 records.append(failed(job, "FAILED", str(error)))
                 continue
-            record = replace(outcome.record, scene=job.scene)
-            if job.variant is not None:
-                record = replace(record, variant=job.variant)
-            keep(run_folder, Outcome(record, outcome.fields if job.keep_fields else None))
+            if task.store is not None and task.inputs is not None:
+                keep_run(task.store, task.inputs, outcome)
+            record = _named(outcome.record, job)
+            keep(task.folder, Outcome(record, outcome.fields if job.keep_fields else None))
             records.append(record)
             if record.status == "INTERRUPTED":
                 break
     return records
 
 
-def _warm_up_all() -> None:
-    """Compile whatever is not compiled yet; a model that cannot says so when it runs."""
+def _warm_up(name: ModelName) -> None:
+    """Compile what is not compiled yet; a model that cannot says so when it runs."""
+    with contextlib.suppress(Exception):
+        adapter(name).warm_up()
+
+
+def compile_in_fresh_process(say: Callable[[str], None] = lambda what: None) -> None:
+    """Fill the compiled code's cache, so that no measured run pays for a compiler's memory.
+
+    Parameters
+    ----------
+    say : told what is loaded, or compiled the first time.
+    """
     for name in MODEL_NAMES:
-        with contextlib.suppress(Exception):
-            adapter(name).warm_up()
+        say(f"loading the compiled code of {name}; the first time it is compiled")
+        with contextlib.suppress(CrashedError):  # the run that crashes reports it
+            call_isolated(_warm_up, name)
 
 
-def compile_in_fresh_process() -> None:
-    """Fill the compiled code's cache, so that no measured run pays for a compiler's memory."""
-    with contextlib.suppress(CrashedError):  # the run that crashes reports it
-        call_isolated(_warm_up_all)
+def stored(jobs: Sequence[Job], store: Store) -> bool:
+    """Whether all jobs are in the store."""
+    tasks = (_task(job, Path(), store, n == 0) for n, job in enumerate(jobs))
+    return all(task.inputs is not None and store.has(task.inputs) for task in tasks)
 
 
-def in_fresh_process(jobs: Sequence[Job], folder: Path) -> list[RunRecord]:
+def in_fresh_process(
+    jobs: Sequence[Job], folder: Path, store: Store | None = None
+) -> list[RunRecord]:
     """Run jobs in a process of their own: the first one's peak memory is its own.
 
     A crash of the process (a segmentation fault, the system out of memory) is reported as the
     failure of the job that caused it: after a crash each job gets a process of its own.
+
+    Parameters
+    ----------
+    store : where results are kept and found again; None: every job is run.
     """
-    try:
-        records: list[RunRecord] = call_isolated(_work, jobs, folder)
-    except CrashedError as error:
-        if len(jobs) == 1:
-            return [failed(jobs[0], "CRASHED", str(error))]
-        return [record for job in jobs for record in in_fresh_process([job], folder)]
-    return records
+    return _run([_task(job, folder, store, number == 0) for number, job in enumerate(jobs)])
+
+
+def _run(tasks: Sequence[Task]) -> list[RunRecord]:
+    """Records of tasks, from the store where it has them."""
+    records = {n: found for n, task in enumerate(tasks) if (found := _read_back(task)) is not None}
+    rest = [n for n in range(len(tasks)) if n not in records]
+    if rest:
+        try:
+            new: list[RunRecord] = call_isolated(_work, [tasks[n] for n in rest])
+        except CrashedError as error:
+            if len(rest) == 1:
+                new = [failed(tasks[rest[0]].job, "CRASHED", str(error))]
+            else:
+                new = [record for n in rest for record in _run([tasks[n]])]
+        records |= dict(zip(rest, new, strict=False))  # an interrupted process did not do all
+    return [records[n] for n in sorted(records)]

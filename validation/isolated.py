@@ -5,11 +5,20 @@ pool can wait for ever where its only worker is killed (seen here, once in some 
 """
 
 import multiprocessing
+import os
+import signal
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
-PATIENCE_S = 20.0  # for an interrupted process to hand over what it has
+from validation.errors import RunFailedError, UserError
+from validation.orphan import end_with_parent
+
+GRACE_S = 2.0  # an interrupt from the keyboard reaches both processes: time to end by itself
+PATIENCE_S = 20.0  # for an interrupted process to keep what it has
+INTERRUPTED = 130  # exit code of a process that ended by an interrupt
+# What a caller can answer to; anything else is a crash, whose trace the process prints.
+HANDED_OVER = (UserError, RunFailedError, OSError)
 
 
 class CrashedError(Exception):
@@ -17,8 +26,17 @@ class CrashedError(Exception):
 
 
 def _answer(pipe: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    pipe.send(function(*arguments))
-    pipe.close()
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        end_with_parent()
+        try:
+            answer = (True, function(*arguments))
+        except HANDED_OVER as error:
+            answer = (False, error)
+        pipe.send(answer)
+        pipe.close()
+    except (KeyboardInterrupt, BrokenPipeError):  # nobody waits for the answer any more
+        os._exit(INTERRUPTED)
 
 
 def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -28,26 +46,47 @@ def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
     ------
     CrashedError
         The process was killed, crashed, or raised.
+    UserError, RunFailedError, OSError
+        As the function raised it.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(theirs, function, arguments))
-    process.start()
-    theirs.close()  # so that the pipe ends when the process does
-    patience = None
+    # An interrupt waits until the process can answer it: it would print a trace of its start.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        return ours.recv()
+        process.start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    theirs.close()  # so that the pipe ends when the process does
+    interrupted = False
+    try:
+        done, answer = ours.recv()
     except EOFError:
         process.join()
         code = process.exitcode or 0
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt from None
         how = f"signal {-code}" if code < 0 else f"exit code {code}"
         raise CrashedError(f"its process ended abruptly ({how})") from None
     except KeyboardInterrupt:
-        patience = PATIENCE_S
+        interrupted = True
         raise
     finally:
-        process.join(patience)
+        ours.close()  # a process that is handing over its answer must not wait for a reader
+        _end(process, interrupted)
+    if not done:
+        raise answer
+    return answer
+
+
+def _end(process: Any, interrupted: bool) -> None:
+    """Wait for a process's end, with patience for one that is interrupted."""
+    if interrupted:
+        process.join(GRACE_S)
+        if process.exitcode is None:
+            os.kill(process.pid, signal.SIGINT)
+            process.join(PATIENCE_S)
         process.kill()
-        process.join()
-        process.close()
-        ours.close()
+    process.join()
+    process.close()

@@ -53,7 +53,8 @@ class RunRecord:
     history : arrays over time, units in the names; the first axis is time.
     events : located transitions in the order of time.
     statistics : counts of the solver's work.
-    provenance : scene as TOML tables, versions, machine.
+    provenance : scene as TOML tables, versions, machine, when it was measured.
+    read_back : whether it comes from a store: its time and memory are of another day.
     """
 
     scene: str
@@ -67,6 +68,13 @@ class RunRecord:
     events: tuple[Event, ...] = ()
     statistics: Mapping[str, Scalar] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    read_back: bool = False
+
+    @property
+    def measured(self) -> str:
+        """When the run's time and memory were measured, and whether they are read back."""
+        when = str(self.provenance.get("created", ""))
+        return f"{when}, read back" if self.read_back else when
 
     @property
     def label(self) -> str:

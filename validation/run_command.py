@@ -9,8 +9,12 @@ from validation.errors import RunFailedError, UserError
 from validation.execute import keep, solve
 from validation.models import ModelName
 from validation.models.adapter import Checkpoint
-from validation.scenes.load import load_scene
-from validation.storage import output_folder, safe_name
+from validation.record import RunRecord
+from validation.scenes.load import NamedScene, load_scene
+from validation.storage import output_folder, safe_name, write_run
+from validation.store import Store
+from validation.store_key import program, run_inputs
+from validation.store_run import keep_run, relabelled, restore_run
 
 DEFAULT_OUT = Path("out")
 
@@ -22,8 +26,9 @@ def run_scene(
     as_json: bool,
     out: Path | None,
     resume: bool = False,
+    fresh: bool = False,
 ) -> None:
-    """Run, print, keep.
+    """Run, print, keep; a run that writes files and is stored already is read back.
 
     Files are written unless only JSON was asked for; a run that fails is always kept. A solid
     model's run that writes files leaves a restart file as it goes.
@@ -40,18 +45,15 @@ def run_scene(
     scene = load_scene(source, overrides)
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{scene.name}-{model}")
     write = out is not None or not as_json or resume
-    checkpoint = None
     if write:
         output_folder(folder)
-        if model != "hcm":
-            checkpoint = Checkpoint(folder / "restart.npz", resume)
-    if checkpoint is not None and resume and not checkpoint.path.exists():
-        say(f"nothing to resume in {folder}: the run starts from the beginning")
-    with progress_bar(f"{scene.name} {model}") as progress:
-        outcome = solve(scene, model, folder, progress, checkpoint)
-    record = outcome.record
-    if write or not record.ok:
-        keep(output_folder(folder), outcome)
+        record = _stored_or_solved(scene, model, folder, out or DEFAULT_OUT, resume, fresh)
+    else:
+        with progress_bar(f"{scene.name} {model}") as progress:
+            outcome = solve(scene, model, folder, progress)
+        record = outcome.record
+        if not record.ok:
+            keep(output_folder(folder), outcome)
     print(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record), flush=True)
     if not record.ok:
         raise RunFailedError(
@@ -60,3 +62,28 @@ def run_scene(
         )
     if not as_json:
         print(f"  files in {folder}")
+
+
+def _stored_or_solved(
+    scene: NamedScene, model: ModelName, folder: Path, out: Path, resume: bool, fresh: bool
+) -> RunRecord:
+    """The run's record, its files in its folder; the restart file goes after they are kept."""
+    store = Store(out / "store", fresh)
+    inputs = run_inputs(scene.tables, model, program(model), process="command")
+    checkpoint = None if model == "hcm" else Checkpoint(folder / "restart.npz", resume)
+    record = restore_run(store, inputs, folder, fields=True)
+    if record is not None:
+        record = relabelled(record, scene.name, None, scene.document)
+        write_run(folder, record)
+        say(f"{store.folder} has this run (measured {record.measured}); --fresh runs it again")
+    else:
+        if checkpoint is not None and resume and not checkpoint.path.exists():
+            say(f"nothing to resume in {folder}: the run starts from the beginning")
+        with progress_bar(f"{scene.name} {model}") as progress:
+            outcome = solve(scene, model, folder, progress, checkpoint)
+        record = outcome.record
+        keep_run(store, inputs, outcome)
+        keep(folder, outcome)
+    if checkpoint is not None and record.status != "INTERRUPTED":
+        checkpoint.path.unlink(missing_ok=True)
+    return record

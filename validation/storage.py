@@ -113,10 +113,15 @@ def history_dataset(record: RunRecord) -> "xarray.Dataset":
     return data
 
 
+def clear_run(folder: Path) -> None:
+    """Remove what says that a run is complete: a kill must not leave two runs mixed in a folder."""
+    for name in ("error.txt", "summary.json", "history.nc", "fields/tap.pvd"):
+        (folder / name).unlink(missing_ok=True)
+
+
 def write_run(folder: Path, record: RunRecord) -> None:
-    """Write ``summary.json`` and ``history.nc`` of a run, in place of an earlier run's files."""
+    """Write ``history.nc`` and at last ``summary.json`` of a run."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "error.txt").unlink(missing_ok=True)
     if record.history:
         with atomic(folder / "history.nc") as temporary:
             history_dataset(record).to_netcdf(temporary, engine="h5netcdf")

@@ -10,7 +10,7 @@ from validation.console import progress_bar
 from validation.efficiency import COLUMNS as EFFICIENCY_COLUMNS
 from validation.efficiency import efficiency_rows, efficiency_table
 from validation.errors import RunFailedError
-from validation.execute import compile_in_fresh_process, in_fresh_process
+from validation.execute import compile_in_fresh_process, in_fresh_process, stored
 from validation.figures import mesh_figure, overlay_figure
 from validation.headline import costs, differences, sentences
 from validation.isolated import CrashedError, call_isolated
@@ -21,6 +21,7 @@ from validation.plan import FAST, MESHES, PENALTIES, PLANE, REDUCED, REFERENCE, 
 from validation.provenance import provenance
 from validation.renders import Renders, render_run
 from validation.storage import output_folder, safe_name
+from validation.store import Store
 from validation.tables import write_table
 
 HIDDEN = ("reduced_model", "reference_model", "scene")  # said once above the page's table
@@ -33,15 +34,15 @@ CAPTIONS = {
 Progress = Callable[[float, str], None]
 
 
-def run_all(folder: Path, progress: Progress) -> Runs:
-    """Run every job, one process at a time so that each has the machine to itself."""
+def run_all(folder: Path, progress: Progress, store: Store) -> Runs:
+    """Run every job that is not stored, one process at a time: each has the machine to itself."""
     work = [group for scene in SCENES for group in groups(scene)]
     records = []
-    progress(0.0, "loading compiled code, compiling it the first time")
-    compile_in_fresh_process()
+    if not all(stored(group, store) for group in work):
+        compile_in_fresh_process(lambda what: progress(0.0, what))
     for number, group in enumerate(work):
         progress(number / len(work), group[0].name)
-        records += in_fresh_process(group, folder)
+        records += in_fresh_process(group, folder, store)
     return Runs(tuple(records))
 
 
@@ -132,12 +133,13 @@ def climb_ladder(out: Path, full: bool) -> Ladder:
     return ladder
 
 
-def run_validation(out: Path, full_ladder: bool = False) -> None:
+def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) -> None:
     """Run, compare, tabulate, draw, and write the page.
 
     Parameters
     ----------
     full_ladder : rung 3 against the converged reference: minutes longer.
+    fresh : run everything again, whatever is stored.
 
     Raises
     ------
@@ -150,8 +152,9 @@ def run_validation(out: Path, full_ladder: bool = False) -> None:
     runs_folder, figures, renders = (
         output_folder(folder / name) for name in ("runs", "figures", "renders")
     )
+    store = Store(out / "store", fresh)
     with progress_bar("validate") as progress:
-        runs = run_all(runs_folder, progress)
+        runs = run_all(runs_folder, progress, store)
         progress(0.8, "ladder: structure and contact")
         ladder = climb_ladder(out, full_ladder)
         progress(0.95, "tables, figures, renders")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.bench import peers, skips, truths, work_precision
+from validation.bench import bar_peers, peers, skips, truths, work_precision
 from validation.bench.measured import Errors, Point
 from validation.bench.timing import shortest_in_turns
 from validation.cli import main
@@ -67,9 +67,12 @@ def test_absent_peer_is_skipped_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setenv("PATH", "")
     monkeypatch.setattr(peers, "hcm_rungs", lambda quick: [RUNG])
+    monkeypatch.setattr(bar_peers, "QUICK_BAR", bar_peers.Bar((4, 2, 2), 4, 1))
     main(["bench", "--peers", "--quick", "--out", str(tmp_path)])
     assert "skipped: Exudyn (pip install 'fingertap[bench]')" in capsys.readouterr().err
+    assert "fingertap" in (tmp_path / "bench" / "peers-reference.csv").read_text()
 
 
 @pytest.mark.skipif(not exudyn_is_here, reason="the extra bench is not installed")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.bench import (
+    bar_peers,
     figures,
     kernels,
     measured,
@@ -95,7 +96,7 @@ def run_bench(out: Path, quick: bool) -> None:
 
 
 def run_peers(out: Path, quick: bool) -> None:
-    """Peers and hcm on the same scene, one after the other in this process.
+    """Peers of hcm on its scene and of the reference on a bar, one after the other.
 
     Raises
     ------
@@ -105,12 +106,17 @@ def run_peers(out: Path, quick: bool) -> None:
     from threadpoolctl import threadpool_limits
 
     folder = output_folder(out / "bench")
-    for name in peers.absent():
+    for name in [*peers.absent(), *bar_peers.absent()]:
         say(f"skipped: {name} is not installed")
-    versions = {"exudyn": version("exudyn")}
+    versions = {"Exudyn": version("exudyn")} | {
+        peer.name: peer.version for peer in bar_peers.PEERS if peer.present
+    }
     write_json(folder / "machine-peers.json", machine({"quick": quick, "peers": versions}))
     with progress_bar("peers") as progress, threadpool_limits(1, user_api="blas"):
-        points = peers.measure_all(quick, progress)
+        points = peers.measure_all(quick, part(progress, 0.0, 0.5))
+        bar = bar_peers.QUICK_BAR if quick else bar_peers.BAR
+        rows = bar_peers.measure_all(bar, part(progress, 0.5, 1.0))
+    save(folder, "peers-reference", bar_peers.table(rows), "The reference and its peers on one bar")
     save(folder, "peers", measured.table(points), "hcm and its peers, one scene, one run")
     if any(point.solver != "hcm" for point in points):
         cheapest = peers.cheapest_table(peers.cheapest(points))

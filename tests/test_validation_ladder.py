@@ -15,12 +15,16 @@ from validation.identify import contact as identify
 from validation.identify import contact_command
 from validation.impact import impact_of
 from validation.ladder import climb as climbing
+from validation.ladder import own_checks
+from validation.ladder.beside_paper import table_2, table_3
 from validation.ladder.climb import Ladder, climb, paper_rung, study_uncertainties
-from validation.ladder.report import ladder_context, sentences, write_ladder
+from validation.ladder.cost import accuracy_against_cost
+from validation.ladder.own_checks import hinges
+from validation.ladder.report import ladder_context, sentences, tables, write_ladder
 from validation.ladder.row import COLUMNS, OWN, SAME, Row, compare
 from validation.ladder.rungs import Cause, structure, uncertainties
 from validation.ladder.runs import reduced, scene_contact
-from validation.plan import Runs
+from validation.plan import Runs, groups
 from validation.record import RunRecord
 from validation.scenes.load import load_scene
 
@@ -119,16 +123,87 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     assert {row.rung for row in paper} == {4}
     half = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
     assert half.reference_uncertainty == pytest.approx(3.0)
-    write_ladder(tmp_path, ladder, [*rows, *paper])
+    beside = tables(ladder, Runs((make_record(), record, other)))
+    write_ladder(tmp_path, ladder, [*rows, *paper], beside)
     header = (tmp_path / "ladder.csv").read_text().splitlines()[0]
     assert header == ",".join(COLUMNS)
     assert header == "rung,scene,quantity,reduced,reference,reference_uncertainty,error_percent"
     said = sentences(ladder, [*rows, *paper])
     assert "0.6 % below the solid's (known to 0.2 %)" in said[0]
     assert "14.3 % below" in said[1]
-    assert "of the +13.5 N" in said[2]
-    assert "'sphere'" in said[2]
-    assert ladder_context(ladder, rows)["ladder_rungs"][2] == rows[:1]
+    assert "from the blind prediction's 80.7 N to the reference's 94.2 N" in said[2]
+    assert "it is +13.5 N: +13.0 N with sphere, +0.7 N with own contact" in said[2]
+    assert ladder_context(ladder, rows, beside)["ladder_rungs"][2] == rows[:1]
+
+
+def test_sentence_says_what_each_models_own_flight_adds() -> None:
+    peaks = (("same impact", -0.6), ("own flight", 2.4))
+    rows = [Row(2, "soft", f"peak Fn (N), {start}", 1.0, 1.0, None, e) for start, e in peaks]
+    (said,) = sentences(Ladder((), (), (), (), False), rows)
+    assert "0.6 % below the solid's; +2.4 % where each falls by itself" in said
+
+
+def test_tables_two_and_three_stand_beside_the_papers(make_record: Make) -> None:
+    reference = make_record("hard", "fem3d", "ls-dyna-like", peak=80.0)
+    runs = Runs((make_record("hard", peak=76.0), reference))
+    row = next(r for r in table_2(runs) if (r["scene"], r["quantity"]) == ("hard", "peak Fn"))
+    # The paper's Table 2: 173.084 N against LS-DYNA's 173.104 N, 0.012 %.
+    assert (row["hcm"], row["hcm_paper"]) == (76.0, 173.084)
+    assert (row["reference"], row["reference_paper"]) == (80.0, 173.104)
+    assert row["error_percent"] == pytest.approx(-5.0)
+    assert row["error_percent_paper"] == 0.012
+    time = next(r for r in table_3(runs) if (r["scene"], r["quantity"]) == ("hard", "time"))
+    # Its Table 3: 247 s against 21,473 s.
+    assert (time["hcm_paper"], time["reference_paper"]) == (247, 21473)
+    assert time["reference_over_hcm"] == pytest.approx(200.0)
+    assert time["reference_over_hcm_paper"] == pytest.approx(86.94, abs=0.01)
+    absent = [r for r in (*table_2(runs), *table_3(runs)) if r["scene"] == "soft"]
+    assert len(absent) == 4
+    assert all(r["hcm"] is None and r["hcm_paper"] is not None for r in absent)
+
+
+def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make) -> None:
+    plain = make_record(model="fem3d", variant="ls-dyna-like", peak=80.0)
+    holed = make_record(model="fem3d", variant="ls-dyna-like shaft holes", peak=81.0)
+    runs = Runs((plain, holed))
+    (row,) = hinges(runs, ("soft", "hard"))
+    assert (row.scene, row.peak_N, row.changed_peak_N) == ("soft", 80.0, 81.0)
+    assert row.peak_percent == pytest.approx(1.25)
+    assert row.duration_percent == 0.0
+    assert runs.spread_over("soft") == [plain]
+    jobs = [job for group in groups("soft") for job in group]
+    (job,) = [job for job in jobs if job.variant == holed.variant]
+    assert any(text.startswith("solver.fem.shaft_radius") for text in job.overrides)
+
+
+def test_whole_event_is_compared_with_the_rigid_start(
+    monkeypatch: pytest.MonkeyPatch, make_record: Make
+) -> None:
+    asked = []
+
+    def contact(source: str, overrides: Any, start: Any, variant: str) -> RunRecord:
+        asked.append(tuple(overrides))
+        return make_record(source, "fem3d", variant, peak=100.0 - 0.02 * len(overrides))
+
+    monkeypatch.setattr(own_checks, "full_contact", contact)
+    row = own_checks.whole_event("soft")
+    assert asked == [(), ("solver.fem.flight=explicit",)]
+    assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
+    assert row.peak_percent == pytest.approx(-0.02)
+
+
+def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
+    plane = make_record(model="fem2d", variant="fast", peak=70.0)
+    runs = Runs((make_record(peak=60.0), plane))
+    best = make_record(model="fem3d", variant="preset converged", peak=80.0)
+    plane.summary["wall_time_s"] = 3.0
+    rows = accuracy_against_cost(runs, [make_record(peak=76.0)], [best])
+    assert [(row.model, row.peak_percent) for row in rows] == [
+        ("hcm, the paper's k", pytest.approx(-25.0)),
+        ("hcm, identified k", pytest.approx(-5.0)),
+        ("fem2d fast", pytest.approx(-12.5)),
+        ("fem3d preset converged", 0.0),
+    ]
 
 
 def test_a_scene_that_fails_is_named_and_the_others_go_on(

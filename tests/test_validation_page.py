@@ -169,7 +169,7 @@ def test_all_runs_failing_still_gives_a_page(
     fake_runs(failing=tuple(job.name for s in ("hard", "soft") for g in groups(s) for job in g))
     folder = validated(tmp_path, expected=1)
     text = (folder / "index.html").read_text(encoding="utf-8")
-    assert text.count("the energy balance is lost") == 16
+    assert text.count("the energy balance is lost") == 18
 
 
 def test_missing_renders_are_explained(fake_runs: Callable[..., None], tmp_path: Path) -> None:

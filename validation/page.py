@@ -14,9 +14,9 @@ def inline(path: Path) -> str:
     return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
 
 
-def signed(value: float | None) -> str:
+def signed(value: float | None, digits: int = 1) -> str:
     """A percentage with its sign, a dash for nothing."""
-    return "–" if value is None else f"{value:+.1f} %".replace("-", "\N{MINUS SIGN}")
+    return "–" if value is None else f"{value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
 
 
 def number(value: Any) -> str:

@@ -15,7 +15,7 @@ from validation.figures import mesh_figure, overlay_figure
 from validation.headline import costs, differences, sentences
 from validation.isolated import CrashedError, call_isolated
 from validation.ladder.climb import Ladder, climb, paper_rung
-from validation.ladder.report import ladder_context, write_ladder
+from validation.ladder.report import ladder_context, tables, write_ladder
 from validation.page import write_page
 from validation.plan import FAST, MESHES, PENALTIES, PLANE, REDUCED, REFERENCE, SCENES, Runs, groups
 from validation.provenance import provenance
@@ -170,11 +170,12 @@ def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) ->
         title = "Time and memory of each run, alone in its process (the paper's Table 3)"
         write_table(folder, "efficiency", efficiency_table(efficiency), title)
         rungs = [*ladder.rows, *paper_rung(runs, SCENES)]
-        write_ladder(folder, ladder, rungs)
+        beside = tables(ladder, runs)
+        write_ladder(folder, ladder, rungs, beside)
         drawn = draw_figures(figures, runs)
         fields = draw_fields(renders, runs_folder, runs)
         context = page_context(runs, accuracy, efficiency, drawn, fields)
-        context |= ladder_context(ladder, rungs)
+        context |= ladder_context(ladder, rungs, beside)
         page = folder / "index.html"
         write_page(page, "validate.html.j2", context)
     print("\n".join([*context["sentences"], *context["ladder_sentences"]]))

@@ -7,13 +7,16 @@ from pathlib import Path
 from validation.errors import RunFailedError, UserError
 from validation.identify.contact import MESHES, ContactIdentification, identify_contact
 from validation.impact import impact_of
+from validation.ladder.own_checks import Check, whole_event
 from validation.ladder.row import OWN, Row, compare
 from validation.ladder.rungs import Cause, blind, causes, structure
 from validation.metrics import QUANTITIES, spread
 from validation.plan import REDUCED, REFERENCE, Runs
+from validation.record import RunRecord
 from validation.scenes.load import load_scene
 
 ONE_MESH = (MESHES[0],)
+WHOLE_EVENT = "soft"  # the scene whose fall is also run in explicit steps: the larger step
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,8 @@ class Ladder:
     rows, causes, identified : in the order of the scenes.
     failures : one sentence for each scene that a rung failed on.
     full : whether the converged reference and three meshes of the statics were run.
+    references, predictions : rung 3's finest runs from their own flight, of both models.
+    checks : what skipping the flight changes, in the full ladder.
     """
 
     rows: tuple[Row, ...]
@@ -32,6 +37,9 @@ class Ladder:
     identified: tuple[ContactIdentification, ...]
     failures: tuple[str, ...]
     full: bool
+    references: tuple[RunRecord, ...] = ()
+    predictions: tuple[RunRecord, ...] = ()
+    checks: tuple[Check, ...] = ()
 
 
 def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
@@ -46,6 +54,9 @@ def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
     found: list[Cause] = []
     identified: list[ContactIdentification] = []
     failures: list[str] = []
+    references: list[RunRecord] = []
+    predictions: list[RunRecord] = []
+    checks: list[Check] = []
     for source in scenes:
         try:
             scene = load_scene(source)
@@ -54,12 +65,25 @@ def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
             tip = identify_contact(scene, MESHES if full else ONE_MESH)
             identified.append(tip)
             stored = study_uncertainties(studies / f"{source}-fem3d" / "convergence.csv")
-            compared, reference = blind(source, scene, impact, tip, stored, full)
+            compared, reference, own, predicted = blind(source, scene, impact, tip, stored, full)
             rows += compared
+            references.append(own)
+            predictions.append(predicted)
             found += causes(scene, impact, tip, reference)
+            if full and source == WHOLE_EVENT:
+                checks.append(whole_event(source))
         except (UserError, RunFailedError) as error:
             failures.append(f"{source}: {error}")
-    return Ladder(tuple(rows), tuple(found), tuple(identified), tuple(failures), full)
+    return Ladder(
+        tuple(rows),
+        tuple(found),
+        tuple(identified),
+        tuple(failures),
+        full,
+        tuple(references),
+        tuple(predictions),
+        tuple(checks),
+    )
 
 
 def study_uncertainties(path: Path) -> dict[str, float]:

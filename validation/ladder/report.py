@@ -2,14 +2,19 @@
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from validation.ladder import beside_paper, cost, own_checks
 from validation.ladder.climb import Ladder
-from validation.ladder.row import COLUMNS, SAME, Row
+from validation.ladder.cost import Cost, accuracy_against_cost
+from validation.ladder.own_checks import Check, hinges
+from validation.ladder.row import COLUMNS, OWN, SAME, Row
 from validation.metrics import quantity
+from validation.plan import SCENES, Runs
 from validation.tables import write_table
 
 TITLES = {
@@ -20,15 +25,59 @@ TITLES = {
 CAUSE_COLUMNS = ("scene", "step", "peak_N", "duration_us", "impulse_mN_s")
 
 
-def write_ladder(folder: Path, ladder: Ladder, rows: Sequence[Row]) -> None:
-    """Write ``ladder`` and ``ladder_causes`` as CSV, Markdown and LaTeX."""
+@dataclass(frozen=True)
+class Tables:
+    """What stands beside the rungs.
+
+    Attributes
+    ----------
+    table_2, table_3 : the paper's, our numbers beside its own.
+    checks : the reference against itself.
+    costs : accuracy against cost.
+    """
+
+    table_2: list[dict[str, Any]]
+    table_3: list[dict[str, Any]]
+    checks: list[Check]
+    costs: list[Cost]
+
+
+def tables(ladder: Ladder, runs: Runs) -> Tables:
+    """Read from the validation's own runs and the ladder's."""
+    return Tables(
+        beside_paper.table_2(runs),
+        beside_paper.table_3(runs),
+        [*hinges(runs, SCENES), *ladder.checks],
+        accuracy_against_cost(runs, ladder.predictions, ladder.references),
+    )
+
+
+def write_ladder(folder: Path, ladder: Ladder, rows: Sequence[Row], beside: Tables) -> None:
+    """Write the rungs, the causes and what stands beside them as CSV, Markdown and LaTeX."""
     table = pd.DataFrame([vars(row) for row in rows], columns=list(COLUMNS))
     write_table(folder, "ladder", table, "The ladder of comparisons, rungs 2 to 4")
     causes = pd.DataFrame([vars(cause) for cause in ladder.causes], columns=list(CAUSE_COLUMNS))
     write_table(folder, "ladder_causes", causes, "From the blind prediction to the reference")
+    for name, columns, found, title in (
+        ("table_2", beside_paper.COLUMNS_2, beside.table_2, "The paper's Table 2"),
+        ("table_3", beside_paper.COLUMNS_3, beside.table_3, "The paper's Table 3"),
+        (
+            "reference_checks",
+            own_checks.COLUMNS,
+            [vars(row) for row in beside.checks],
+            "What a choice of the reference's changes in the reference itself",
+        ),
+        (
+            "accuracy_cost",
+            cost.COLUMNS,
+            [vars(row) for row in beside.costs],
+            "Every model against the best reference run, and its time",
+        ),
+    ):
+        write_table(folder, name, pd.DataFrame(found, columns=list(columns)), title)
 
 
-def ladder_context(ladder: Ladder, rows: Sequence[Row]) -> dict[str, Any]:
+def ladder_context(ladder: Ladder, rows: Sequence[Row], beside: Tables) -> dict[str, Any]:
     """What the page's block names."""
     return {
         "ladder_titles": TITLES,
@@ -38,6 +87,12 @@ def ladder_context(ladder: Ladder, rows: Sequence[Row]) -> dict[str, Any]:
         "ladder_failures": ladder.failures,
         "ladder_full": ladder.full,
         "ladder_sentences": sentences(ladder, rows),
+        "table_2": beside.table_2,
+        "table_2_columns": beside_paper.COLUMNS_2,
+        "table_3": beside.table_3,
+        "table_3_columns": beside_paper.COLUMNS_3,
+        "reference_checks": beside.checks,
+        "accuracy_cost": beside.costs,
     }
 
 
@@ -45,6 +100,11 @@ def sentences(ladder: Ladder, rows: Sequence[Row]) -> list[str]:
     """The peak force on rungs 2 and 3, in words that the numbers bear out."""
     entry = quantity("peak_normal_force_N")
     wanted = f"{entry.title} ({entry.unit}), {SAME}"
+    own = {
+        (row.rung, row.scene): row.error_percent
+        for row in rows
+        if row.quantity == f"{entry.title} ({entry.unit}), {OWN}"
+    }
     result = []
     for row in rows:
         if row.quantity != wanted or row.error_percent is None or row.reference is None:
@@ -60,7 +120,12 @@ def sentences(ladder: Ladder, rows: Sequence[Row]) -> list[str]:
         whose = {2: "the solid's", 3: "the full contact's"}[row.rung]
         result.append(
             f"{row.scene.capitalize()} finger, rung {row.rung}: {what} "
-            f"{abs(row.error_percent):.1f} % {side} {whose}{band}."
+            f"{abs(row.error_percent):.1f} % {side} {whose}{band}"
+            + (
+                "."
+                if (end := own.get((row.rung, row.scene))) is None
+                else f"; {end:+.1f} % where each falls by itself."
+            )
         )
     for scene in dict.fromkeys(cause.scene for cause in ladder.causes):
         steps = [cause for cause in ladder.causes if cause.scene == scene]
@@ -68,9 +133,10 @@ def sentences(ladder: Ladder, rows: Sequence[Row]) -> list[str]:
         changes = {
             after.step: after.peak_N - before.peak_N for before, after in itertools.pairwise(steps)
         }
-        step, change = max(changes.items(), key=lambda item: abs(item[1]))
+        largest = sorted(changes.items(), key=lambda item: -abs(item[1]))
+        parts = [f"{change:+.1f} N with {step}" for step, change in largest]
         result.append(
-            f"{scene.capitalize()} finger: of the {gap:+.1f} N between blind prediction and "
-            f"reference, {change:+.1f} N come with the step to '{step}'."
+            f"{scene.capitalize()} finger: from the blind prediction's {steps[0].peak_N:.1f} N to "
+            f"the reference's {steps[-1].peak_N:.1f} N it is {gap:+.1f} N: {', '.join(parts)}."
         )
     return result

@@ -67,7 +67,7 @@ def blind(
     found: ContactIdentification,
     stored: Mapping[str, float],
     full: bool,
-) -> tuple[list[Row], RunRecord]:
+) -> tuple[list[Row], RunRecord, RunRecord, RunRecord]:
     """Rung 3: the identified k and eta^2 against the solid's own contact.
 
     Parameters
@@ -76,7 +76,8 @@ def blind(
 
     Returns
     -------
-    The rows, and the finest reference run from the common impact.
+    The rows, and the finest runs: of the reference from the common impact, of the reference and
+    of the reduced model each from its own flight.
     """
     contact = Contact(found.stiffness_N_per_m, 1 / found.eta_squared)
     diameter = min(scene.tables.per_phalanx(scene.tables.finger.diameter))
@@ -94,8 +95,9 @@ def blind(
         share |= stored
     own = full_contact(source, settings[-1], None, names[-1])
     rows = compare(3, reduced(scene, contact, impact), records[-1], share, SAME)
-    rows += compare(3, reduced(scene, contact, None), own, share, OWN)
-    return rows, records[-1]
+    predicted = reduced(scene, contact, None)
+    rows += compare(3, predicted, own, share, OWN)
+    return rows, records[-1], own, predicted
 
 
 def _overrides(level: tuple[float, ...] | None, diameter: float) -> list[str]:
@@ -125,16 +127,19 @@ def causes(
     hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
     runs = (
         ("reduced model, identified k at the tip node", reduced(scene, linear, impact)),
-        ("solid, same spring at its flat end", lumped_solid(scene, linear, impact, EXPERIMENT)),
         (
-            "solid, same spring on the sphere's lowest point",
+            "the solid in the beams' place, same spring at its flat end",
+            lumped_solid(scene, linear, impact, EXPERIMENT),
+        ),
+        (
+            "that spring at the sphere's lowest point, not at the tip node",
             lumped_solid(scene, linear, impact, EXPERIMENT, "hemisphere"),
         ),
         (
-            "solid, Hertz's law of the same energy there",
+            "Hertz's law of the same energy in the linear spring's place",
             lumped_solid(scene, hertz, impact, EXPERIMENT, "hemisphere"),
         ),
-        (f"solid, its own contact ({reference.variant})", reference),
+        (f"the solid's own contact ({reference.variant})", reference),
     )
     return [
         Cause(

@@ -10,7 +10,7 @@ from hcm.parameters import Finger, ParameterError, Settings
 MEMORY_LIMIT = 4 * 2**30
 # Bytes a beam element takes: its matrices, its four unknowns' vectors and band, their copies at
 # `EVENT_ROWS` events of one table, and the lists that they are built from.
-ELEMENT_BYTES = 12_000
+ELEMENT_BYTES = 20_000
 # s per element and step: three Newton iterations on a 2020s core.
 SECONDS_A_STEP = 1e-6
 # Columns of the history beside the two that each hinge adds; each value is held twice at the end.

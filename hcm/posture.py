@@ -14,11 +14,16 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Posture:
-    """Nodes of every phalanx at time_s: positions (n_w + 1, 2) in m and slopes r' (n_w + 1, 2)."""
+    """Nodes of every phalanx at time_s: positions (n_w + 1, 2) in m and slopes r' (n_w + 1, 2).
+
+    velocities_m_per_s, slope_rates_per_s : their rates, alike; empty where only the shape is kept.
+    """
 
     time_s: float
     positions_m: tuple[Floats, ...]
     slopes: tuple[Floats, ...]
+    velocities_m_per_s: tuple[Floats, ...] = ()
+    slope_rates_per_s: tuple[Floats, ...] = ()
 
     def deflection(self, phalanx: int) -> tuple[Floats, Floats]:
         """Axial position and deflection of the nodes of one phalanx (counted from 0), m.
@@ -39,13 +44,16 @@ class Posture:
         return bool(side.sum() > 0)
 
 
-def posture(chain: Chain, time_s: float, q: Floats) -> Posture:
-    """Read a posture off bordered nodal coordinates q (n,)."""
+def posture(chain: Chain, time_s: float, q: Floats, v: Floats | None = None) -> Posture:
+    """Read a posture off bordered nodal coordinates q (n,), with its rates off v (n,) if given."""
     starts = [int(place) for place in chain.hinge_outer]
     ends = [int(place) for place in chain.hinge[1:]] + [q.size]
-    blocks = [q[a:b].reshape(-1, 4) for a, b in zip(starts, ends, strict=True)]
-    return Posture(
-        time_s,
-        tuple(block[:, :2].copy() for block in blocks),
-        tuple(block[:, 2:].copy() for block in blocks),
-    )
+
+    def split(bordered: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+        blocks = [bordered[a:b].reshape(-1, 4) for a, b in zip(starts, ends, strict=True)]
+        return (
+            tuple(block[:, :2].copy() for block in blocks),
+            tuple(block[:, 2:].copy() for block in blocks),
+        )
+
+    return Posture(time_s, *split(q), *(split(v) if v is not None else ((), ())))

@@ -117,7 +117,8 @@ def simulate(
         np.full((len(settings.frame_times), n), np.nan),
     )
     frames.q[frames.time == begin] = rest
-    event_q: list[Floats] = []
+    event_q: list[Floats] = [np.empty((0, n))]
+    event_v: list[Floats] = [np.empty((0, n))]
     rows: list[Floats] = [np.zeros((1, len(tap.COLUMNS)))]
     reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
     events: list[Event] = []
@@ -140,6 +141,7 @@ def simulate(
             np.empty(EVENT_ROWS),
             np.empty(EVENT_ROWS, dtype=np.int64),
             np.empty((EVENT_ROWS, n)),
+            np.empty((EVENT_ROWS, n)),
         )
         try:
             contact, clock, n_rows, n_events, code = tap.advance(
@@ -149,6 +151,7 @@ def simulate(
             rows.append(table[:n_rows].copy())
             reactions.append(forces[:n_rows].copy())
             event_q.append(table_of_events.q[:n_events].copy())
+            event_v.append(table_of_events.v[:n_events].copy())
             events += [
                 Event(float(table_of_events.time[i]), EVENT_KINDS[table_of_events.kind[i]])
                 for i in range(n_events)
@@ -188,7 +191,7 @@ def simulate(
                 f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
                 f" the last of {clock.step:.2g} s)"
             )
-    at_events = np.concatenate(event_q) if event_q else np.empty((0, n))
+    at_events = zip(events, np.concatenate(event_q), np.concatenate(event_v), strict=True)
     return TapResult(
         status,
         message,
@@ -196,7 +199,7 @@ def simulate(
         tuple(events),
         statistics,
         summary,
-        tuple(posture(chain, e.time_s, q) for e, q in zip(events, at_events, strict=True)),
+        tuple(posture(chain, e.time_s, q, v) for e, q, v in at_events),
         tuple(
             posture(chain, float(t), q)
             for t, q in zip(frames.time, frames.q, strict=True)

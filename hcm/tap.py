@@ -58,11 +58,12 @@ INSTANT_EVENTS = 8
 
 
 class EventTable(NamedTuple):
-    """Located events: time (m,) s, kind (m,), nodal coordinates q (m, n)."""
+    """Located events: time (m,) s, kind (m,), nodal coordinates q and their rates v (m, n)."""
 
     time: Floats
     kind: NDArray[np.int64]
     q: Floats
+    v: Floats
 
 
 class FrameTable(NamedTuple):
@@ -193,6 +194,7 @@ def advance(
             contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
             events.time[n_events], events.kind[n_events] = clock.time, kind
             events.q[n_events] = old.q
+            events.v[n_events] = old.v
             n_events += 1
             instant += 1
             # the jerk jumps at an event: a's delay behind q.. starts anew

@@ -94,7 +94,9 @@ def integrate(
         np.empty((rows + 1, 2 * chain.hinge.size)),
     )
     tap.write_row(table[0], reactions[0], old, clock, start.contact, law, chain, probe)
-    located = tap.EventTable(np.empty(rows), np.empty(rows, dtype=np.int64), np.empty((rows, n)))
+    located = tap.EventTable(
+        np.empty(rows), np.empty(rows, dtype=np.int64), *np.empty((2, rows, n))
+    )
     frames = tap.FrameTable(np.empty(0), np.empty((0, n)))
     contact, clock, n_rows, n_events, code = tap.advance(
         old, new, start.contact, clock, plan, coefficients(xi, newton_tolerance), chain, law,

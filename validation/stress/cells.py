@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 import hcm
+from validation.stress.audit import LARGEST_ERROR, observed
 from validation.stress.checks import violations
 from validation.stress.frame import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Verdict
 from validation.stress.random_scenes import HcmScene
 
-# Largest change, against steps and tolerances far below, of what is still called right.
-LARGEST_ERROR = 0.05
 # A run whose mean contact step is this share of what was asked has chosen its own.
 CHOSEN = 0.5
 # Change of the drive that no measurement would notice, and what it changes in a chaotic motion: an
@@ -90,15 +89,15 @@ def judge_alone(scene: HcmScene) -> Verdict:
 
 def _judge(scene: HcmScene, compare: bool) -> Verdict:
     try:
-        result = hcm.simulate(**scene.arguments())
+        result = hcm.simulate(**observed(scene).arguments())
     except hcm.ParameterError as refusal:
         return Verdict(REFUSED, str(refusal))
     s = result.statistics
     found = Verdict(
-        RIGHT, "", "energy audit and contact law", None,
+        RIGHT, "", "mechanics of its states, contact law", None,
         result.summary.energy_residual, s.steps, s.wall_time_s,
     )  # fmt: skip
-    broken = violations(scene, result)
+    broken = violations(observed(scene), result)
     if broken:
         return replace(found, answer=WRONG, reason="; ".join(broken))
     if result.status is not hcm.Status.COMPLETED:

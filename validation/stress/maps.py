@@ -15,7 +15,10 @@ from validation.stress.random_scenes import HcmScene, random_numbers, random_sce
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
 # What a verdict on hcm depends on.
-SOURCES = ("hcm", *(f"validation/stress/{name}.py" for name in ("cells", "checks", "frame")))
+SOURCES = (
+    "hcm",
+    *(f"validation/stress/{name}.py" for name in ("audit", "cells", "checks", "frame")),
+)
 
 
 def _finger(count: int = 3, modulus: float = 1e9, elements: int = 5) -> Finger:

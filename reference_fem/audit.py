@@ -71,7 +71,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     with np.errstate(all="ignore"):
         kinetic, weight_rise = _kinetic_and_rise(u, v, model.mass)
         kinetic *= model.copies
-        strain = model.kernel.strain_energy(u) * model.copies
+        strain, hourglass = (part * model.copies for part in model.kernel.energies(u))
         gravity = model.gravity * weight_rise * model.copies
         work = model.copies * sum(
             couple.torque * angle
@@ -89,7 +89,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         stress_R_Pa=stress,
         kinetic_energy_J=kinetic,
         strain_energy_J=strain,
-        hourglass_energy_J=model.kernel.hourglass_energy(u) * model.copies,
+        hourglass_energy_J=hourglass,
         gravity_energy_J=gravity,
         contact_energy_J=float(row[SPRING_ENERGY]),
         friction_dissipation_J=float(row[DISSIPATION]),

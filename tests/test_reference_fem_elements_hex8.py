@@ -1,8 +1,8 @@
 """The 8-node hexahedron against mathematics: patches, rigid motions, energies, closed forms."""
 
-import numba
 import numpy as np
 import pytest
+from reference_fem_boxes import one_thread  # noqa: F401  the fixture is used by all
 from scipy.linalg import eigh
 from skfem import Basis, ElementHex1, ElementVector, MeshHex
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -56,15 +56,6 @@ def rotation(angle, axis=(1.0, 2.0, 3.0)):
 def force_noise(points, size=1e-3):
     """Round-off of a force: E h^2 times eps |X|/h, the noise of a strain from positions."""
     return 50 * EPS * YOUNG * size * np.abs(points).max()
-
-
-@pytest.fixture(autouse=True)
-def one_thread():
-    """Small meshes: a second thread costs more than it brings when the cores are shared."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
 
 
 @pytest.fixture(scope="module")
@@ -313,58 +304,6 @@ def test_max_frequency_is_that_of_the_worst_element():
     worst = np.flatnonzero(cells.max(axis=1) == len(points) - 1)
     alone = kernel(flat, cells[worst]).max_frequency()
     assert kernel(flat, cells).max_frequency() == pytest.approx(alone, rel=1e-9)
-
-
-@pytest.mark.parametrize("n", [1, 15, 16, 17, 31, 32, 33, 49])
-def test_any_number_of_elements(n):
-    """A mesh is the sum of its elements, whatever the last block lacks."""
-    points, cells = grid(n, 1, 1, distortion=0.1)
-    displacement = 1e-4 * np.random.default_rng(n).standard_normal(points.shape)
-    together = kernel(points, cells)
-    singles = [kernel(points, cells[i : i + 1]) for i in range(n)]
-    expected = np.sum([force(k, displacement) for k in singles], axis=0)
-    tolerance = 1e-12 * np.abs(expected).max()
-    assert np.allclose(force(together, displacement), expected, rtol=0, atol=tolerance)
-    energy = sum(k.strain_energy(displacement) for k in singles)
-    assert together.strain_energy(displacement) == pytest.approx(energy, rel=1e-12)
-    smallest = min(k.min_det_F(displacement) for k in singles)
-    assert together.min_det_F(displacement) == smallest
-
-
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one core")
-def test_threads_change_round_off_only():
-    points, cells = grid(9, 7, 5, distortion=0.1)
-    k = kernel(points, cells)
-    displacement = 1e-4 * np.random.default_rng(8).standard_normal(points.shape)
-    forces = {}
-    for threads in (1, 2):
-        numba.set_num_threads(threads)
-        forces[threads] = force(k, displacement)
-        for _ in range(20):
-            assert np.array_equal(force(k, displacement), forces[threads])
-    tolerance = 1e-13 * np.abs(forces[1]).max()
-    assert np.allclose(forces[1], forces[2], rtol=0, atol=tolerance)
-
-
-def test_order_of_elements_does_not_matter(body):
-    points, cells, k = body
-    shuffled = kernel(points, np.random.default_rng(9).permutation(cells))
-    displacement = 1e-4 * np.random.default_rng(10).standard_normal(points.shape)
-    f = force(k, displacement)
-    tolerance = 1e-12 * np.abs(f).max()
-    assert np.allclose(force(shuffled, displacement), f, rtol=0, atol=tolerance)
-
-
-def test_inverted_and_lost_elements_are_seen(body):
-    points, cells, k = body
-    displacement = np.zeros(points.shape)
-    assert k.min_det_F(displacement) == pytest.approx(1.0, rel=1e-12)
-    displacement[cells[-1, 6]] -= 1.6e-3  # the far corner passes through the element
-    assert k.min_det_F(displacement) < 0
-    displacement[3, 1] = np.nan
-    assert np.isnan(k.min_det_F(displacement))
-    assert np.isnan(force(k, displacement)).any()
-    assert np.isnan(k.strain_energy(displacement))
 
 
 def test_stress_of_chosen_cells(body):

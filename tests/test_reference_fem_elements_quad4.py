@@ -1,8 +1,8 @@
 """The plane-stress quadrilateral against mathematics: patches, rigid motions, closed forms."""
 
-import numba
 import numpy as np
 import pytest
+from reference_fem_boxes import one_thread  # noqa: F401  the fixture is used by all
 from scipy.linalg import eigh
 from skfem import Basis, ElementQuad1, ElementVector, MeshQuad
 from skfem.models.elasticity import linear_elasticity
@@ -13,15 +13,6 @@ YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
 EPS = np.finfo(float).eps
 MU = YOUNG / (2 * (1 + POISSON))
 LAME = YOUNG * POISSON / (1 - POISSON**2)  # lambda* of plane stress
-
-
-@pytest.fixture(autouse=True)
-def one_thread():
-    """Small meshes: a second thread costs more than it brings when the cores are shared."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
 
 
 def grid(nx, ny, size=1e-3, distortion=0.0, seed=0):
@@ -205,45 +196,6 @@ def test_max_frequency_bounds_the_spectrum(distortion):
     mass = np.diag(np.repeat(k.lumped_mass, 2))
     true = np.sqrt(eigh(tangent(k, points), mass, eigvals_only=True)[-1])
     assert true < k.max_frequency() < (1.5 if distortion == 0.0 else 2.5) * true
-
-
-@pytest.mark.parametrize("n", [1, 15, 16, 17, 33])
-def test_any_number_of_elements(n):
-    points, cells = grid(n, 1, distortion=0.1)
-    displacement = 1e-4 * np.random.default_rng(n).standard_normal(points.shape)
-    together = kernel(points, cells)
-    singles = [kernel(points, cells[i : i + 1]) for i in range(n)]
-    expected = np.sum([force(k, displacement) for k in singles], axis=0)
-    tolerance = 1e-12 * np.abs(expected).max()
-    assert np.allclose(force(together, displacement), expected, rtol=0, atol=tolerance)
-    energy = sum(k.strain_energy(displacement) for k in singles)
-    assert together.strain_energy(displacement) == pytest.approx(energy, rel=1e-12)
-    smallest = min(k.min_det_F(displacement) for k in singles)
-    assert together.min_det_F(displacement) == smallest
-
-
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one core")
-def test_threads_change_round_off_only(body):
-    points, _, k = body
-    displacement = 1e-4 * np.random.default_rng(8).standard_normal(points.shape)
-    forces = {}
-    for threads in (1, 2):
-        numba.set_num_threads(threads)
-        forces[threads] = force(k, displacement)
-        for _ in range(10):
-            assert np.array_equal(force(k, displacement), forces[threads])
-    tolerance = 1e-13 * np.abs(forces[1]).max()
-    assert np.allclose(forces[1], forces[2], rtol=0, atol=tolerance)
-
-
-def test_inverted_and_lost_elements_are_seen(body):
-    points, cells, k = body
-    displacement = np.zeros(points.shape)
-    assert k.min_det_F(displacement) == pytest.approx(1.0, rel=1e-12)
-    displacement[cells[-1, 2]] -= 1.6e-3
-    assert k.min_det_F(displacement) < 0
-    displacement[3, 1] = np.nan
-    assert np.isnan(k.min_det_F(displacement))
 
 
 def test_refuses_what_it_cannot_use():

@@ -1,128 +1,120 @@
 """Compiled kernels of the 8-node hexahedron for outputs: energy, det F, stress at the centre.
 
-Same equations, layout and scratch rows as `hex8_kernel`; one thread, since outputs are rare.
+Same equations, layout and scratch rows as `hex8_kernel`; row RESULT holds energies or dets.
 """
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
-from reference_fem.elements.hex8_kernel import (
-    DILATATION,
-    LANES,
-    POINT_ROWS,
-    SAFE_MATH,
-    Three,
-    at_points,
-    base_vectors,
-    block_dilatation,
-    gather,
-    gradient_row,
-    green_strain,
-)
-from reference_fem.elements.protocol import Floats, Integers, Nodes
-from reference_fem.elements.stress import cauchy_stress
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.hex8_edges import Three
+from reference_fem.elements.hex8_kernel import BASES, DILATATION, TOUCH, block_dilatation
+from reference_fem.elements.hex8_nodes import gather_positions
+from reference_fem.elements.hex8_point import POINT_ROWS, point_det, shear_energy
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.stress import cauchy_stress, deformation, lower
+from reference_fem.elements.threads import part
 
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
-def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
-    """Return w E:E at one point, m^3."""
-    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
-    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
-    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
-    d, h = green_strain(fx, fy, fz)
-    squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-    return 0.25 * r[o + 6 * LANES] * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
+RESULT = TOUCH
+# Which of the 4 values of g_1, g_2, g_3 the 8 points take.
+VALUES = (
+    (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
+)  # fmt: skip
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
-def point_det(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
-    """Return det F at one point."""
-    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
-    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
-    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Three, Three, Three]:
+    """Rows of [g_1 g_2 g_3] at one point, from what `block_dilatation` left in s."""
+    a, b, c = values
+    o = BASES * LANES + lane
     return (
-        fx[0] * (fy[1] * fz[2] - fy[2] * fz[1])
-        + fx[1] * (fy[2] * fz[0] - fy[0] * fz[2])
-        + fx[2] * (fy[0] * fz[1] - fy[1] * fz[0])
+        (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
+        (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
+        (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
     )
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def strain_energy(
-    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, s: Floats
-) -> float:
+def block_energy(s: Floats, r: Floats) -> float:
     """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
-    step = POINT_ROWS * LANES
-    energy = 0.0
-    for block in range(len(nodes)):
-        r = reference[block]
-        gather(points, displacement, nodes[block], s)
-        block_dilatation(s, r)
+    for lane in range(LANES):
+        s[RESULT * LANES + lane] = 0.0
+    for q in range(8):
+        values = VALUES[q]
         for lane in range(LANES):
-            x = at_points(base_vectors(s, 0, lane))
-            y = at_points(base_vectors(s, 8, lane))
-            z = at_points(base_vectors(s, 16, lane))
-            shear = 0.0
-            for q in range(8):
-                shear += shear_energy(x[q], y[q], z[q], r, lane + q * step)
-            dilatation = s[DILATATION * LANES + lane]
-            energy += r[56 * LANES + lane] * shear
-            energy += 0.5 * r[57 * LANES + lane] * dilatation * dilatation
+            x, y, z = point_bases(s, lane, values)
+            o = lane + q * POINT_ROWS * LANES
+            s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
+    energy = 0.0
+    for lane in range(LANES):
+        dilatation = s[DILATATION * LANES + lane]
+        energy += r[56 * LANES + lane] * s[RESULT * LANES + lane]
+        energy += 0.5 * r[57 * LANES + lane] * dilatation * dilatation
     return energy
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_det(
-    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats
-) -> float:
-    """Smallest det F over the 8 points of all elements; NaN if any of them is NaN."""
-    step = POINT_ROWS * LANES
-    smallest = np.inf
-    for block in range(len(nodes)):
-        r = reference[block]
-        gather(points, displacement, nodes[block], s)
-        for lane in range(min(LANES, n_cells - block * LANES)):
-            x = at_points(base_vectors(s, 0, lane))
-            y = at_points(base_vectors(s, 8, lane))
-            z = at_points(base_vectors(s, 16, lane))
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+    """Stored energy of each thread's blocks, and nothing: (threads, 2), J."""
+    for t in prange(len(out)):
+        s = blocks.scratch[t]
+        start, stop = part(len(blocks.nodes), t, len(out))
+        energy = 0.0
+        for block in range(start, stop):
+            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+            block_dilatation(s, blocks.reference[block])
+            energy += block_energy(s, blocks.reference[block])
+        out[t, 0], out[t, 1] = energy, 0.0
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+    """Smallest det F over the 8 points of each thread's elements, (threads,); NaN if any is NaN."""
+    for t in prange(len(out)):
+        s = blocks.scratch[t]
+        start, stop = part(len(blocks.nodes), t, len(out))
+        smallest = np.inf
+        for block in range(start, stop):
+            r = blocks.reference[block]
+            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+            block_dilatation(s, r)
             for q in range(8):
-                det = point_det(x[q], y[q], z[q], r, lane + q * step)
-                if np.isnan(det):
-                    return det
-                smallest = min(smallest, det)
-    return smallest
+                values = VALUES[q]
+                for lane in range(LANES):
+                    x, y, z = point_bases(s, lane, values)
+                    o = lane + q * POINT_ROWS * LANES
+                    s[RESULT * LANES + lane] = point_det(x, y, z, r, o)
+                for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+                    smallest = lower(smallest, s[RESULT * LANES + lane])
+        out[t] = smallest
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def centre_stress(
-    points: Floats,
+def stresses(
+    blocks: Blocks,
     displacement: Floats,
-    nodes: Nodes,
-    reference: Floats,
-    centre_gradients: Floats,
+    gradients: Floats,
+    mu: Floats,
+    _lame: Floats,
     cells: Integers,
-    s: Floats,
     stress: Floats,
 ) -> None:
     """Cauchy stress F S F^T / det F at the centres of `cells` into stress (n, 6), Pa.
 
     S = lambda e I + 2 mu E with the element's mean e and E at the centre. Each block is gathered
-    once for a run of cells that lie in it.
+    once for a run of cells that lie in it; gradients (n_cells, 8, 3) are those at the centre, 1/m.
     """
     gathered = -1
     f = np.empty((3, 3))
+    s = blocks.scratch[0]
     for row in range(len(cells)):
         cell = cells[row]
         block, lane = cell // LANES, cell % LANES
-        r = reference[block]
+        r = blocks.reference[block]
         if block != gathered:
-            gather(points, displacement, nodes[block], s)
+            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
             block_dilatation(s, r)
             gathered = block
-        f[:] = 0.0
-        for a in range(8):
-            for i in range(3):
-                for j in range(3):
-                    f[i, j] += s[(8 * i + a) * LANES + lane] * centre_gradients[cell, a, j]
+        deformation(blocks, displacement, cell, gradients[cell], f)
         pressure = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
-        cauchy_stress(f, r[56 * LANES + lane], pressure, stress[row])
+        cauchy_stress(f, mu[cell], pressure, stress[row])

@@ -1,6 +1,7 @@
 """What the explicit loop asks of an element, and the checks that every element shares.
 
-Contract for whoever adds an element (one file for the set-up, one for its compiled kernel):
+Contract for whoever adds an element (one file for the set-up, one for its compiled kernel; what
+elements share is in `element`, `blocks` and `threads`):
 
 1. One object per mesh, built once by a function (`hex8`, `quad4_plane_stress`), frozen afterwards.
 2. Arrays in, arrays out, SI units, node order of VTK and gmsh.
@@ -18,6 +19,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative indices
+
+# Of compiled kernels. No nnan or ninf: a NaN in the displacement must reach the audit, not be
+# optimised away.
+SAFE_MATH = {"contract", "nsz"}
 
 
 class ElementKernel(Protocol):
@@ -49,14 +54,21 @@ class ElementKernel(Protocol):
         Runs on as many threads as numba's current setting (`numba.set_num_threads`).
         """
 
-    def strain_energy(self, displacement: Floats) -> float:
-        """Energy in J from the strains at the points (not from force times displacement).
+    @property
+    def loop_bytes(self) -> int:
+        """What one evaluation of the force reads of the elements, nodal arrays excepted, bytes."""
 
-        All that is stored: that of hourglass control included.
+    def energies(self, displacement: Floats) -> tuple[float, float]:
+        """All that is stored, J, and what hourglass control holds of it (0 without such control).
+
+        From the strains at the points, not from force times displacement.
         """
 
+    def strain_energy(self, displacement: Floats) -> float:
+        """The first of `energies`, J."""
+
     def hourglass_energy(self, displacement: Floats) -> float:
-        """What hourglass control holds of the strain energy, J; 0 for an element without it."""
+        """The second of `energies`, J."""
 
     def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
         """Cauchy stress at the elements' centres in Pa.

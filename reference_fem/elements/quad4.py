@@ -1,133 +1,37 @@
-"""The 4-node quadrilateral in plane stress: set-up from scikit-fem, calls of the kernels."""
+"""The 4-node quadrilateral in plane stress: set-up from scikit-fem."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
-import numba
 import numpy as np
 
-from reference_fem.elements import quad4_kernel
-from reference_fem.elements.blocks import Blocks, lanes, make_blocks
-from reference_fem.elements.frequency import element_stiffness, largest_frequency
+from reference_fem.elements import quad4_kernel as kernel
+from reference_fem.elements.blocks import make_blocks
+from reference_fem.elements.element import BlockElement, Kernels
+from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import (
     geometries,
     quadrature_points,
     sum_at_nodes,
     triangular_inverse,
 )
-from reference_fem.elements.protocol import (
-    Floats,
-    Integers,
-    check_displacement,
-    check_material,
-    check_mesh,
-    check_out,
-)
+from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
 from reference_fem.elements.quad4_kernel import POINT_ROWS, ROWS, SCRATCH_ROWS
-from reference_fem.elements.stress import von_mises
 
 
 @dataclass(frozen=True, eq=False)
-class Quad4PlaneStress:
-    """4-node quadrilaterals on one mesh; see `ElementKernel` for what each member means.
+class Quad4PlaneStress(BlockElement):
+    """4-node quadrilaterals on one mesh; `lame` is lambda* of plane stress.
 
     thickness : (n_cells, 4) at the points of `quad4_quadrature_points`, m
-    mu, lame : (n_cells,) Lame's constants, the second one lambda* of plane stress, Pa
-    cell_mass : (n_cells, 4) row-sum masses of each element's nodes, kg
-    centre_gradients : (n_cells, 4, 2) shape gradients at the centres, 1/m
-    blocks : node numbers by block, and workspaces that calls overwrite
-    reference : (n_blocks, ROWS*LANES), laid out as `quad4_kernel` says
     """
 
-    points: Floats
-    cells: Integers
     thickness: Floats
-    mu: Floats
-    lame: Floats
-    lumped_mass: Floats
-    cell_volume: Floats
-    cell_mass: Floats
-    centre_gradients: Floats
-    blocks: Blocks
-    reference: Floats
-    dim: int = 2
 
-    @property
-    def n_nodes(self) -> int:
-        """Number of nodes."""
-        return len(self.points)
-
-    @property
-    def n_cells(self) -> int:
-        """Number of elements."""
-        return len(self.cells)
-
-    def internal_force(self, displacement: Floats, out: Floats) -> None:
-        """Overwrite `out` (n_nodes, 2) with f_int in N, on numba's current number of threads."""
-        check_out(out, self.points.shape)
-        quad4_kernel.internal_force(
-            self.points,
-            self._checked(displacement),
-            self.blocks.nodes,
-            self.reference,
-            self.blocks.node_range,
-            numba.get_num_threads(),
-            self.blocks.scratch,
-            self.blocks.buffers,
-            out,
-        )
-
-    def strain_energy(self, displacement: Floats) -> float:
-        """Stored energy in J, from the strains at the points."""
-        return quad4_kernel.strain_energy(
-            self.points,
-            self._checked(displacement),
-            self.blocks.nodes,
-            self.reference,
-            self.blocks.scratch[0],
-        )
-
-    def hourglass_energy(self, displacement: Floats) -> float:
-        """Nothing, J: the element has no hourglass modes to control."""
-        return 0.0
-
-    def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
-        """Cauchy stress at the centres, (n, 3) as xx, yy, xy, Pa."""
-        chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
-        stress = np.empty((len(chosen), 3))
-        quad4_kernel.centre_stress(
-            self.points,
-            self._checked(displacement),
-            self.cells,
-            self.centre_gradients,
-            self.mu,
-            self.lame,
-            chosen,
-            stress,
-        )
-        return stress
-
-    def von_mises(self, displacement: Floats, cells: Integers | None = None) -> Floats:
-        """Equivalent stress at the centres, (n,), Pa."""
-        return von_mises(self.cell_stress(displacement, cells))
-
-    def min_det_F(self, displacement: Floats) -> float:
-        """Smallest in-plane det F over all points; NaN if the displacement holds one."""
-        return quad4_kernel.min_det(
-            self.points,
-            self._checked(displacement),
-            self.blocks.nodes,
-            self.reference,
-            self.n_cells,
-            self.blocks.scratch[0],
-        )
-
-    def max_frequency(self) -> float:
-        """Bound in rad/s on the largest eigenfrequency (Irons' theorem; see `frequency`)."""
-        return largest_frequency(self._stiffness_and_mass())
-
-    def _checked(self, displacement: Floats) -> Floats:
-        return check_displacement(displacement, self.points.shape)
+    kernels: ClassVar[Kernels] = Kernels(
+        kernel.internal_force, kernel.energies, kernel.min_dets, kernel.stresses
+    )
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         for g in geometries(self.points, self.cells):
@@ -194,13 +98,12 @@ def quad4_plane_stress(
     return Quad4PlaneStress(
         points=points,
         cells=cells,
-        thickness=thickness,
         mu=mu,
         lame=lame,
         lumped_mass=sum_at_nodes(cells, cell_mass, len(points)),
         cell_volume=volume,
         cell_mass=cell_mass,
-        centre_gradients=centre_gradients,
-        blocks=make_blocks(points, cells, SCRATCH_ROWS),
-        reference=lanes(rows),
+        gradients=centre_gradients,
+        blocks=make_blocks(points, cells, rows, SCRATCH_ROWS),
+        thickness=thickness,
     )

@@ -6,7 +6,8 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = 
     W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
     S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
-Edges and frames as in `hex8_kernel`: [g_1 g_2] from the 4 edge vectors, F Q = [g_1 g_2] R^-1.
+Edges and frames as in `hex8_edges` and `hex8_point`: [g_1 g_2] from the 4 edge vectors,
+F Q = [g_1 g_2] R^-1.
 `reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
 point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa).
 Scratch rows 0..3 hold x, 4..7 y of the nodes.
@@ -15,10 +16,21 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes.
 import numpy as np
 from numba import njit, prange
 
-from reference_fem.elements.blocks import LANES, add_buffers, touched
-from reference_fem.elements.hex8_kernel import LOW, SAFE_MATH
-from reference_fem.elements.protocol import Floats, Integers, Nodes
-from reference_fem.elements.stress import cauchy_plane_stress
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.hex8_edges import LOW
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
+from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
+from reference_fem.elements.threads import (
+    FIRST,
+    LAST,
+    START,
+    STOP,
+    alone,
+    begin,
+    deal,
+    finish,
+    part,
+)
 
 POINT_ROWS = 4
 ROWS = 4 * POINT_ROWS + 2
@@ -126,98 +138,83 @@ def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> Non
             s[(4 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
 
 
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
+    """Add rows 0..7 of s to the nodal forces, those of the seam to thread t's buffer."""
+    nodes, seam = blocks.nodes[block], blocks.buffers[t]
+    inside = alone(blocks, block, share)
+    for lane in range(LANES):
+        for a in range(4):
+            n = nodes[lane, a]
+            f = out if inside or share[FIRST] <= n < share[LAST] else seam
+            f[n, 0] += s[a * LANES + lane]
+            f[n, 1] += s[(4 + a) * LANES + lane]
+
+
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def chunk_force(
-    points: Floats,
-    displacement: Floats,
-    nodes: Nodes,
-    reference: Floats,
-    start: int,
-    stop: int,
-    s: Floats,
-    f: Floats,
-) -> None:
-    """Add the forces of blocks start..stop-1 to f."""
-    for block in range(start, stop):
-        gather(points, displacement, nodes[block], s)
-        block_force(s, reference[block])
-        for lane in range(LANES):
-            for a in range(4):
-                n = nodes[block, lane, a]
-                f[n, 0] += s[a * LANES + lane]
-                f[n, 1] += s[(4 + a) * LANES + lane]
+def chunk_force(blocks: Blocks, displacement: Floats, share: Integers, t: int, out: Floats) -> None:
+    """Add the forces of thread t's blocks."""
+    s = blocks.scratch[t]
+    for block in range(share[START], share[STOP]):
+        gather(blocks.points, displacement, blocks.nodes[block], s)
+        block_force(s, blocks.reference[block])
+        scatter(s, blocks, block, share, t, out)
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def internal_force(
-    points: Floats,
-    displacement: Floats,
-    nodes: Nodes,
-    reference: Floats,
-    node_range: Integers,
-    n_threads: int,
-    scratch: Floats,
-    buffers: Floats,
-    out: Floats,
-) -> None:
-    """Internal force of the mesh, (n_nodes, 2), N; threads as in `hex8_kernel.internal_force`."""
-    n_nodes, n_blocks = len(points), len(nodes)
+def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
+    """Internal force of the mesh, (n_nodes, 2), N; see `threads`."""
+    shares = deal(blocks.node_range, n_threads)
     for t in prange(n_threads):
-        start, stop = t * n_blocks // n_threads, (t + 1) * n_blocks // n_threads
-        low, high = touched(node_range, start, stop)
-        s, f = scratch[t], buffers[t]
-        f[low:high] = 0.0
-        chunk_force(points, displacement, nodes, reference, start, stop, s, f)
+        begin(blocks, shares, t, out)
+        chunk_force(blocks, displacement, shares[t], t, out)
     for t in prange(n_threads):
-        first, last = t * n_nodes // n_threads, (t + 1) * n_nodes // n_threads
-        add_buffers(buffers, node_range, n_threads, first, last, out)
+        finish(blocks, shares, t, out)
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+    """Stored energy of each thread's blocks, and nothing: (threads, 2), J."""
+    for t in prange(len(out)):
+        s = blocks.scratch[t]
+        start, stop = part(len(blocks.nodes), t, len(out))
+        energy = 0.0
+        for block in range(start, stop):
+            r = blocks.reference[block]
+            gather(blocks.points, displacement, blocks.nodes[block], s)
+            for lane in range(LANES):
+                x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+                mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+                for q in range(4):
+                    o = lane + q * POINT_ROWS * LANES
+                    energy += point_energy(x[q], y[q], r, o, mu, lame)
+        out[t, 0], out[t, 1] = energy, 0.0
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+    """Smallest in-plane det F of each thread's elements, (threads,); NaN if any of them is NaN."""
+    for t in prange(len(out)):
+        s = blocks.scratch[t]
+        start, stop = part(len(blocks.nodes), t, len(out))
+        smallest = np.inf
+        for block in range(start, stop):
+            r = blocks.reference[block]
+            gather(blocks.points, displacement, blocks.nodes[block], s)
+            for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+                x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+                for q in range(4):
+                    o = lane + q * POINT_ROWS * LANES
+                    fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
+                    smallest = lower(smallest, fx[0] * fy[1] - fx[1] * fy[0])
+        out[t] = smallest
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def strain_energy(
-    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, s: Floats
-) -> float:
-    """Stored energy of the mesh, J."""
-    energy = 0.0
-    for block in range(len(nodes)):
-        r = reference[block]
-        gather(points, displacement, nodes[block], s)
-        for lane in range(LANES):
-            x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-            mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
-            for q in range(4):
-                o = lane + q * POINT_ROWS * LANES
-                energy += point_energy(x[q], y[q], r, o, mu, lame)
-    return energy
-
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_det(
-    points: Floats, displacement: Floats, nodes: Nodes, reference: Floats, n_cells: int, s: Floats
-) -> float:
-    """Smallest in-plane det F over the 4 points of all elements; NaN if any of them is NaN."""
-    smallest = np.inf
-    for block in range(len(nodes)):
-        r = reference[block]
-        gather(points, displacement, nodes[block], s)
-        for lane in range(min(LANES, n_cells - block * LANES)):
-            x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-            for q in range(4):
-                o = lane + q * POINT_ROWS * LANES
-                fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
-                det = fx[0] * fy[1] - fx[1] * fy[0]
-                if np.isnan(det):
-                    return det
-                smallest = min(smallest, det)
-    return smallest
-
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def centre_stress(
-    points: Floats,
+def stresses(
+    blocks: Blocks,
     displacement: Floats,
-    cell_nodes: Integers,
-    centre_gradients: Floats,
+    gradients: Floats,
     mu: Floats,
     lame: Floats,
     cells: Integers,
@@ -227,10 +224,5 @@ def centre_stress(
     f = np.empty((2, 2))
     for row in range(len(cells)):
         cell = cells[row]
-        f[:] = 0.0
-        for a in range(4):
-            n = cell_nodes[cell, a]
-            for i in range(2):
-                for j in range(2):
-                    f[i, j] += (points[n, i] + displacement[n, i]) * centre_gradients[cell, a, j]
+        deformation(blocks, displacement, cell, gradients[cell], f)
         cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])

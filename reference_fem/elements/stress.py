@@ -1,9 +1,31 @@
-"""Cauchy stress of a St. Venant-Kirchhoff solid, and the equivalent stress of von Mises."""
+"""Outputs that elements share: F from given gradients, Cauchy stress, von Mises' stress."""
 
 import numpy as np
 from numba import njit
 
+from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.protocol import Floats
+
+
+@njit(cache=True, error_model="numpy")
+def deformation(
+    blocks: Blocks, displacement: Floats, cell: int, gradients: Floats, f: Floats
+) -> None:
+    """F = sum_a x_a grad N_a (dim, dim) of one element, gradients (corners, dim) in 1/m."""
+    nodes = blocks.nodes[cell // LANES, cell % LANES]
+    f[:] = 0.0
+    for a in range(len(nodes)):
+        n = nodes[a]
+        for i in range(len(f)):
+            x = blocks.points[n, i] + displacement[n, i]
+            for j in range(len(f)):
+                f[i, j] += x * gradients[a, j]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def lower(a: float, b: float) -> float:
+    """The smaller of two numbers; NaN if one of them is."""
+    return a if a <= b or a != a else b
 
 
 @njit(cache=True, error_model="numpy")

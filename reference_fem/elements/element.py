@@ -1,0 +1,124 @@
+"""What elements of every kind have in common: arrays of a mesh, calls of the kernels."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numba
+import numpy as np
+
+from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.frequency import largest_frequency
+from reference_fem.elements.protocol import Floats, Integers, check_displacement, check_out
+from reference_fem.elements.stress import von_mises
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Compiled functions of one kind of element (see `hex8_one_point_kernel` for an example).
+
+    internal_force : (blocks, displacement, threads, out (n_nodes, dim) in N)
+    energies : (blocks, displacement, out (threads, 2) in J), of strains and of hourglass modes
+    min_dets : (blocks, displacement, out (threads,))
+    stresses : (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
+    """
+
+    internal_force: Callable[[Blocks, Floats, int, Floats], None]
+    energies: Callable[[Blocks, Floats, Floats], None]
+    min_dets: Callable[[Blocks, Floats, Floats], None]
+    stresses: Callable[[Blocks, Floats, Floats, Floats, Floats, Integers, Floats], None]
+
+
+@dataclass(frozen=True, eq=False)
+class BlockElement:
+    """Elements of one kind on one mesh; see `ElementKernel` for what each member means.
+
+    points : (n_nodes, dim), m
+    cells : (n_cells, corners)
+    mu, lame : (n_cells,) Lame's constants, Pa; the second one lambda* in plane stress
+    cell_mass : (n_cells, corners) row-sum masses of each element's nodes, kg
+    gradients : (n_cells, corners, dim) shape gradients that stresses are taken with, 1/m
+    blocks : what the kernels store, and workspaces that calls overwrite
+    """
+
+    points: Floats
+    cells: Integers
+    mu: Floats
+    lame: Floats
+    lumped_mass: Floats
+    cell_volume: Floats
+    cell_mass: Floats
+    gradients: Floats
+    blocks: Blocks
+
+    kernels: ClassVar[Kernels]
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.points)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of elements."""
+        return len(self.cells)
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return self.points.shape[1]
+
+    @property
+    def loop_bytes(self) -> int:
+        """What one evaluation of the force reads of the elements, nodes excepted, bytes."""
+        return self.blocks.nodes.nbytes + self.blocks.reference.nbytes
+
+    def internal_force(self, displacement: Floats, out: Floats) -> None:
+        """Overwrite `out` (n_nodes, dim) with f_int in N, on numba's current number of threads."""
+        check_out(out, self.points.shape)
+        u = self._checked(displacement)
+        self.kernels.internal_force(self.blocks, u, numba.get_num_threads(), out)
+
+    def energies(self, displacement: Floats) -> tuple[float, float]:
+        """Stored energy, and the share of it that hourglass control holds, J."""
+        parts = np.empty((numba.get_num_threads(), 2))
+        self.kernels.energies(self.blocks, self._checked(displacement), parts)
+        strain, hourglass = parts.sum(axis=0)
+        return float(strain + hourglass), float(hourglass)
+
+    def strain_energy(self, displacement: Floats) -> float:
+        """Stored energy in J, from the strains at the points; that of hourglass modes included."""
+        return self.energies(displacement)[0]
+
+    def hourglass_energy(self, displacement: Floats) -> float:
+        """What hourglass control holds of the stored energy, J."""
+        return self.energies(displacement)[1]
+
+    def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
+        """Cauchy stress at the centres, (n, 6) as xx, yy, zz, xy, yz, xz or (n, 3), Pa."""
+        chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
+        stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
+        u = self._checked(displacement)
+        self.kernels.stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
+        return stress
+
+    def von_mises(self, displacement: Floats, cells: Integers | None = None) -> Floats:
+        """Equivalent stress at the centres, (n,), Pa."""
+        return von_mises(self.cell_stress(displacement, cells))
+
+    def min_det_F(self, displacement: Floats) -> float:
+        """Smallest det F over all points; NaN if the displacement holds one."""
+        parts = np.empty(numba.get_num_threads())
+        self.kernels.min_dets(self.blocks, self._checked(displacement), parts)
+        return float(np.min(parts))
+
+    def max_frequency(self) -> float:
+        """Bound in rad/s on the largest eigenfrequency (Irons' theorem; see `frequency`)."""
+        return largest_frequency(self._stiffness_and_mass())
+
+    def _checked(self, displacement: Floats) -> Floats:
+        return check_displacement(displacement, self.points.shape)
+
+    def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
+        """Stiffness (n, a*dim, a*dim) and row-sum mass (n, a) of all elements, in chunks."""
+        raise NotImplementedError

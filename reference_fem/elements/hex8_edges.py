@@ -1,0 +1,107 @@
+"""Edges of an 8-node hexahedron: its covariant base vectors at the 2 x 2 x 2 Gauss points.
+
+The base vectors g_k = dx/dxi_k of a trilinear element need only the 12 edge vectors: along xi_k
+each is bilinear in the other two coordinates, so 4 values per k serve 8 points.
+"""
+
+from numba import njit
+
+from reference_fem.elements.blocks import LANES
+from reference_fem.elements.protocol import SAFE_MATH, Floats
+
+LOW = 0.21132486540518713  # 1/2 - 1/sqrt(12): the first Gauss point on [0, 1]
+
+Three = tuple[float, float, float]
+Four = tuple[float, float, float, float]
+Bases = tuple[Four, Four, Four]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def at_gauss(e00: float, e10: float, e01: float, e11: float) -> Four:
+    """Bilinear interpolation of 4 corner values to the 2 x 2 Gauss points (its own transpose)."""
+    d, h = e10 - e00, e11 - e01
+    p0, p1 = e00 + LOW * d, e10 - LOW * d
+    q0, q1 = e01 + LOW * h, e11 - LOW * h
+    d, h = q0 - p0, q1 - p1
+    return p0 + LOW * d, p1 + LOW * h, q0 - LOW * d, q1 - LOW * h
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def base_vectors(s: Floats, row: int, lane: int) -> Bases:
+    """One Cartesian component of g_1, g_2, g_3 (4 values each) from 8 nodal rows of scratch s."""
+    o = row * LANES + lane
+    x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
+    x4, x5, x6, x7 = s[o + 4 * LANES], s[o + 5 * LANES], s[o + 6 * LANES], s[o + 7 * LANES]
+    return (
+        at_gauss(x1 - x0, x2 - x3, x5 - x4, x6 - x7),
+        at_gauss(x3 - x0, x2 - x1, x7 - x4, x6 - x5),
+        at_gauss(x4 - x0, x5 - x1, x7 - x3, x6 - x2),
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def base_forces(s: Floats, row: int, lane: int, c1: Four, c2: Four, c3: Four) -> None:
+    """Transpose of `base_vectors`: 8 nodal rows of s from the forces conjugate to g_1, g_2, g_3."""
+    o = row * LANES + lane
+    a01, a32, a45, a76 = at_gauss(c1[0], c1[1], c1[2], c1[3])
+    b03, b12, b47, b56 = at_gauss(c2[0], c2[1], c2[2], c2[3])
+    d04, d15, d37, d26 = at_gauss(c3[0], c3[1], c3[2], c3[3])
+    s[o] = -a01 - b03 - d04
+    s[o + LANES] = a01 - b12 - d15
+    s[o + 2 * LANES] = a32 + b12 - d26
+    s[o + 3 * LANES] = b03 - a32 - d37
+    s[o + 4 * LANES] = d04 - a45 - b47
+    s[o + 5 * LANES] = a45 + d15 - b56
+    s[o + 6 * LANES] = a76 + b56 + d26
+    s[o + 7 * LANES] = b47 + d37 - a76
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def collect(
+    f0: Three, f1: Three, f2: Three, f3: Three, f4: Three, f5: Three, f6: Three, f7: Three
+) -> Bases:
+    """Sums over the two points that share a value of g_1, of g_2 and of g_3."""
+    return (
+        (f0[0] + f1[0], f2[0] + f3[0], f4[0] + f5[0], f6[0] + f7[0]),
+        (f0[1] + f3[1], f1[1] + f2[1], f4[1] + f7[1], f5[1] + f6[1]),
+        (f0[2] + f4[2], f1[2] + f5[2], f3[2] + f7[2], f2[2] + f6[2]),
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def at_points(
+    g: Bases,
+) -> tuple[Three, Three, Three, Three, Three, Three, Three, Three]:
+    """One Cartesian component of (g_1, g_2, g_3) at the 8 points."""
+    g1, g2, g3 = g
+    return (
+        (g1[0], g2[0], g3[0]),
+        (g1[0], g2[1], g3[1]),
+        (g1[1], g2[1], g3[3]),
+        (g1[1], g2[0], g3[2]),
+        (g1[2], g2[2], g3[0]),
+        (g1[2], g2[3], g3[1]),
+        (g1[3], g2[3], g3[3]),
+        (g1[3], g2[2], g3[2]),
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def store_bases(s: Floats, row: int, lane: int, g: Bases) -> None:
+    """Twelve rows of s: one Cartesian component of g_1, g_2, g_3."""
+    o = row * LANES + lane
+    for k in range(3):
+        s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES] = g[k]
+        o += 4 * LANES
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def load_bases(s: Floats, row: int, lane: int) -> Bases:
+    """What `store_bases` stored."""
+    o = row * LANES + lane
+    h, t = o + 4 * LANES, o + 8 * LANES
+    return (
+        (s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]),
+        (s[h], s[h + LANES], s[h + 2 * LANES], s[h + 3 * LANES]),
+        (s[t], s[t + LANES], s[t + 2 * LANES], s[t + 3 * LANES]),
+    )

@@ -1,0 +1,57 @@
+"""Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
+
+from numba import njit
+
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
+from reference_fem.elements.threads import FIRST, LAST, alone
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
+    """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s."""
+    for lane in range(LANES):
+        o = row * LANES + lane
+        for a in range(8):
+            n = nodes[lane, a]
+            s[o + a * LANES] = values[n, 0]
+            s[o + (8 + a) * LANES] = values[n, 1]
+            s[o + (16 + a) * LANES] = values[n, 2]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+    """Current nodal positions of a block into rows 0..23 of s."""
+    for lane in range(LANES):
+        for a in range(8):
+            n = nodes[lane, a]
+            s[a * LANES + lane] = points[n, 0] + displacement[n, 0]
+            s[(8 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
+            s[(16 + a) * LANES + lane] = points[n, 2] + displacement[n, 2]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
+    """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
+    nodes = blocks.nodes[block]
+    if alone(blocks, block, share):
+        for lane in range(LANES):
+            for a in range(8):
+                add(s, a * LANES + lane, out, nodes[lane, a])
+        return
+    seam = blocks.buffers[t]
+    for lane in range(LANES):
+        for a in range(8):
+            n = nodes[lane, a]
+            if share[FIRST] <= n < share[LAST]:
+                add(s, a * LANES + lane, out, n)
+            else:
+                add(s, a * LANES + lane, seam, n)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def add(s: Floats, o: int, f: Floats, n: int) -> None:
+    """Add one corner's force to node n."""
+    f[n, 0] += s[o]
+    f[n, 1] += s[o + 8 * LANES]
+    f[n, 2] += s[o + 16 * LANES]

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from validation.converge_command import run_converge
+from validation.converge_command import preset_rows, run_converge
 from validation.errors import UserError
-from validation.grid_convergence import convergence, observed_order
-from validation.ladders import QUANTITIES, ladders
+from validation.grid_convergence import Convergence, convergence, observed_order
+from validation.ladders import QUANTITIES, SHAFT_MESH, TIP_MESH, ladders
 
 
 @given(st.floats(0.6, 2.0), st.floats(1.2, 3.0), st.floats(1.2, 3.0), st.floats(0.01, 0.3))
@@ -77,17 +77,32 @@ def test_ladders_refine_one_thing_each() -> None:
             assert (
                 changing
                 == {
-                    "mesh": {f"solver.fem.{k}" for k in ("section_size", "axial_size")}
-                    | {"solver.fem.tip_size", "solver.fem.growth"},
-                    "tip": {"solver.fem.tip_size", "solver.fem.growth"},
-                    "shaft": {"solver.fem.section_size", "solver.fem.axial_size"},
+                    TIP_MESH: {"solver.fem.tip_size", "solver.fem.growth"},
+                    SHAFT_MESH: {"solver.fem.section_size", "solver.fem.axial_size"},
                     "penalty": {"solver.fem.surface_factor"},
                     "step": {"solver.fem.step_factor"},
                 }[ladder.name]
             )
-    full = next(ladder for ladder in ladders(1.0, False) if ladder.name == "mesh")
+    full = next(ladder for ladder in ladders(1.0, False) if ladder.name == TIP_MESH)
     assert len(full.levels) >= 4
     assert full.levels[-1].size <= 0.1 + 1e-12  # mm
+
+
+def test_preset_is_known_by_its_distance_and_every_ladder_but_the_penaltys() -> None:
+    def found(limit: float, uncertainty: float) -> Convergence:
+        return Convergence(True, 2.0, limit, uncertainty, limit, uncertainty)
+
+    peak = QUANTITIES[0]
+    verdicts = {
+        (TIP_MESH, peak): found(100.0, 0.004),
+        (SHAFT_MESH, peak): found(100.0, 0.002),
+        ("step", peak): found(100.0, 0.001),
+        ("penalty", peak): found(100.0, 0.5),
+        ("step", QUANTITIES[1]): found(100.0, 0.5),
+    }
+    (row,) = preset_rows({peak: 99.5, QUANTITIES[1]: 1.0, QUANTITIES[2]: None}, verdicts)
+    assert row["from_limit_percent"] == pytest.approx(-0.5)
+    assert row["uncertainty_percent"] == pytest.approx(0.5 + 0.4 + 0.2 + 0.1)
 
 
 def test_unreachable_scene_and_unknown_model_are_refused(tmp_path: Path) -> None:

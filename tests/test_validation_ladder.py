@@ -103,8 +103,8 @@ def test_study_of_convergence_is_read_where_it_exists(tmp_path: Path) -> None:
     path.write_text("something,else\n1,2\n")
     assert study_uncertainties(path) == {}
     path.write_text(
-        "ladder,quantity,uncertainty_percent\nmesh,peak_normal_force_N,1.5\n"
-        "penalty,peak_normal_force_N,5\nmesh,contact_duration_s,\nmesh,nonsense,0.3\n"
+        "ladder,quantity,uncertainty_percent\npreset,peak_normal_force_N,1.5\n"
+        "penalty,peak_normal_force_N,5\npreset,contact_duration_s,\npreset,nonsense,0.3\n"
     )
     assert study_uncertainties(path) == {"peak_normal_force_N": pytest.approx(0.015)}
 

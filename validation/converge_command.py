@@ -1,4 +1,7 @@
-"""``fingertap converge``: mesh, penalty and step, each refined alone, from one impact state."""
+"""``fingertap converge``: mesh, penalty and step, each refined alone, from one impact state.
+
+At the end the preset `converged` is set against the limit that its mesh goes to.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +11,7 @@ from validation.console import progress_bar
 from validation.errors import RunFailedError, UserError
 from validation.figures import BLUE, GREEN, ORANGE, STYLE
 from validation.grid_convergence import Convergence, convergence
-from validation.ladders import QUANTITIES, Ladder, ladders
+from validation.ladders import QUANTITIES, TIP_MESH, Ladder, ladders
 from validation.level_runs import DIMENSIONS, LevelRuns, Values
 from validation.models.solid import size_scale
 from validation.storage import atomic, output_folder, safe_name
@@ -19,6 +22,7 @@ TITLES = {
     "normal_impulse_N_s": "impulse",
     "contact_duration_s": "duration",
 }
+PRESET = "preset"
 Result = tuple[Ladder, list[Values]]
 
 
@@ -79,9 +83,42 @@ def verdict_rows(verdicts: dict[tuple[str, str], Convergence]) -> list[dict[str,
             "asymptotic": "yes" if found.asymptotic else "not asymptotic",
             "uncertainty_percent": 100 * found.uncertainty,
             "spread_percent": 100 * found.spread,
+            "from_limit_percent": 100 * (found.finest / found.limit - 1),
         }
         for (name, quantity), found in verdicts.items()
     ]
+
+
+def preset_rows(
+    preset: Values, verdicts: dict[tuple[str, str], Convergence]
+) -> list[dict[str, Any]]:
+    """The preset `converged` against the tip ladder's limit.
+
+    Its uncertainty is what it is off by, and the uncertainties of all meshes and of the step: a
+    sum, not its root, for they need not be independent. The penalty is no part of the preset.
+    """
+    rows = []
+    for quantity in QUANTITIES:
+        value, tip = preset[quantity], verdicts.get((TIP_MESH, quantity))
+        if value is None or tip is None:
+            continue
+        off = value / tip.limit - 1
+        others = sum(
+            found.uncertainty
+            for (name, key), found in verdicts.items()
+            if key == quantity and name != "penalty"
+        )
+        rows.append(
+            {
+                "ladder": PRESET,
+                "quantity": quantity,
+                "finest": value,
+                "limit": tip.limit,
+                "uncertainty_percent": 100 * (abs(off) + others),
+                "from_limit_percent": 100 * off,
+            }
+        )
+    return rows
 
 
 def draw(path: Path, results: Sequence[Result], title: str) -> None:
@@ -140,17 +177,32 @@ def run_converge(source: str, overrides: Sequence[str], model: str, quick: bool,
         folder = output_folder(out / "converge" / name)
         wanted = ladders(size_scale(runs.scene.tables), quick)
         results, failures = run_ladders(runs, wanted, progress)
+        progress(0.98, "preset converged")
+        preset = None
+        if not quick:
+            try:
+                preset = runs.run({"solver.fem.preset": "converged"})
+            except RunFailedError as error:
+                failures.append(f"preset converged: {error}")
     title = f"{runs.scene.name} finger, {model}"
     verdicts = judged(results)
     write_table(folder, "levels", pd.DataFrame(level_rows(results)), f"Runs of {title}")
     rows = verdict_rows(verdicts)
+    beside = [] if preset is None else preset_rows(preset, verdicts)
+    rows += beside
     write_table(folder, "convergence", pd.DataFrame(rows), f"Convergence of {title}")
     draw(folder / "convergence.png", results, title)
     print(f"{title}: from one impact state, each refined alone")
     for (ladder, quantity), found in verdicts.items():
         print(
-            f"  {ladder:<8} {TITLES[quantity]:<9} finest {found.finest:<10.5g} "
+            f"  {ladder:<11} {TITLES[quantity]:<9} finest {found.finest:<10.5g} "
             f"limit {found.limit:<10.5g} {found.verdict}"
+        )
+    for row in beside:
+        print(
+            f"  {'preset':<11} {TITLES[row['quantity']]:<9} {row['finest']:<10.5g} "
+            f"{row['from_limit_percent']:+.2f} % from the tip's limit, "
+            f"known to {row['uncertainty_percent']:.1f} % in all"
         )
     print(f"  files in {folder}")
     if failures:

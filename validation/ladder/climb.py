@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from validation.converge_command import PRESET
 from validation.errors import RunFailedError, UserError
 from validation.identify.contact import MESHES, ContactIdentification, identify_contact
 from validation.impact import impact_of
@@ -89,8 +90,7 @@ def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
 def study_uncertainties(path: Path) -> dict[str, float]:
     """Relative uncertainties by key from a finished ``fingertap converge``; empty without one.
 
-    They are those of its mesh ladder's finest level, whose limit the preset `converged` is made
-    to meet within 1 %.
+    They are those of the preset `converged` (`converge_command.preset_rows`).
     """
     if not path.is_file():
         return {}
@@ -100,10 +100,10 @@ def study_uncertainties(path: Path) -> dict[str, float]:
     if not {"ladder", "quantity", "uncertainty_percent"} <= set(table.columns):
         return {}
     known = {entry.key for entry in QUANTITIES}
-    of_mesh = table[table["ladder"] == "mesh"].dropna(subset=["uncertainty_percent"])
+    of_preset = table[table["ladder"] == PRESET].dropna(subset=["uncertainty_percent"])
     return {
         quantity: 0.01 * float(share)
-        for quantity, share in of_mesh[["quantity", "uncertainty_percent"]].to_numpy().tolist()
+        for quantity, share in of_preset[["quantity", "uncertainty_percent"]].to_numpy().tolist()
         if quantity in known
     }
 

@@ -105,7 +105,7 @@ class Store:
             finally:
                 shutil.rmtree(partial, ignore_errors=True)
         except OSError as error:
-            if error.errno in (errno.ENOTEMPTY, errno.EEXIST):
+            if error.errno == errno.ENOTEMPTY:
                 return True  # another process was quicker
             say(f"{self.folder}: a result cannot be stored ({error.strerror or error})")
             return False

@@ -75,7 +75,8 @@ class Store:
             _verify(entry)
             return read(entry)
         except Exception as error:  # JSON, NumPy and their like raise whatever parsing hits
-            if _folder_id(entry) == this:  # else another process replaces it at this moment
+            # a folder that has changed meanwhile is one that another process replaces
+            if this is not None and _folder_id(entry) == this:
                 why = " ".join(str(error).split())[:100] or type(error).__name__
                 say(f"stored result {entry}: {why}; it is computed again")
                 self._discard(entry)
@@ -136,12 +137,12 @@ def key(inputs: Inputs) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _folder_id(entry: Path) -> tuple[int, int]:
-    """Which folder has this name now; zeros for none. An inode alone may be used again."""
+def _folder_id(entry: Path) -> tuple[int, int] | None:
+    """Which folder has this name now, if any. An inode alone may be used again."""
     try:
         found = entry.stat()
     except OSError:
-        return 0, 0
+        return None
     return found.st_ino, found.st_mtime_ns
 
 

@@ -30,7 +30,7 @@ from validation.paper.ledger import (
     printed_rounding,
     score,
 )
-from validation.paper.solve import CaseRun
+from validation.paper.stored_cases import CaseRun
 from validation.record import Event, RunRecord
 from validation.scenes.load import load_scene
 

@@ -133,7 +133,12 @@ def validate(
 
 
 @app.command
-def paper(*, out: Path = Path("out"), reference: bool = True) -> None:
+def paper(
+    *,
+    out: Path = Path("out"),
+    reference: bool = True,
+    fresh: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+) -> None:
     """Compute every number and figure of the article, and judge each one.
 
     Parameters
@@ -142,10 +147,12 @@ def paper(*, out: Path = Path("out"), reference: bool = True) -> None:
         Folder for paper/: index.html, ledger.csv, figures.
     reference
         Whether to run the ls-dyna-like reference too; its rows are not judged without it.
+    fresh
+        Run everything again; without it a run that is unchanged is read back from OUT/store.
     """
     from validation.paper_command import run_paper
 
-    run_paper(out, reference)
+    run_paper(out, reference, fresh)
 
 
 @app.command

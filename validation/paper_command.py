@@ -22,12 +22,15 @@ from validation.paper.driven_figures import figure_13, figure_14, figure_15, fig
 from validation.paper.finding import Runs
 from validation.paper.identify_torque import TorqueFactor, identify
 from validation.paper.ledger import VERDICTS, ledger, ledger_table, score
-from validation.paper.solve import solve_cases, workers
+from validation.paper.solve import solve_cases
+from validation.paper.stored_cases import case_store
 from validation.paper.undriven_figures import figure_10, figure_11, figure_12
 from validation.provenance import provenance
 from validation.record import RunRecord
 from validation.storage import output_folder
+from validation.store import Store
 from validation.tables import write_table
+from validation.workers import workers
 
 SCENES = ("hard", "soft")
 PRESET = ("solver.fem.preset=ls-dyna-like",)
@@ -45,12 +48,12 @@ CAPTIONS = {
 
 
 def run_alone(
-    folder: Path, model: ModelName, overrides: tuple[str, ...], variant: str
+    folder: Path, model: ModelName, overrides: tuple[str, ...], variant: str, store: Store
 ) -> dict[str, RunRecord]:
     """A model on both scenes, each run alone in its process; failures left out."""
     records = {}
     for scene in SCENES:
-        (record,) = in_fresh_process([Job(scene, model, overrides, variant)], folder)
+        (record,) = in_fresh_process([Job(scene, model, overrides, variant)], folder, store)
         if record.ok:
             records[scene] = record
     return records
@@ -73,21 +76,27 @@ def draw(folder: Path, runs: Runs, references: Mapping[str, RunRecord]) -> list[
             CAPTIONS.items()]  # fmt: skip
 
 
-def solve_all(progress: Callable[[float, str], None]) -> tuple[Runs, TorqueFactor]:
-    """Identify the t_3 factor, then run every case of the reduced model."""
+def solve_all(progress: Callable[[float, str], None], store: Store) -> tuple[Runs, TorqueFactor]:
+    """Identify the t_3 factor, then run every case of the reduced model that is not stored."""
+    stored = case_store(store)
     with workers(os.cpu_count() or 1) as pool:
         progress(0.02, "identifying the t_3 factor")
-        factor = identify(pool)
+        factor = identify(pool, stored)
         cases = (
             *driven_cases(factor.factor, factor.uncertainty),
             *undriven_cases(),
             *experiments(),
         )
-        return solve_cases(cases, pool, lambda f, what: progress(0.2 + 0.5 * f, what)), factor
+        runs = solve_cases(cases, pool, lambda f, what: progress(0.2 + 0.5 * f, what), stored)
+        return runs, factor
 
 
-def run_paper(out: Path, with_reference: bool) -> None:
+def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
     """Run, judge, tabulate, draw, and write the page.
+
+    Parameters
+    ----------
+    fresh : run everything again, whatever is stored.
 
     Raises
     ------
@@ -97,13 +106,14 @@ def run_paper(out: Path, with_reference: bool) -> None:
     folder = output_folder(out / "paper")
     figures, runs_folder = (output_folder(folder / name) for name in ("figures", "runs"))
     claims = read_claims()
+    store = Store(out / "store", fresh)
     with progress_bar("paper") as progress:
-        runs, factor = solve_all(progress)
+        runs, factor = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
-        alone = run_alone(runs_folder, "hcm", (), "")
+        alone = run_alone(runs_folder, "hcm", (), "", store)
         progress(0.75, "reference, ls-dyna-like")
         references = (
-            run_alone(runs_folder, "fem3d", PRESET, "ls-dyna-like") if with_reference else {}
+            run_alone(runs_folder, "fem3d", PRESET, "ls-dyna-like", store) if with_reference else {}
         )
         progress(0.9, "ledger and figures")
         findings = {

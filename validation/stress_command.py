@@ -7,13 +7,13 @@ from pathlib import Path
 
 from validation.console import progress_bar
 from validation.errors import RunFailedError
-from validation.paper.solve import workers
 from validation.storage import output_folder
 from validation.stress.campaign import draw, limit, run_cells, table_rows
 from validation.stress.collection import all_maps
 from validation.stress.finished import Finished
 from validation.stress.frame import ANSWERS, WRONG
 from validation.tables import write_table
+from validation.workers import workers
 
 
 def run_stress(quick: bool, only: str | None, out: Path) -> None:

@@ -5,7 +5,7 @@ import os
 from typing import Any
 
 from validation.paper.identify_torque import TorqueFactor, identify, predict
-from validation.paper.solve import workers
+from validation.workers import workers
 
 
 def run_identify_torque(as_json: bool) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from validation.paper.cases import PRINTED_TORQUES
 from validation.paper.figure_panels import COLORS, label, panels
 from validation.paper.finding import Runs, curve, window
-from validation.paper.solve import CaseRun
+from validation.paper.stored_cases import CaseRun
 from validation.paper.undriven_figures import TIME, draw_forces, draw_stress
 
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]

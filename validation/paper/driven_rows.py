@@ -26,7 +26,7 @@ from validation.paper.finding import (
     transitions,
     window,
 )
-from validation.paper.solve import CaseRun
+from validation.paper.stored_cases import CaseRun
 
 if TYPE_CHECKING:
     from hcm import Posture

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.paper.solve import CaseRun
+from validation.paper.stored_cases import CaseRun
 from validation.record import RunRecord
 
 Runs = Mapping[str, CaseRun]

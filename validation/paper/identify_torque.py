@@ -20,7 +20,8 @@ import numpy as np
 from validation.claims import read_claims
 from validation.errors import RunFailedError
 from validation.paper.cases import PRINTED_TORQUES, driven
-from validation.paper.solve import solve_case
+from validation.paper.solve import solve_case, solve_cases
+from validation.paper.stored_cases import CaseRun, CaseStore
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
 BOUNDS = (5e-5, 1e-4)
@@ -39,7 +40,7 @@ class TorqueFactor:
     computed: Mapping[str, float]
 
 
-def arrival_time(scene: str, factor: float) -> float:
+def arrival_time(run: CaseRun) -> float:
     """Time of first contact of a driven case, s.
 
     Raises
@@ -47,9 +48,11 @@ def arrival_time(scene: str, factor: float) -> float:
     RunFailedError
         The tip does not reach the surface with this factor.
     """
-    time = solve_case(driven(scene, factor, "flight", FLIGHT_ONLY)).record.value("contact_time_s")
+    time = run.record.value("contact_time_s")
     if time is None:
-        raise RunFailedError(f"{scene}: the tip does not arrive with t_3 factor {factor:g}")
+        raise RunFailedError(
+            f"{run.case.scene}: the tip does not arrive with {run.case.overrides[0]}"
+        )
     return time
 
 
@@ -60,8 +63,8 @@ def printed_arrivals() -> dict[str, float]:
     return {scene: numbers[claim] for scene, claim in ARRIVAL_CLAIMS.items()}
 
 
-def identify(pool: Executor) -> TorqueFactor:
-    """Least squares on the three arrival times."""
+def identify(pool: Executor, stored: CaseStore | None = None) -> TorqueFactor:
+    """Least squares on the three arrival times; flights that are stored are not run again."""
     from scipy.optimize import least_squares
 
     printed = printed_arrivals()
@@ -69,8 +72,9 @@ def identify(pool: Executor) -> TorqueFactor:
 
     def residuals(scaled: np.ndarray) -> np.ndarray:
         factor = 1e-5 * float(scaled[0])
-        jobs = [pool.submit(arrival_time, scene, factor) for scene in PRINTED_TORQUES]
-        return np.array([job.result() for job in jobs]) / target - 1
+        cases = [driven(scene, factor, "flight", FLIGHT_ONLY) for scene in PRINTED_TORQUES]
+        runs = solve_cases(cases, pool, lambda share, what: None, stored)
+        return np.array([arrival_time(run) for run in runs.values()]) / target - 1
 
     # arrival times jitter by about 1e-5 with the flight's steps: differences must be larger
     fit = least_squares(

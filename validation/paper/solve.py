@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import replace
 
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
 from validation.paper.cases import Case
-from validation.record import RunRecord
+from validation.paper.stored_cases import CaseRun, CaseStore
 from validation.scenes.load import load_scene
-
-if TYPE_CHECKING:
-    from hcm import Posture
 
 Progress = Callable[[float, str], None]
 
 
-@dataclass(frozen=True)
-class CaseRun:
-    """A case's record and postures: at every located event, and at the wanted times."""
-
-    case: Case
-    record: RunRecord
-    event_postures: tuple[Posture, ...]
-    frames: tuple[Posture, ...]
-
-
-def solve_case(case: Case) -> CaseRun:
-    """Run one case.
+def solve_case(case: Case, stored: CaseStore | None = None) -> CaseRun:
+    """Run one case, and store it if there is a store.
 
     Raises
     ------
@@ -46,21 +30,24 @@ def solve_case(case: Case) -> CaseRun:
     arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
     result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
-    return CaseRun(case, record, result.event_postures, result.frames)
+    run = CaseRun(case, record, result.event_postures, result.frames)
+    if stored is not None:
+        stored.keep(run)
+    return run
 
 
-@contextmanager
-def workers(count: int) -> Iterator[Executor]:
-    """Processes that start afresh, so that none inherits another library's threads."""
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count, mp_context=context) as pool:
-        yield pool
-
-
-def solve_cases(cases: Sequence[Case], pool: Executor, progress: Progress) -> Mapping[str, CaseRun]:
-    """Run all cases; the result is in the order of the cases, by name."""
-    futures = {pool.submit(solve_case, case): case.name for case in cases}
-    done = {}
+def solve_cases(
+    cases: Sequence[Case], pool: Executor, progress: Progress, stored: CaseStore | None = None
+) -> Mapping[str, CaseRun]:
+    """Run all cases that are not stored; the result is in the order of the cases, by name."""
+    done: dict[str, CaseRun] = {}
+    futures = {}
+    for case in cases:
+        found = None if stored is None else stored.load(case)
+        if found is None:
+            futures[pool.submit(solve_case, case, stored)] = case.name
+        else:
+            done[case.name] = found
     for future in as_completed(futures):
         done[futures[future]] = future.result()
         progress(len(done) / len(cases), futures[future])

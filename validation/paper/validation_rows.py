@@ -32,6 +32,11 @@ def _errors(runs: Runs, references: Mapping[str, RunRecord]) -> dict[str, Findin
     return rows
 
 
+def _measured(run: RunRecord | None) -> str:
+    """On what, and when if it comes from a store: another day's machine was another machine."""
+    return f"{MACHINE}; measured {run.measured}" if run and run.read_back else MACHINE
+
+
 def _reference_rows(references: Mapping[str, RunRecord]) -> dict[str, Finding]:
     rows = {}
     for id_, scene, key in (
@@ -41,7 +46,9 @@ def _reference_rows(references: Mapping[str, RunRecord]) -> dict[str, Finding]:
         ("T3.7", "hard", "peak_memory_MB"), ("T3.8", "soft", "peak_memory_MB"),
     ):  # fmt: skip
         reference = references.get(scene)
-        about = MACHINE if id_.startswith("T3") else "penalty factor and mesh are not the paper's"
+        about = "penalty factor and mesh are not the paper's"
+        if id_.startswith("T3"):
+            about = _measured(reference)
         rows[id_] = Finding(reference.value(key) if reference else None, f"{REFERENCE}; {about}")
     return rows
 
@@ -73,7 +80,7 @@ def measure(
         ("T3.5", "hard", "peak_memory_MB"), ("T3.6", "soft", "peak_memory_MB"),
     ):  # fmt: skip
         mine = alone.get(scene)
-        rows[id_] = Finding(mine.value(key) if mine else None, MACHINE)
+        rows[id_] = Finding(mine.value(key) if mine else None, _measured(mine))
     for id_, scene in (("F7.1", "hard"), ("F7.2", "soft")):
         time, force = curve(runs[scene], "normal_force_N")
         coarse = np.interp(time, *curve(runs[f"{scene} N=15"], "normal_force_N"), right=0.0)

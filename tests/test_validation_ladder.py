@@ -16,6 +16,7 @@ from validation.identify import contact_command
 from validation.impact import impact_of
 from validation.ladder import climb as climbing
 from validation.ladder import own_checks
+from validation.ladder import runs as ladder_functions
 from validation.ladder.beside_paper import table_2, table_3
 from validation.ladder.climb import Ladder, climb, paper_rung, study_uncertainties
 from validation.ladder.cost import accuracy_against_cost
@@ -24,6 +25,7 @@ from validation.ladder.report import ladder_context, sentences, tables, write_la
 from validation.ladder.row import COLUMNS, OWN, SAME, Row, compare
 from validation.ladder.rungs import Cause, structure, uncertainties
 from validation.ladder.runs import reduced, scene_contact
+from validation.ladder.stored_runs import LadderRuns, ladder_runs
 from validation.plan import Runs, groups
 from validation.record import RunRecord
 from validation.scenes.load import load_scene
@@ -185,8 +187,8 @@ def test_whole_event_is_compared_with_the_rigid_start(
         asked.append(tuple(overrides))
         return make_record(source, "fem3d", variant, peak=100.0 - 0.02 * len(overrides))
 
-    monkeypatch.setattr(own_checks, "full_contact", contact)
-    row = own_checks.whole_event("soft")
+    monkeypatch.setattr(ladder_functions, "full_contact", contact)
+    row = own_checks.whole_event("soft", ladder_runs(None))
     assert asked == [(), ("solver.fem.flight=explicit",)]
     assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
     assert row.peak_percent == pytest.approx(-0.02)
@@ -209,7 +211,7 @@ def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
 def test_a_scene_that_fails_is_named_and_the_others_go_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def fail(scene: Any, impact: Any, full: bool) -> list[Row]:
+    def fail(scene: Any, impact: Any, full: bool, runs: LadderRuns) -> list[Row]:
         raise RunFailedError(f"{scene.name} broke")
 
     monkeypatch.setattr(climbing, "structure", fail)
@@ -331,7 +333,9 @@ def test_identify_refuses_a_folder_before_it_solves(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["soft", "hard"])
 def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
     scene = load_scene(name)
-    rows = {row.quantity: row for row in structure(scene, impact_of(scene), True)}
+    rows = {
+        row.quantity: row for row in structure(scene, impact_of(scene), True, ladder_runs(None))
+    }
     peak = rows[f"peak Fn (N), {SAME}"]
     assert peak.error_percent is not None
     assert peak.reference is not None

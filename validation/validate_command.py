@@ -124,10 +124,10 @@ def page_context(
     }
 
 
-def climb_ladder(out: Path, full: bool) -> Ladder:
+def climb_ladder(out: Path, full: bool, store: Store) -> Ladder:
     """Rungs 2 and 3, in a process of their own; a crash is a failure among the others."""
     try:
-        ladder: Ladder = call_isolated(climb, SCENES, full, out / "converge")
+        ladder: Ladder = call_isolated(climb, SCENES, full, out / "converge", store)
     except CrashedError as error:
         return Ladder((), (), (), (f"rungs 2 and 3: {error}",), full)
     return ladder
@@ -156,7 +156,7 @@ def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) ->
     with progress_bar("validate") as progress:
         runs = run_all(runs_folder, progress, store)
         progress(0.8, "ladder: structure and contact")
-        ladder = climb_ladder(out, full_ladder)
+        ladder = climb_ladder(out, full_ladder, store)
         progress(0.95, "tables, figures, renders")
         accuracy = [
             row

@@ -6,15 +6,17 @@ from pathlib import Path
 
 from validation.converge_command import PRESET
 from validation.errors import RunFailedError, UserError
-from validation.identify.contact import MESHES, ContactIdentification, identify_contact
+from validation.identify.contact import MESHES, ContactIdentification
 from validation.impact import impact_of
 from validation.ladder.own_checks import Check, whole_event
 from validation.ladder.row import OWN, Row, compare
 from validation.ladder.rungs import Cause, blind, causes, structure
+from validation.ladder.stored_runs import ladder_runs
 from validation.metrics import QUANTITIES, spread
 from validation.plan import REDUCED, REFERENCE, Runs
 from validation.record import RunRecord
 from validation.scenes.load import load_scene
+from validation.store import Store
 
 ONE_MESH = (MESHES[0],)
 WHOLE_EVENT = "soft"  # the scene whose fall is also run in explicit steps: the larger step
@@ -43,14 +45,16 @@ class Ladder:
     checks: tuple[Check, ...] = ()
 
 
-def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
+def climb(scenes: Sequence[str], full: bool, studies: Path, store: Store | None = None) -> Ladder:
     """Compute rungs 2 and 3.
 
     Parameters
     ----------
     full : use the preset `converged` as the reference; minutes instead of seconds.
     studies : folder of ``fingertap converge``, whose error bars are taken where they exist.
+    store : where runs are kept and found again; None: all are made.
     """
+    runs = ladder_runs(store)
     rows: list[Row] = []
     found: list[Cause] = []
     identified: list[ContactIdentification] = []
@@ -62,17 +66,19 @@ def climb(scenes: Sequence[str], full: bool, studies: Path) -> Ladder:
         try:
             scene = load_scene(source)
             impact = impact_of(scene)
-            rows += structure(scene, impact, full)
-            tip = identify_contact(scene, MESHES if full else ONE_MESH)
+            rows += structure(scene, impact, full, runs)
+            tip = runs.identify(scene, MESHES if full else ONE_MESH)
             identified.append(tip)
             stored = study_uncertainties(studies / f"{source}-fem3d" / "convergence.csv")
-            compared, reference, own, predicted = blind(source, scene, impact, tip, stored, full)
+            compared, reference, own, predicted = blind(
+                source, scene, impact, tip, stored, full, runs
+            )
             rows += compared
             references.append(own)
             predictions.append(predicted)
-            found += causes(scene, impact, tip, reference)
+            found += causes(scene, impact, tip, reference, runs)
             if full and source == WHOLE_EVENT:
-                checks.append(whole_event(source))
+                checks.append(whole_event(source, runs))
         except (UserError, RunFailedError) as error:
             failures.append(f"{source}: {error}")
     return Ladder(

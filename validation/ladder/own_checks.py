@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.ladder.runs import full_contact
+from validation.ladder.stored_runs import LadderRuns
 from validation.metrics import error_percent, quantity
 from validation.plan import HOLES, REFERENCE, Runs
 from validation.record import RunRecord
@@ -53,7 +53,7 @@ def hinges(runs: Runs, scenes: Sequence[str]) -> list[Check]:
     return rows
 
 
-def whole_event(source: str) -> Check:
+def whole_event(source: str, runs: LadderRuns) -> Check:
     """All of the fall by explicit steps, against the start from the reference's rigid flight.
 
     Raises
@@ -61,7 +61,9 @@ def whole_event(source: str) -> Check:
     RunFailedError
         A run did not complete.
     """
-    rigid = full_contact(source, (), None, "fast")
-    whole = full_contact(source, ("solver.fem.flight=explicit",), None, "fast, explicit flight")
+    rigid = runs.full_contact(source, (), None, "fast")
+    whole = runs.full_contact(
+        source, ("solver.fem.flight=explicit",), None, "fast, explicit flight"
+    )
     change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
     return check(f"{change} instead of a rigid flight", "fast", rigid, whole)

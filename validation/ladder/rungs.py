@@ -7,7 +7,8 @@ from validation.grid_convergence import convergence
 from validation.identify.contact import ContactIdentification
 from validation.impact import Impact
 from validation.ladder.row import OWN, SAME, Row, compare
-from validation.ladder.runs import Contact, full_contact, lumped_solid, reduced, scene_contact
+from validation.ladder.runs import Contact, scene_contact
+from validation.ladder.stored_runs import LadderRuns
 from validation.metrics import QUANTITIES
 from validation.record import RunRecord
 from validation.scenes.load import NamedScene
@@ -48,15 +49,15 @@ def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[
     return found
 
 
-def structure(scene: NamedScene, impact: Impact, full: bool) -> list[Row]:
+def structure(scene: NamedScene, impact: Impact, full: bool, runs: LadderRuns) -> list[Row]:
     """Rung 2: the scene's lumped law on both bodies, the solid's end being flat."""
     contact = scene_contact(scene)
     ladder = STRUCTURE_FULL if full else STRUCTURE
     rows = []
     for name, start in ((SAME, impact), (OWN, None)):
-        records = [lumped_solid(scene, contact, start, edges) for edges in ladder]
+        records = [runs.lumped_solid(scene, contact, start, edges) for edges in ladder]
         share = uncertainties([edges[0] for edges in ladder], records)
-        rows += compare(2, reduced(scene, contact, start), records[-1], share, name)
+        rows += compare(2, runs.reduced(scene, contact, start), records[-1], share, name)
     return rows
 
 
@@ -67,6 +68,7 @@ def blind(
     found: ContactIdentification,
     stored: Mapping[str, float],
     full: bool,
+    runs: LadderRuns,
 ) -> tuple[list[Row], RunRecord, RunRecord, RunRecord]:
     """Rung 3: the identified k and eta^2 against the solid's own contact.
 
@@ -86,16 +88,16 @@ def blind(
     names = ["preset converged" if level is None else f"edge {1e3 * level[0] * diameter:.2g} mm"
              for level in ladder]  # fmt: skip
     records = [
-        full_contact(source, overrides, impact, name)
+        runs.full_contact(source, overrides, impact, name)
         for overrides, name in zip(settings, names, strict=True)
     ]
     sizes = [CONVERGED if level is None else level[0] for level in ladder]
     share = uncertainties(sizes, records)
     if full:
         share |= stored
-    own = full_contact(source, settings[-1], None, names[-1])
-    rows = compare(3, reduced(scene, contact, impact), records[-1], share, SAME)
-    predicted = reduced(scene, contact, None)
+    own = runs.full_contact(source, settings[-1], None, names[-1])
+    rows = compare(3, runs.reduced(scene, contact, impact), records[-1], share, SAME)
+    predicted = runs.reduced(scene, contact, None)
     rows += compare(3, predicted, own, share, OWN)
     return rows, records[-1], own, predicted
 
@@ -114,7 +116,11 @@ def _overrides(level: tuple[float, ...] | None, diameter: float) -> list[str]:
 
 
 def causes(
-    scene: NamedScene, impact: Impact, found: ContactIdentification, reference: RunRecord
+    scene: NamedScene,
+    impact: Impact,
+    found: ContactIdentification,
+    reference: RunRecord,
+    runs: LadderRuns,
 ) -> list[Cause]:
     """From the blind prediction to the reference, one change at a time, from one impact state.
 
@@ -125,19 +131,19 @@ def causes(
     ratio = 1 / found.eta_squared
     linear = Contact(found.stiffness_N_per_m, ratio)
     hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
-    runs = (
-        ("reduced model, identified k at the tip node", reduced(scene, linear, impact)),
+    changes = (
+        ("reduced model, identified k at the tip node", runs.reduced(scene, linear, impact)),
         (
             "the solid in the beams' place, same spring at its flat end",
-            lumped_solid(scene, linear, impact, EXPERIMENT),
+            runs.lumped_solid(scene, linear, impact, EXPERIMENT),
         ),
         (
             "that spring at the sphere's lowest point, not at the tip node",
-            lumped_solid(scene, linear, impact, EXPERIMENT, "hemisphere"),
+            runs.lumped_solid(scene, linear, impact, EXPERIMENT, "hemisphere"),
         ),
         (
             "Hertz's law of the same energy in the linear spring's place",
-            lumped_solid(scene, hertz, impact, EXPERIMENT, "hemisphere"),
+            runs.lumped_solid(scene, hertz, impact, EXPERIMENT, "hemisphere"),
         ),
         (f"the solid's own contact ({reference.variant})", reference),
     )
@@ -149,5 +155,5 @@ def causes(
             1e6 * (record.value("contact_duration_s") or float("nan")),
             1e3 * (record.value("normal_impulse_N_s") or float("nan")),
         )
-        for step, record in runs
+        for step, record in changes
     ]

@@ -9,6 +9,7 @@ import pytest
 
 from validation import renders, validate_command
 from validation.cli import main
+from validation.efficiency import efficiency_rows
 from validation.execute import Job, failed, keep
 from validation.headline import costs, differences, sentences
 from validation.ladder.climb import Ladder
@@ -17,6 +18,7 @@ from validation.plan import Runs, groups
 from validation.record import RunRecord
 from validation.renders import Renders
 from validation.storage import safe_name
+from validation.store import Store
 from validation.tables import rounded
 
 Make = Callable[..., RunRecord]
@@ -49,7 +51,7 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
     """Jobs give half-sine records; the named ones fail."""
 
     def use(failing: tuple[str, ...] = (), problem: str = "") -> None:
-        def run(jobs: Sequence[Job], folder: Path) -> list[RunRecord]:
+        def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
             records = []
             for job in jobs:
                 if job.name in failing:
@@ -65,9 +67,9 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
             return records
 
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
-        monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda: None)
+        monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda say: None)
         empty = Ladder((), (), (), (), False)
-        monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full: empty)
+        monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full, store: empty)
         monkeypatch.setattr(
             validate_command, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
         )
@@ -99,6 +101,16 @@ def test_page_is_whole_small_and_loads_nothing(
     assert len(parser.loaded) >= 3
     assert all(source.startswith("data:") for source in parser.loaded)
     assert not re.search(r"@import|url\(|<script|http", text)
+
+
+def test_times_of_another_day_are_said(make_record: Make) -> None:
+    now, then = make_record(), make_record(model="fem3d", variant="fast", read_back=True)
+    assert validate_command.read_back_note(Runs((now,))) == ""
+    note = validate_command.read_back_note(Runs((now, then)))
+    assert note.startswith(" 1 of 2 unchanged runs are read back")
+    assert str(then.provenance["created"]) in note
+    rows = efficiency_rows([now, then])
+    assert [row["measured"].endswith("read back") for row in rows] == [False, True]
 
 
 def test_first_screen_says_distance_cost_and_certainty(

@@ -79,6 +79,17 @@ def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Render
     return result
 
 
+def read_back_note(runs: Runs) -> str:
+    """Which times and memories are of an earlier day; empty if all were measured now."""
+    days = sorted(str(run.provenance.get("created")) for run in runs.records if run.read_back)
+    if not days:
+        return ""
+    return (
+        f" {len(days)} of {len(runs.records)} unchanged runs are read back, with the time and "
+        f"memory measured then ({days[0]} to {days[-1]}); --fresh measures again."
+    )
+
+
 def page_context(
     runs: Runs,
     accuracy: list[dict[str, Any]],
@@ -112,6 +123,7 @@ def page_context(
         "spread_count": count,
         "spread_text": f"two meshes (penalty 0.1) and penalty factors {factors} (coarse mesh)",
         "processor": origin["processor"],
+        "read_back": read_back_note(runs),
         "figures": figures,
         "accuracy": {scene: rows for scene, rows in shown.items() if rows},
         "accuracy_columns": [c for c in ACCURACY_COLUMNS if c not in HIDDEN],

@@ -5,6 +5,7 @@ from meshes.files import read, write
 from meshes.finger import finger_hexahedra, finger_quadrilaterals
 from meshes.geometry import FingerGeometry
 from meshes.mesh import FingerMesh
+from meshes.mirror import mirrored
 from meshes.plan import count_elements
 from meshes.quality import Quality, critical_step, quality
 from meshes.sizing import SIZINGS, Sizing
@@ -20,6 +21,7 @@ __all__ = [
     "critical_step",
     "finger_hexahedra",
     "finger_quadrilaterals",
+    "mirrored",
     "quality",
     "read",
     "write",

@@ -6,8 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.bench import figures, kernels, scaling, truths, work_precision
-from validation.bench.measured import Point, Quantities, errors, table
+from validation.bench import (
+    combined,
+    figures,
+    files,
+    kernels,
+    reference_precision,
+    reference_truths,
+    scaling,
+    truths,
+    work_precision,
+)
+from validation.bench.kept import Kept
+from validation.bench.ledger import Entry
+from validation.bench.ledger import table as ledger_table
+from validation.bench.measured import Errors, Point, Quantities, errors, table
 from validation.bench.timing import shortest
 
 EXACT = Quantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
@@ -98,3 +111,81 @@ def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
     figures.work_precision(tmp_path / "a.png", [good, point], {"tap": 1e-7})
     assert (tmp_path / "a.png").stat().st_size > 0
     assert table([point])["peak_error"].isna().all()
+
+
+def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
+    found = None if error is None else Errors(error, error, error, error)
+    status = "COMPLETED" if error is not None else "UNSTABLE"
+    return Point(model, model, "mesh", "", status, time, 2, 10, found)
+
+
+def test_front_is_what_no_setting_beats() -> None:
+    points = [_solid(3.0, 1e-3), _solid(1.0, 1e-1), _solid(2.0, 2e-1), _solid(0.1, None)]
+    assert combined.front(points, "peak") == [(1.0, 1e-1), (3.0, 1e-3)]
+
+
+def test_both_models_on_one_plot_with_the_gap_between_their_truths(tmp_path: Path) -> None:
+    known = {"hcm": truths.TAP, **reference_truths.KNOWN}
+    gap = combined.gap(known)
+    assert gap.peak == pytest.approx(1 - 64.478 / 95.357, rel=1e-4)
+    table = combined.truths_table(known).set_index("quantity")
+    assert table.loc["peak_normal_force_N", "hcm_off_fem3d"] == pytest.approx(-gap.peak)
+    points = [_solid(1.0, 0.1), _solid(0.2, None, "fem2d"), _solid(0.01, 1e-4, "hcm")]
+    combined.draw(tmp_path / "all.png", points, known)
+    assert (tmp_path / "all.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("model", reference_precision.DIMENSIONS)
+def test_reference_ladders_change_mesh_penalty_and_step(model: str) -> None:
+    rungs = reference_precision.ladders(model, quick=False)
+    quick = reference_precision.ladders(model, quick=True)
+    assert all(rung in rungs for rung in quick)
+    assert len(quick) < len(rungs)
+    assert {r.series.split(",")[0] for r in rungs} == {
+        "presets", "mesh", "nodal penalty", "surface penalty", "step"
+    }  # fmt: skip
+    for rung in rungs:
+        assert rung.scene().tables.solver.fem is not None
+
+
+def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() -> None:
+    rungs = reference_precision.ladders("fem2d", quick=True)
+    failing = next(r for r in rungs if "unstable" in r.setting)
+    point = reference_precision.measure(failing, 0.0, 1)
+    assert (point.status, point.errors) == ("UNSTABLE", None)
+    coarse, fine = (
+        reference_precision.measure(next(r for r in rungs if text in r.setting), 0.0, 1)
+        for text in ("tip 0.283 mm", "tip 0.1 mm")
+    )
+    assert coarse.errors is not None
+    assert fine.errors is not None
+    assert fine.errors.duration < 0.5 * coarse.errors.duration
+    assert fine.errors.largest < 0.02  # measured 1.1e-2; the truth's own error is 2e-3
+
+
+def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path) -> None:
+    setting = work_precision.Rung("tap", "tolerances", 2, {})
+    other = work_precision.Rung("tap", "tolerances", 3, {})
+    good, bad = _solid(0.1234567890123456, 1e-3 / 3), _solid(0.2, None)
+    first = Kept(tmp_path, resume=False)
+    assert first.point("hcm", setting, lambda: good) == good
+    assert first.point("hcm", other, lambda: bad) == bad
+    again = Kept(tmp_path, resume=True)
+    assert again.point("hcm", setting, lambda: bad) == good
+    assert again.point("hcm", other, lambda: good) == bad
+    assert again.read_back == 2
+    anew = Kept(tmp_path, resume=False)
+    assert anew.point("hcm", setting, lambda: bad) == bad
+
+
+def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> None:
+    entries = [Entry("rigid flight", "fem2d", "flight = explicit", 1.0, 90.0, 1e-3, 2e-3, 3e-3)]
+    files.save_machine(tmp_path, "machine-skips", {"quick": True})
+    files.save(tmp_path, "skips", ledger_table(entries), "ledger")
+    figures.skips(tmp_path / "skips.png", entries)
+    html = files.page(tmp_path).read_text(encoding="utf-8")
+    assert "The skip ledger" in html
+    assert "rigid flight" in html
+    assert "Peers" not in html
+    assert "data:image/png;base64," in html
+    assert "http" not in html.replace("http://www.w3.org", "")

@@ -1,30 +1,30 @@
 """``fingertap bench``: time against error, scaling, kernels; the skip ledger; peers."""
 
-import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.bench import (
     bar_peers,
+    combined,
     figures,
     kernels,
+    ledger,
     measured,
     peers,
-    reference_points,
+    reference_precision,
+    reference_truths,
     scaling,
     skips,
     truths,
     work_precision,
 )
+from validation.bench.files import page, save, save_machine
+from validation.bench.kept import Kept
 from validation.console import progress_bar, say
-from validation.provenance import provenance, version
-from validation.storage import output_folder, write_json, write_text
-from validation.tables import for_people
+from validation.provenance import version
+from validation.storage import output_folder
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from validation.models.adapter import Progress
 
 QUICK_BUDGET_S, BUDGET_S = 0.15, 0.5  # for the repeats of one setting
@@ -35,28 +35,10 @@ def part(progress: "Progress", low: float, high: float) -> "Progress":
     return lambda fraction, text: progress(low + (high - low) * fraction, text)
 
 
-def machine(extra: dict[str, object]) -> dict[str, object]:
-    """Machine, versions and load: a time means nothing without them."""
-    where = provenance({})
-    where.pop("scene_toml")
-    load = os.getloadavg() if hasattr(os, "getloadavg") else None
-    return {**where, "load_average_at_start": load, **extra}
-
-
-def save(folder: Path, name: str, table: "pd.DataFrame", caption: str) -> None:
-    """Write CSV, with the machine in every row, and Markdown; print the latter."""
-    where = provenance({})
-    labelled = table.assign(
-        processor=where["processor"], versions=json.dumps(where["versions"], sort_keys=True)
-    )
-    write_text(folder / f"{name}.csv", labelled.to_csv(index=False, float_format="%.10g"))
-    people = for_people(table).to_markdown(index=False, disable_numparse=True)
-    write_text(folder / f"{name}.md", f"{caption}. {where['processor']}.\n\n{people}\n")
-    print(f"\n{caption}\n{people}")
-
-
-def run_bench(out: Path, quick: bool) -> None:
+def run_bench(out: Path, quick: bool, resume: bool) -> None:
     """Work-precision of both models, hcm's scaling, the reference's kernels.
+
+    Every part is written as soon as it is measured.
 
     Raises
     ------
@@ -67,32 +49,44 @@ def run_bench(out: Path, quick: bool) -> None:
 
     folder = output_folder(out / "bench")
     budget = QUICK_BUDGET_S if quick else BUDGET_S
+    kept = Kept(folder / "points", resume)
     with progress_bar("bench") as progress, threadpool_limits(1, user_api="blas"):
         known = truths.KNOWN if quick else truths.recompute(part(progress, 0.0, 0.1))
-        described = {study: [truth.own_error, truth.source] for study, truth in known.items()}
-        write_json(folder / "machine.json", machine({"quick": quick, "truths": described}))
-        speeds = kernels.measure_all(part(progress, 0.1, 0.2))
+        described = {study: [truth.own_error, truth.source]
+                     for study, truth in {**known, **reference_truths.KNOWN}.items()}  # fmt: skip
+        save_machine(folder, "machine", {"quick": quick, "truths": described})
+        speeds = kernels.measure_all(part(progress, 0.1, 0.15))
+        save(folder, "kernels", kernels.table(speeds), "Element updates of the reference's kernels")
+        figures.kernels(folder / "kernels.png", speeds)
         points = work_precision.measure_all(
-            work_precision.ladders(quick), known, budget, part(progress, 0.2, 0.5)
+            work_precision.ladders(quick), known, budget, kept, part(progress, 0.15, 0.3)
         )
-        sizes = scaling.measure_all(quick, budget, part(progress, 0.5, 0.7))
-        cases = reference_points.QUICK if quick else reference_points.FULL
-        points += reference_points.measure_all(
-            cases, output_folder(folder / "runs"), part(progress, 0.7, 1.0)
-        )
-    save(folder, "work-precision", measured.table(points), "Time against error")
-    save(folder, "scaling", scaling.table(sizes), "Cost of hcm's step against size")
-    save(folder, "kernels", kernels.table(speeds), "Element updates of the reference's kernels")
-    floors = {study: truth.own_error for study, truth in known.items()}
-    figures.work_precision(folder / "work-precision.png", points, floors)
-    figures.scaling(folder / "scaling.png", sizes)
-    figures.kernels(folder / "kernels.png", speeds)
-    for study, truth in known.items():
+        floors = {study: truth.own_error for study, truth in known.items()}
+        figures.work_precision(folder / "work-precision-hcm.png", points, floors)
+        sizes = scaling.measure_all(quick, budget, part(progress, 0.3, 0.45))
+        save(folder, "scaling", scaling.table(sizes), "Cost of hcm's step against size")
+        figures.scaling(folder / "scaling.png", sizes)
+        rungs = [
+            rung
+            for model in reference_precision.DIMENSIONS
+            for rung in reference_precision.ladders(model, quick)
+        ]
+        solid = reference_precision.measure_all(rungs, kept, part(progress, 0.45, 1.0))
+    floors = {model: truth.own_error for model, truth in reference_truths.KNOWN.items()}
+    figures.work_precision(folder / "work-precision-reference.png", solid, floors)
+    own = {"hcm": known["tap"], **reference_truths.KNOWN}
+    taps = [point for point in points if point.study == "tap"]
+    combined.draw(folder / "work-precision-all.png", [*taps, *solid], own)
+    save(folder, "work-precision", measured.table([*points, *solid]), "Time against error")
+    save(folder, "truths", combined.truths_table(own), "What the errors are measured against")
+    for study, truth in {**known, **reference_truths.KNOWN}.items():
         print(f"truth, {study}: {truth.source}; own error below {truth.own_error:.0e}")
-    failures = [p for p in points if not p.ok and p.status != "FINEST"]
+    failures = [point for point in [*points, *solid] if not point.ok]
     if failures:
         say(f"{len(failures)} settings failed; they are in the table and drawn as crosses")
-    print(f"figures and tables: {folder}")
+    if kept.read_back:
+        say(f"{kept.read_back} settings were measured by an earlier benchmark")
+    print(f"figures and tables: {page(folder)}")
 
 
 def run_peers(out: Path, quick: bool) -> None:
@@ -111,18 +105,19 @@ def run_peers(out: Path, quick: bool) -> None:
     versions = {"Exudyn": version("exudyn")} | {
         peer.name: peer.version for peer in bar_peers.PEERS if peer.present
     }
-    write_json(folder / "machine-peers.json", machine({"quick": quick, "peers": versions}))
+    save_machine(folder, "machine-peers", {"quick": quick, "peers": versions})
     with progress_bar("peers") as progress, threadpool_limits(1, user_api="blas"):
-        points = peers.measure_all(quick, part(progress, 0.0, 0.5))
         bar = bar_peers.QUICK_BAR if quick else bar_peers.BAR
-        rows = bar_peers.measure_all(bar, part(progress, 0.5, 1.0))
-    save(folder, "peers-reference", bar_peers.table(rows), "The reference and its peers on one bar")
+        rows = bar_peers.measure_all(bar, part(progress, 0.0, 0.5))
+        save(folder, "peers-reference", bar_peers.table(rows), "The reference and its peers: a bar")
+        figures.bar_peers(folder / "peers-reference.png", rows)
+        points = peers.measure_all(quick, part(progress, 0.5, 1.0))
     save(folder, "peers", measured.table(points), "hcm and its peers, one scene, one run")
     if any(point.solver != "hcm" for point in points):
         cheapest = peers.cheapest_table(peers.cheapest(points))
         save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
     figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP.own_error})
-    print(f"figures and tables: {folder}")
+    print(f"figures and tables: {page(folder)}")
 
 
 def run_skips(out: Path, quick: bool) -> None:
@@ -136,18 +131,19 @@ def run_skips(out: Path, quick: bool) -> None:
     from threadpoolctl import threadpool_limits
 
     folder = output_folder(out / "bench")
-    write_json(folder / "machine-skips.json", machine({"quick": quick}))
+    save_machine(folder, "machine-skips", {"quick": quick})
     with progress_bar("skips") as progress, threadpool_limits(1, user_api="blas"):
         entries = skips.measure_all(quick, progress)
-    save(folder, "skips", skips.table(entries), "What each shortcut saves, and what it costs")
-    print(f"tables: {folder}")
+    save(folder, "skips", ledger.table(entries), "What each shortcut saves, and what it costs")
+    figures.skips(folder / "skips.png", entries)
+    print(f"figures and tables: {page(folder)}")
 
 
-def bench(out: Path, quick: bool, with_skips: bool, with_peers: bool) -> None:
+def bench(out: Path, quick: bool, with_skips: bool, with_peers: bool, resume: bool) -> None:
     """The verb: the ledger, the peers, both, or (with neither) the models' own curves."""
     if with_skips:
         run_skips(out, quick)
     if with_peers:
         run_peers(out, quick)
     if not (with_skips or with_peers):
-        run_bench(out, quick)
+        run_bench(out, quick, resume)

@@ -193,6 +193,7 @@ def bench(
     quick: Annotated[bool, cyclopts.Parameter(negative="")] = False,
     skips: Annotated[bool, cyclopts.Parameter(negative="")] = False,
     peers: Annotated[bool, cyclopts.Parameter(negative="")] = False,
+    resume: Annotated[bool, cyclopts.Parameter(negative="")] = False,
     out: Path = Path("out"),
 ) -> None:
     """Measure time against error; with --skips what each shortcut saves; with --peers others.
@@ -204,13 +205,16 @@ def bench(
     skips
         The ledger of shortcuts instead: time saved and error added by each.
     peers
-        Exudyn (extra bench) beside hcm on the same scene instead; absent peers are named.
+        Exudyn beside hcm on its scene, CalculiX, Akantu and Kratos beside the reference on a bar
+        instead (extra bench, apt-get install calculix-ccx); absent peers are named.
+    resume
+        Take the points of work-precision that a stopped benchmark has left.
     out
-        Folder for bench/: tables as CSV and Markdown, figures, machine.json.
+        Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
     """
     from validation.bench_command import bench as measure
 
-    measure(out, quick, skips, peers)
+    measure(out, quick, skips, peers, resume)
 
 
 identify = cyclopts.App(name="identify", help="Parameters that the reduced model needs.")

@@ -4,13 +4,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from validation.bench.bar_peers import Row
 from validation.bench.kernels import Speed
+from validation.bench.ledger import Entry
 from validation.bench.measured import Point
 from validation.bench.scaling import Size, exponent
 from validation.figures import GREY
 from validation.paper.figure_panels import COLORS, panels
 
 MARKERS = "osD^vP"
+PALETTE = (*COLORS, "#cc79a7", "#e69f00")
 QUANTITIES = (
     ("peak", r"error of peak $F_n$"),
     ("impulse", "error of impulse"),
@@ -20,7 +23,16 @@ QUANTITIES = (
 
 
 def _label(point: Point) -> str:
-    return point.series if point.solver == "hcm" else f"{point.solver}, {point.series}"
+    alone = point.solver in ("hcm", point.study)
+    return point.series if alone else f"{point.solver}, {point.series}"
+
+
+def crosses(axis: Any, points: Sequence[Point], color: str, scale: float) -> None:
+    """Failed settings as crosses at the top, where they spent their time (times `scale`)."""
+    for point in points:
+        if not point.ok:
+            axis.plot(point.wall_time_s * scale, 0.97, "x", color=color, markersize=7,
+                      transform=axis.get_xaxis_transform(), clip_on=False)  # fmt: skip
 
 
 def _ladder(axis: Any, points: Sequence[Point], quantity: str, style: dict[str, Any]) -> None:
@@ -30,17 +42,13 @@ def _ladder(axis: Any, points: Sequence[Point], quantity: str, style: dict[str, 
     axis.plot(
         [p.wall_time_s * 1e3 for p in good],
         [max(getattr(p.errors, quantity), 1e-12) for p in good],
-        linestyle="--" if points[0].solver != "hcm" else "-",
+        linestyle="-" if points[0].solver in ("hcm", points[0].study) else "--",
         linewidth=1.0,
         markersize=4,
         label=_label(points[0]),
         **style,
     )
-    for point in points:
-        if point.errors is None and point.status != "FINEST":
-            # no error to speak of: a cross at the top, where it spent its time
-            axis.plot(point.wall_time_s * 1e3, 0.97, "x", color=style["color"], markersize=7,
-                      transform=axis.get_xaxis_transform(), clip_on=False)  # fmt: skip
+    crosses(axis, points, style["color"], 1e3)
 
 
 def plain_ticks(axis: Any) -> None:
@@ -62,7 +70,7 @@ def work_precision(path: Path, points: Sequence[Point], floor: dict[str, float])
             for axis, (quantity, title) in zip(row, QUANTITIES, strict=True):
                 for number, group in enumerate(groups):
                     style = {
-                        "color": COLORS[number % len(COLORS)],
+                        "color": PALETTE[number % len(PALETTE)],
                         "marker": MARKERS[number % len(MARKERS)],
                     }
                     ladder = [p for p in mine if (p.solver, p.series) == group]
@@ -106,3 +114,42 @@ def kernels(path: Path, speeds: Sequence[Speed]) -> None:
         axis.set_yscale("log")
         axis.set_ylabel("million element updates/s")
         axis.set_title("force kernels, 60,000 elements", fontsize=10, loc="left")
+
+
+def bar_peers(path: Path, rows: Sequence[Row]) -> None:
+    """Updates per second of every code on the bar; a peer that failed is named, without a bar."""
+    with panels(path, 1, width=5.6) as axes:
+        axis = axes[0][0]
+        names = [f"{row.code} {row.version}\n{row.element[:22]}" for row in rows]
+        speeds = [(row.updates_per_s or 0.0) / 1e6 for row in rows]
+        colors = [COLORS[2] if row.code == "fingertap" else GREY for row in rows]
+        axis.barh(range(len(rows)), speeds, color=colors)
+        for number, (row, speed) in enumerate(zip(rows, speeds, strict=True)):
+            text = f" {speed:.3g}" if row.ran is not None else f" {row.status[:40]}"
+            axis.annotate(text, (speed or 0.02, number), va="center", fontsize=8)
+        axis.set_yticks(range(len(rows)), names, fontsize=7)
+        axis.invert_yaxis()
+        axis.set_xscale("log")
+        axis.margins(x=0.15)
+        axis.set_xlabel("million element updates/s, whole steps")
+        bar = rows[0].bar
+        axis.set_title(f"{bar.elements} hexahedra, {bar.threads} threads", fontsize=10, loc="left")
+
+
+def skips(path: Path, entries: Sequence[Entry]) -> None:
+    """Speed-up of every shortcut against the largest change that it makes."""
+    shown = [entry for entry in entries if entry.speedup is not None]
+    with panels(path, 1, width=7.0) as axes:
+        axis = axes[0][0]
+        axis.barh(range(len(shown)), [e.speedup for e in shown], color=COLORS[2])
+        for number, entry in enumerate(shown):
+            change = entry.largest_change
+            text = "" if change is None else f" {entry.speedup:.3g}x, changes {change:.1g}"
+            axis.annotate(text, (max(entry.speedup or 1.0, 1.0), number), va="center", fontsize=7)
+        axis.set_yticks(range(len(shown)), [f"{e.model}: {e.shortcut[:48]}" for e in shown],
+                        fontsize=7)  # fmt: skip
+        axis.invert_yaxis()
+        axis.axvline(1.0, color=GREY, linewidth=0.8)
+        axis.set_xscale("log")
+        axis.margins(x=0.25)
+        axis.set_xlabel("time without the shortcut over the time with it")

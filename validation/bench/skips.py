@@ -1,50 +1,23 @@
 """The skip ledger (design.md section 10): each shortcut on and off, its time and its error.
 
 A shortcut's error is the relative change of peak, impulse and duration between the two runs, which
-differ in nothing else. What has no switch is named, with the reason.
+differ in nothing else. Here are the shortcuts that a scene's keys switch; `skips_apart` has those
+that are no key of a scene.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
+from validation.bench import skips_apart
+from validation.bench.ledger import CONTROLLED, FIVE, Entry, changes
 from validation.bench.timing import shortest, shortest_in_turns
 from validation.models.hcm import translate
 from validation.models.solid import build_mesh, inputs
 from validation.scenes.load import load_scene
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 BUDGET_S = 1.5
-SEARCH_STEPS = 200
-NAMES = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
 Progress = Callable[[float, str], None]
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One line of the ledger; times in s, errors relative, None where there is no switch."""
-
-    shortcut: str
-    model: str
-    switched_off_by: str
-    time_with_s: float | None = None
-    time_without_s: float | None = None
-    peak_change: float | None = None
-    impulse_change: float | None = None
-    duration_change: float | None = None
-    note: str = ""
-
-    @property
-    def speedup(self) -> float | None:
-        """Time without the shortcut over the time with it."""
-        if self.time_with_s is None or self.time_without_s is None:
-            return None
-        return self.time_without_s / self.time_with_s
 
 
 @dataclass(frozen=True)
@@ -58,14 +31,7 @@ class Shortcut:
     note: str = ""
 
 
-CONTROLLED = (
-    "solver.hcm.flight_step=1e-3",
-    "solver.hcm.flight_tolerance=1e-7",
-    "solver.hcm.contact_step=1e-5",
-    "solver.hcm.contact_tolerance=1e-9",
-)
 NO_CONTROL = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
-FIVE = ("finger.elements=5",)
 
 HCM = (
     Shortcut(
@@ -96,15 +62,15 @@ SOLID = (
         "no friction at mu = 0", "fem2d", ("surface.friction=0",), ("surface.friction=1e-12",),
         "off: mu = 1e-12",
     ),
+    Shortcut(
+        "half model by symmetry", "fem3d", (), ("solver.fem.symmetry=false",),
+        "off: both halves meshed",
+    ),
 )  # fmt: skip
 SOLID_FULL = (
     Shortcut("rigid flight", "fem3d", (), ("solver.fem.flight='explicit'",)),
     Shortcut("no friction at mu = 0", "fem3d", ("surface.friction=0",),
              ("surface.friction=1e-12",), "off: mu = 1e-12"),
-)  # fmt: skip
-STRUCTURAL = (
-    Entry("half model by symmetry", "fem3d", "no switch",
-          note="structural: the mesh is half of the body; its mirror image would double the time"),
 )  # fmt: skip
 
 
@@ -130,48 +96,10 @@ def measure(shortcut: Shortcut, budget_s: float) -> Entry:
         with_it, without = shortest(runs[0], budget_s), shortest(runs[1], 0.0, 1, warm_up=False)
     else:
         with_it, without = shortest_in_turns(runs, budget_s)
-    peak, impulse, duration = (
-        abs(getattr(with_it.result.summary, name) / getattr(without.result.summary, name) - 1.0)
-        for name in NAMES
-    )
     switch = ", ".join(shortcut.without_it[:1] if shortcut.note else shortcut.without_it)
     return Entry(
         shortcut.name, shortcut.model, switch, with_it.wall_time_s, without.wall_time_s,
-        peak, impulse, duration, shortcut.note,
-    )  # fmt: skip
-
-
-def contact_search(dimension: int, budget_s: float) -> Entry:
-    """Steps in flight, far from the surface, with and without the search for contact."""
-    from reference_fem.explicit_step import advance, start_state
-    from reference_fem.model import build_model
-
-    tables = load_scene("soft").tables
-    mesh = build_mesh(tables, 3 if dimension == 3 else 2)
-    model = build_model(mesh, *inputs(tables))
-    rest = np.zeros_like(model.points)
-    state = start_state(model, rest, rest, 0.0)
-    timed = shortest_in_turns(
-        [partial(advance, model, state, SEARCH_STEPS, search) for search in (False, True)], budget_s
-    )
-    same = np.array_equal(timed[0].result[0].displacement, timed[1].result[0].displacement)
-    change = 0.0 if same else float("nan")
-    return Entry(
-        "no contact search in flight", f"fem{dimension}d", "search = True",
-        timed[0].wall_time_s, timed[1].wall_time_s, change, change, change,
-        f"{SEARCH_STEPS} steps in flight; displacements agree to the bit" if same
-        else "displacements differ",
-    )  # fmt: skip
-
-
-def reuse() -> Entry:
-    """How often hcm's factors serve again; there is no switch for it."""
-    import hcm
-
-    cost = hcm.simulate(**translate(load_scene("soft", (*FIVE, *CONTROLLED)))).statistics
-    return Entry(
-        "factorization reuse", "hcm", "no switch",
-        note=f"{cost.factorizations} factorizations for {cost.newton_iterations} iterations",
+        *changes(with_it.result.summary, without.result.summary), shortcut.note,
     )  # fmt: skip
 
 
@@ -182,26 +110,7 @@ def measure_all(quick: bool, progress: Progress) -> list[Entry]:
     for number, shortcut in enumerate(cases):
         progress(number / len(cases), f"{shortcut.model}: {shortcut.name}")
         entries.append(measure(shortcut, BUDGET_S))
-    entries += [contact_search(dimension, BUDGET_S) for dimension in (2, 3)]
-    return [*entries, reuse(), *STRUCTURAL]
-
-
-def table(entries: list[Entry]) -> "pd.DataFrame":
-    """One row a shortcut."""
-    import pandas as pd
-
-    return pd.DataFrame(
-        {
-            "shortcut": e.shortcut,
-            "model": e.model,
-            "switched_off_by": e.switched_off_by,
-            "time_with_s": e.time_with_s,
-            "time_without_s": e.time_without_s,
-            "speedup": e.speedup,
-            "peak_change": e.peak_change,
-            "impulse_change": e.impulse_change,
-            "duration_change": e.duration_change,
-            "note": e.note,
-        }
-        for e in entries
-    )
+    progress(0.9, "contact search, factors, stored results")
+    entries += [skips_apart.contact_search(dimension, BUDGET_S) for dimension in (2, 3)]
+    entries.append(skips_apart.reuse())
+    return entries + [skips_apart.stored(model, BUDGET_S) for model in ("hcm", "fem3d")]

@@ -6,9 +6,11 @@ integration. The contact's ladder of elements is measured against 20 elements a 
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from validation.bench import truths
+from validation.bench.kept import Kept
 from validation.bench.measured import Point, Quantities, errors
 from validation.bench.timing import shortest
 from validation.models.hcm import translate
@@ -116,12 +118,17 @@ def measure(rung: Rung, truth: Quantities, budget_s: float) -> Point:
 
 
 def measure_all(
-    rungs: Iterable[Rung], known: Mapping[str, truths.Known], budget_s: float, progress: Progress
+    rungs: Iterable[Rung],
+    known: Mapping[str, truths.Known],
+    budget_s: float,
+    kept: Kept,
+    progress: Progress,
 ) -> list[Point]:
     """Every setting in turn."""
     rungs = tuple(rungs)
     points = []
     for number, rung in enumerate(rungs):
         progress(number / len(rungs), f"hcm, {rung.study}, {rung.setting}")
-        points.append(measure(rung, known[rung.study].values, budget_s))
+        measure_it = partial(measure, rung, known[rung.study].values, budget_s)
+        points.append(kept.point("hcm", rung, measure_it))
     return points

@@ -32,6 +32,7 @@ def build_mesh(tables: Scene, dimension: Dimension) -> Any:
     """The finger's mesh: the preset's sizes, scaled with the diameter, then the scene's own.
 
     A tip finer than the section is refined where the rigid finger touches the surface.
+    ``solver.fem.symmetry = false`` meshes both halves of the body in 3D.
     ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
     """
     import meshes
@@ -65,8 +66,10 @@ def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
     geometry = meshes.FingerGeometry(
         lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius
     )
-    build = meshes.finger_hexahedra if dimension == 3 else meshes.finger_quadrilaterals
-    return build(geometry, sizing)
+    if dimension == 2:
+        return meshes.finger_quadrilaterals(geometry, sizing)
+    half = meshes.finger_hexahedra(geometry, sizing)
+    return half if tables.solver.fem.symmetry else meshes.mirrored(half)
 
 
 def impact_state(tables: Scene, dimension: Dimension) -> Any:

@@ -109,6 +109,7 @@ class FemTable(Table):
     threads: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=1024)] = None
     element: str | None = None
     flight: Literal["rigid", "explicit"] | None = None
+    symmetry: bool = True
     end_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
     max_flight_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
     max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None

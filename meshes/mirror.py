@@ -1,0 +1,76 @@
+"""The full body from the half model: its mirror image about the plane of motion joined to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from meshes.arrays import Ints
+from meshes.errors import MeshError
+from meshes.facets import orient
+from meshes.mesh import FingerMesh
+from meshes.numbering import renumber
+
+
+def mirrored(half: FingerMesh) -> FingerMesh:
+    """Both halves as one mesh, without a node set ``symmetry``; the plane's nodes are shared.
+
+    Sets hold the images of their members too; the pole stays one node. Nodes and elements are
+    numbered for locality again, phalanx by phalanx.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is no half model: it has no node set ``symmetry``.
+    """
+    plane = np.asarray(half.node_sets.get("symmetry", ()), dtype=np.int64)
+    if half.dim != 3 or not plane.size:
+        raise MeshError("mesh: only a half model, with a node set 'symmetry', has a mirror image")
+    count, cells = len(half.points), len(half.cells)
+    image = np.empty(count, dtype=np.int64)  # the number of each node's image
+    off = np.ones(count, dtype=bool)
+    off[plane] = False
+    image[plane] = plane
+    image[off] = count + np.arange(np.count_nonzero(off))
+    points = np.vstack([half.points, half.points[off] * [1.0, 1.0, -1.0]])
+    both = np.vstack([half.cells, orient(points, image[half.cells])])
+
+    node_order: list[Ints] = []
+    ordered: list[Ints] = []
+    cell_sets: dict[str, Ints] = {}
+    first_node = first_cell = 0
+    for name in (f"phalanx_{w}" for w in range(1, half.phalanges + 1)):
+        own = half.cell_sets[name]
+        body = both[np.concatenate([own, own + cells])]
+        nodes, local = np.unique(body, return_inverse=True)
+        order, local_cells = renumber(local.reshape(body.shape), len(nodes))
+        node_order.append(nodes[order])
+        ordered.append(local_cells + first_node)
+        cell_sets[name] = np.arange(first_cell, first_cell + len(body))
+        first_node, first_cell = first_node + len(nodes), first_cell + len(body)
+    old = np.concatenate(node_order)
+    new = np.empty_like(old)
+    new[old] = np.arange(len(old))
+
+    def with_image(nodes: Ints) -> Ints:
+        return np.unique(new[np.concatenate([nodes, image[nodes]])])
+
+    kept = {name: with_image(nodes) for name, nodes in half.node_sets.items() if name != "symmetry"}
+    facets = {
+        # a mirror image is wound the other way round
+        name: new[np.vstack([sides, image[sides][:, ::-1]])]
+        for name, sides in half.facet_sets.items()
+    }
+    return FingerMesh(
+        points[old],
+        np.vstack(ordered),
+        _frozen(kept),
+        _frozen(facets),
+        _frozen(cell_sets),
+    )
+
+
+def _frozen(sets: Mapping[str, Ints]) -> Mapping[str, Ints]:
+    return MappingProxyType(dict(sets))

@@ -1,0 +1,81 @@
+"""The full body made of a half model: its volume, its sets, its shared plane, its orientation."""
+
+import math
+
+import numpy as np
+import pytest
+
+import meshes
+from meshes.facets import outer_facets
+
+GEOMETRY = meshes.FingerGeometry((0.04, 0.04), (0.015, 0.015))
+HALF = meshes.finger_hexahedra(GEOMETRY, meshes.Sizing(2.5e-3, 4e-3, 1.5e-3))
+FULL = meshes.mirrored(HALF)
+
+
+def volume(mesh: meshes.FingerMesh) -> float:
+    """By the divergence theorem over the outer facets: outward, or the sum is wrong.
+
+    Each facet as the mean of both its splits into triangles, so that a warped one and its mirror
+    image count the same.
+    """
+    corner = mesh.points[outer_facets(mesh.cells)]
+    splits = ([0, 1, 2], [0, 2, 3], [1, 2, 3], [1, 3, 0])
+    return float(sum(np.linalg.det(corner[:, split]).sum() for split in splits) / 12.0)
+
+
+def test_full_body_is_twice_the_half_with_the_plane_shared() -> None:
+    assert len(FULL.cells) == 2 * len(HALF.cells)
+    assert len(FULL.points) == 2 * len(HALF.points) - len(HALF.node_sets["symmetry"])
+    assert volume(FULL) == pytest.approx(2 * volume(HALF), rel=1e-12)
+    assert meshes.quality(FULL).inverted == 0
+    assert meshes.quality(FULL).min_scaled_jacobian == pytest.approx(
+        meshes.quality(HALF).min_scaled_jacobian, rel=1e-9
+    )
+
+
+def test_points_and_sets_are_their_own_mirror_images() -> None:
+    flip = [1.0, 1.0, -1.0]
+
+    def places(points: np.ndarray) -> set[tuple[float, ...]]:
+        return {tuple(row) for row in (points + 0.0).tolist()}
+
+    assert places(FULL.points) == places(FULL.points * flip)
+    assert len(places(FULL.points)) < len(FULL.points)  # phalanges meet without sharing nodes
+    assert "symmetry" not in FULL.node_sets
+    assert set(FULL.node_sets) | {"symmetry"} == set(HALF.node_sets)
+    for name, nodes in FULL.node_sets.items():
+        half = HALF.points[HALF.node_sets[name]]
+        assert places(FULL.points[nodes]) == places(half) | places(half * flip), name
+    assert len(FULL.node_sets["pole"]) == 1
+
+
+@pytest.mark.parametrize("name", ["surface", "tip"])
+def test_facets_point_outwards_and_close_on_the_plane(name: str) -> None:
+    sides = FULL.facet_sets[name]
+    assert len(sides) == 2 * len(HALF.facet_sets[name])
+    outer = {tuple(side) for side in np.sort(outer_facets(FULL.cells), axis=1).tolist()}
+    assert {tuple(side) for side in np.sort(sides, axis=1).tolist()} <= outer
+    corner = FULL.points[sides]
+    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    inside = np.array([-sum(GEOMETRY.lengths) + 7.5e-3, 0.0, 0.0])
+    outward = corner.mean(axis=1) - inside
+    outward[:, 0] = np.minimum(outward[:, 0], 0.0)  # the shaft's axis, then the ball's centre
+    assert (np.einsum("ij,ij->i", normal, outward) > 0).all()
+
+
+def test_each_phalanx_owns_its_cells_and_nodes() -> None:
+    bodies = [np.unique(FULL.cells[cells]) for cells in FULL.cell_sets.values()]
+    assert not np.intersect1d(*bodies).size
+    assert sum(map(len, bodies)) == len(FULL.points)
+    spans = [np.ptp(FULL.points[body, 0]) for body in bodies]
+    assert spans == pytest.approx([0.04, 0.04])
+    radius = [math.hypot(*row[1:]) for row in FULL.points.tolist()]
+    assert max(radius) == pytest.approx(7.5e-3)
+
+
+def test_a_full_body_or_a_plane_has_no_mirror_image() -> None:
+    plane = meshes.finger_quadrilaterals(GEOMETRY, meshes.Sizing(2.5e-3, 4e-3, 1.5e-3))
+    for mesh in (FULL, plane):
+        with pytest.raises(meshes.MeshError, match="only a half model"):
+            meshes.mirrored(mesh)

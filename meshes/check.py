@@ -37,7 +37,7 @@ def check(mesh: FingerMesh) -> None:
         raise MeshError(
             f"{bad.size} of {len(scaled)} elements cannot be used ({inverted} inverted, "
             f"{bad.size - inverted} degenerate); the first is element {bad[0]} with scaled "
-            f"Jacobian {scaled[bad[0]]:.3g}"
+            f"Jacobian {scaled[bad[0]]:.3g}; number nodes as VTK does, or mesh that place anew"
         )
 
 
@@ -70,7 +70,8 @@ def _check_sets(mesh: FingerMesh) -> None:
     )
     if not numbers or numbers != list(range(1, len(numbers) + 1)):
         raise MeshError(
-            f"cell sets phalanx_1, phalanx_2, ... are missing: found {numbers or 'none'}"
+            f"cell sets phalanx_1, phalanx_2, ... are missing: found {numbers or 'none'}; "
+            "name the sets as meshes.write does"
         )
     node_names = required_node_sets(mesh.dim, len(numbers))
     missing = [f"node set {n}" for n in node_names if len(mesh.node_sets.get(n, ())) == 0]
@@ -78,7 +79,9 @@ def _check_sets(mesh: FingerMesh) -> None:
         f"facet set {n}" for n in ("surface", "tip") if len(mesh.facet_sets.get(n, ())) == 0
     ]
     if missing:
-        raise MeshError(f"missing or empty: {', '.join(missing)}")
+        raise MeshError(
+            f"missing or empty: {', '.join(missing)}; name the sets as meshes.write does"
+        )
     count = np.zeros(len(mesh.cells), dtype=np.int64)
     for w in numbers:
         count[mesh.cell_sets[f"phalanx_{w}"]] += 1

@@ -21,6 +21,7 @@ from validation.ladder.beside_paper import table_2, table_3
 from validation.ladder.climb import Ladder, climb, paper_rung, study_uncertainties
 from validation.ladder.cost import accuracy_against_cost
 from validation.ladder.own_checks import hinges
+from validation.ladder.patch import patches
 from validation.ladder.report import ladder_context, sentences, tables, write_ladder
 from validation.ladder.row import COLUMNS, OWN, SAME, Row, compare
 from validation.ladder.rungs import Cause, structure, uncertainties
@@ -192,6 +193,20 @@ def test_whole_event_is_compared_with_the_rigid_start(
     assert asked == [(), ("solver.fem.flight=explicit",)]
     assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
     assert row.peak_percent == pytest.approx(-0.02)
+
+
+def test_patch_and_pressure_stand_beside_hertz(make_record: Make) -> None:
+    run = make_record(model="fem3d", variant="fast", peak=100.0)
+    size = run.history["normal_force_N"]
+    run.history["contact_area_m2"] = 1e-8 * size
+    run.history["peak_pressure_Pa"] = 1e6 * size
+    (row,) = patches(Runs((run, make_record())), (), ("soft",))
+    # Soft: E* = 1e9/0.84 Pa, R = 7.5 mm: a³ = 0.75 * 100 N R/E*, mean pressure 2/3 p_0.
+    hertz = (0.75 * 100 * 0.0075 * 0.84 / 1e9) ** (1 / 3)
+    assert row.hertz_radius_um == pytest.approx(1e6 * hertz, rel=1e-6)
+    assert row.hertz_pressure_MPa == pytest.approx(1.5e-4 / (np.pi * hertz**2), rel=1e-6)
+    assert row.radius_um == pytest.approx(1e6 * np.sqrt(1e-6 / np.pi), rel=1e-6)
+    assert row.pressure_MPa == pytest.approx(100.0, rel=1e-6)
 
 
 def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:

@@ -19,7 +19,7 @@ from validation.ladder.report import ladder_context, tables, write_ladder
 from validation.page import write_page
 from validation.plan import FAST, MESHES, PENALTIES, PLANE, REDUCED, REFERENCE, SCENES, Runs, groups
 from validation.provenance import provenance
-from validation.renders import Renders, render_run
+from validation.renders import STILL, Renders, render_run
 from validation.storage import output_folder, safe_name
 from validation.store import Store
 from validation.tables import write_table
@@ -28,6 +28,7 @@ HIDDEN = ("reduced_model", "reference_model", "scene")  # said once above the pa
 CAPTIONS = {
     "stress": "von Mises stress at peak force, cut along the plane of motion",
     "velocity": "Speed at peak force",
+    "pressure": "Contact pressure at peak force, drawn on the deformed tip",
     "sequence": "The tap: von Mises stress, cut along the plane of motion, one colour scale",
 }
 
@@ -75,7 +76,9 @@ def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Render
         if run is None:
             result[scene] = Renders({}, "no completed run to draw")
         else:
-            result[scene] = render_run(runs_folder / safe_name(run.folder_name), folder, scene)
+            result[scene] = render_run(
+                runs_folder / safe_name(run.folder_name), folder, scene, (*STILL, "pressure")
+            )
     return result
 
 

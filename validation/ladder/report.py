@@ -8,10 +8,11 @@ from typing import Any
 
 import pandas as pd
 
-from validation.ladder import beside_paper, cost, own_checks
+from validation.ladder import beside_paper, cost, own_checks, patch
 from validation.ladder.climb import Ladder
 from validation.ladder.cost import Cost, accuracy_against_cost
 from validation.ladder.own_checks import Check, hinges
+from validation.ladder.patch import Patch, patches
 from validation.ladder.row import COLUMNS, OWN, SAME, Row
 from validation.metrics import quantity
 from validation.plan import SCENES, Runs
@@ -34,12 +35,14 @@ class Tables:
     table_2, table_3 : the paper's, our numbers beside its own.
     checks : the reference against itself.
     costs : accuracy against cost.
+    patches : how large the contact is, and its pressure.
     """
 
     table_2: list[dict[str, Any]]
     table_3: list[dict[str, Any]]
     checks: list[Check]
     costs: list[Cost]
+    patches: list[Patch]
 
 
 def tables(ladder: Ladder, runs: Runs) -> Tables:
@@ -49,6 +52,7 @@ def tables(ladder: Ladder, runs: Runs) -> Tables:
         beside_paper.table_3(runs),
         [*hinges(runs, SCENES), *ladder.checks],
         accuracy_against_cost(runs, ladder.predictions, ladder.references),
+        patches(runs, ladder.references, SCENES),
     )
 
 
@@ -73,6 +77,12 @@ def write_ladder(folder: Path, ladder: Ladder, rows: Sequence[Row], beside: Tabl
             [vars(row) for row in beside.costs],
             "Every model against the best reference run, and its time",
         ),
+        (
+            "contact_patch",
+            patch.COLUMNS,
+            [vars(row) for row in beside.patches],
+            "Contact patch and pressure at peak force, beside Hertz",
+        ),
     ):
         write_table(folder, name, pd.DataFrame(found, columns=list(columns)), title)
 
@@ -93,6 +103,7 @@ def ladder_context(ladder: Ladder, rows: Sequence[Row], beside: Tables) -> dict[
         "table_3_columns": beside_paper.COLUMNS_3,
         "reference_checks": beside.checks,
         "accuracy_cost": beside.costs,
+        "contact_patches": beside.patches,
     }
 
 

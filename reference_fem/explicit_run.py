@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_fem.audit import Sample, sample
+from reference_fem.audit import sample
+from reference_fem.cautions import cautions
+from reference_fem.departure import next_touch_s
 from reference_fem.explicit_step import Block, advance, lowest_gap, start_state
 from reference_fem.model import Model
 from reference_fem.parameters import Settings
@@ -21,6 +23,7 @@ from reference_fem.result import TapResult
 from reference_fem.state import State
 from reference_fem.status import Status
 from reference_fem.summary import Cost, summarize
+from reference_fem.watchdogs import failure
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -31,8 +34,8 @@ FLIGHT_BLOCK = 1000
 SPEED_MARGIN = 1.0
 # Steps without contact that a separation takes at least.
 LEAST_WAIT = 10
-# Audits between two searches for inverted elements, which cost nearly as much as an audit.
-INVERSION_CHECK = 4
+# A body that comes down again within this many durations of its contact is still in the same tap.
+SAME_TAP = 2.0
 
 
 def run(
@@ -51,7 +54,8 @@ def run(
 
     Ends where the surface has not been touched for 10 % of the contact so far, a quarter of an
     axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
-    chatter at the start and at the end); with `settings.end_time_s`, at that time.
+    chatter at the start and at the end), and will not be for twice as long as the contact so far
+    (see `departure`); with `settings.end_time_s`, at that time.
 
     Parameters
     ----------
@@ -114,16 +118,14 @@ def follow(
             if origin is None:
                 origin = taken.energy_balance_J
                 taken = sample(model, state, block, origin)
-            failure = _watch(model, settings, state, taken, largest_kinetic)
-            if failure is None and audits % INVERSION_CHECK == 0:
-                failure = _inverted(model, state)
+            found = failure(model, settings, state, block, taken, largest_kinetic, audits)
             audits += 1
             if taken.finite:
                 recorder.add(model, state, block, taken)
                 largest_kinetic = max(largest_kinetic, taken.kinetic_energy_J)
                 largest_error = max(largest_error, abs(taken.energy_balance_J))
-            if failure is not None:
-                status, message = failure
+            if found is not None:
+                status, message = found
                 break
             tap = _follow(model, tap, state, block)
             state = after
@@ -162,7 +164,15 @@ def follow(
         message = f"{message}: {status.advice}"
     if restart is not None and restart.problem:
         message = f"{message}; {restart.problem}"
-    return TapResult(status, message, history, forces, recorder.snapshots(model), summary)
+    return TapResult(
+        status,
+        message,
+        history,
+        forces,
+        recorder.snapshots(model),
+        summary,
+        cautions(forces, history, model, settings),
+    )
 
 
 def _interval(model: Model) -> int:
@@ -175,41 +185,6 @@ def _in_reach(model: Model, state: State) -> bool:
     gap = lowest_gap(model, state.displacement)
     speed = float(np.max(-state.velocity[model.contact.nodes, 1], initial=0.0)) + SPEED_MARGIN
     return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s
-
-
-def _watch(
-    model: Model, settings: Settings, state: State, taken: Sample, largest_kinetic: float
-) -> tuple[Status, str] | None:
-    """Failure of this state, if any."""
-    where = _where(model, state)
-    if not taken.finite:
-        return Status.UNSTABLE, f"values are no longer finite {where}"
-    # A body at rest has no kinetic energy to compare with: its potential over H stands in.
-    scale = max(
-        largest_kinetic,
-        taken.kinetic_energy_J,
-        1e-6 * model.copies * model.mass.sum() * abs(model.gravity) * model.surface.height,
-    )
-    error = abs(taken.energy_balance_J)
-    if error > settings.energy_tolerance * scale:
-        return (
-            Status.UNSTABLE,
-            f"the energy balance is off by {error:.3g} J, {100 * error / scale:.3g} % of the "
-            f"largest kinetic energy, {where}",
-        )
-    return None
-
-
-def _inverted(model: Model, state: State) -> tuple[Status, str] | None:
-    """Failure by an element turned inside out, if any."""
-    smallest = model.kernel.min_det_F(state.displacement)
-    if smallest > 0.0:
-        return None
-    return Status.INVERTED_ELEMENT, f"det F fell to {smallest:.3g} {_where(model, state)}"
-
-
-def _where(model: Model, state: State) -> str:
-    return f"at step {state.step}, t = {state.time_s:.6g} s, with a step of {model.step_s:.4g} s"
 
 
 def _follow(model: Model, tap: Tap, state: State, block: Block) -> Tap:
@@ -228,7 +203,11 @@ def _follow(model: Model, tap: Tap, state: State, block: Block) -> Tap:
     if first is None or last is None:
         return tap
     now = state.time_s + (len(block.log) - 1) * model.step_s
-    over = now - last > max(0.1 * (last - first), 0.25 * model.transit_s, LEAST_WAIT * model.step_s)
+    wait = max(0.1 * (last - first), 0.25 * model.transit_s, LEAST_WAIT * model.step_s)
+    over = now - last > wait
+    if over:
+        soon = SAME_TAP * max(last - first, model.transit_s)
+        over = next_touch_s(model, state.displacement, block.velocity) > soon
     return Tap(first, last, over, velocity)
 
 

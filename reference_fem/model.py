@@ -48,11 +48,16 @@ class Model:
         Rigid chain for the flight; None for a free body (a mesh without hinges).
     body_of_point : (n_points,)
         Phalanx of each node, from 0.
+    touching_body
+        The phalanx whose surface may touch.
+    skin : (n,)
+        Cells with a node that may touch.
     surface, gravity
     step_s
         Δt.
-    transit_s
-        Time of an axial wave over the length of the last phalanx.
+    transit_s, grain_s
+        Times of an axial wave over the length of the last phalanx and over the smallest cell
+        that may touch.
     """
 
     points: Array
@@ -69,10 +74,13 @@ class Model:
     pole: int
     chain: RigidChain | None
     body_of_point: Index
+    touching_body: int
+    skin: Index
     surface: Surface
     gravity: float
     step_s: float
     transit_s: float
+    grain_s: float
 
 
 ElementFactory = Callable[[Array, Index, Array, Array, Array, Array], ElementKernel]
@@ -160,6 +168,7 @@ def build_model(
         ),
         settings,
     )
+    skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry, contact.damping)
     hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)
     return Model(
@@ -185,11 +194,21 @@ def build_model(
         if hinge_sides
         else None,
         body_of_point=body_of_point,
+        touching_body=int(body_of_point[contact.nodes[0]]),
+        skin=skin,
         surface=surface,
         gravity=drive.gravity,
         step_s=settings.step_factor * limit,
         transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
+        grain_s=_smallest_size(points, cells[skin]) / materials[-1].bar_speed,
     )
+
+
+def _smallest_size(points: Array, cells: Index) -> float:
+    """Smallest of the cells' sizes, each the geometric mean of the edges at one corner, m."""
+    ends = cells[:, [1, 3] if points.shape[1] == 2 else [1, 3, 4]]
+    edges = np.linalg.norm(points[ends] - points[cells[:, :1]], axis=2)
+    return float(np.exp(np.log(edges).mean(axis=1)).min())
 
 
 def _element(dim: int, settings: Settings) -> ElementFactory:

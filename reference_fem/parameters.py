@@ -183,6 +183,9 @@ class Settings:
     snapshots
         Between half this number and this number of fields are kept, equally spaced over the
         window, besides the last one and the one at peak force.
+    max_steps
+        Most explicit steps; a run that needs more is refused where that is known, else it ends as
+        WORK_LIMIT. The default is some hours of the coarsest finger.
     energy_tolerance
         The run ends as UNSTABLE where the balance error exceeds this share of the largest
         kinetic energy.
@@ -208,6 +211,7 @@ class Settings:
     output_interval: int | None = None
     max_samples: int = 1000
     snapshots: int = 16
+    max_steps: int = 50_000_000
     energy_tolerance: float = 0.1
 
     def __post_init__(self) -> None:
@@ -228,6 +232,7 @@ class Settings:
             ("max_samples", 16),
             ("snapshots", 2),
             ("lead_steps", 1),
+            ("max_steps", 1),
         ):
             value = getattr(self, key)
             if value is None and key == "output_interval":

@@ -152,6 +152,8 @@ class TapResult:
         How it ended, in one word and in one sentence with numbers and remedy.
     history, forces, snapshots, summary
         See the classes. After a failure they hold what was computed before it.
+    cautions
+        What the numbers should not be trusted for, one sentence each; see `cautions`.
     """
 
     status: Status
@@ -160,3 +162,4 @@ class TapResult:
     forces: ForceRecord
     snapshots: tuple[Snapshot, ...]
     summary: Summary
+    cautions: tuple[str, ...] = ()

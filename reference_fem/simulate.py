@@ -21,6 +21,7 @@ from reference_fem.result import TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
 from reference_fem.status import Status
 from reference_fem.summary import Cost, summarize
+from reference_fem.workload import check_work
 
 Array = NDArray[np.float64]
 
@@ -117,6 +118,7 @@ def simulate(
                 )
                 return _without_contact_window(model, settings, started, missed, message)
             begin = landed
+        check_work(model, settings, begin.time_s)
         displacement, velocity = pose(chain, begin, model.points, model.body_of_point)
         return run(
             model,

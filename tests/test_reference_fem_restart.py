@@ -17,7 +17,7 @@ from reference_fem.parameters import CONTACTS
 
 ROOT = Path(__file__).parent.parent
 MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 2
-SURFACE = rf.Surface(0.012, 0.5)
+SURFACE = rf.Surface(0.02, 0.5)
 DRIVE = rf.Drive(torques=(0.0, 1e-4))
 SETTINGS = rf.Settings(flight="explicit", output_interval=10, snapshots=6, max_samples=40)
 MESH = boxes((0.04, 0.03), (0.015, 0.012), (6, 3, 2), half=True)
@@ -214,7 +214,7 @@ def test_another_runs_file_is_refused_by_name(left: Path) -> None:
     for name, change in (
         ("mesh", {"mesh": finer}),
         ("materials", {"materials": stiffer}),
-        ("surface", {"surface": rf.Surface(0.013, 0.5)}),
+        ("surface", {"surface": rf.Surface(0.021, 0.5)}),
         ("drive", {"drive": rf.Drive(torques=(0.0, 2e-4))}),
         ("settings", {"settings": settings}),
     ):

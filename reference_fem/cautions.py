@@ -1,0 +1,82 @@
+"""What a completed run's numbers should not be trusted for, judged from its own record."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_fem.model import Model
+from reference_fem.parameters import Settings
+from reference_fem.result import ForceRecord, History
+
+Array = NDArray[np.float64]
+
+# Second difference of F_n at its peak over three times the peak, between times a step apart or as
+# far as a wave needs for a cell, whichever is longer (τ). A wave of frequency ω shows (ω τ)²/3:
+# this share is that of 26 steps or cells a wave length, which central differences and linear
+# elements carry with errors of (ω τ)²/24 to (ω τ)²/8, less than 1 %.
+SPIKE = 0.02
+# Share of the elastic energy at which springs in series with the body change its force and its
+# duration by half of that.
+SPRINGS = 0.1
+# The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
+HOURGLASS = 0.1
+
+
+def cautions(
+    forces: ForceRecord, history: History, model: Model, settings: Settings
+) -> tuple[str, ...]:
+    """One sentence for each reason to doubt a number, most often none.
+
+    - the peak force stands out so much that step or mesh have not resolved it
+    - penalty springs hold so much of the elastic energy that they, not the body, make the contact
+    - hourglass control holds so much of the strain energy that it is part of the answer
+    """
+    found = []
+    if spike(forces.normal_force_N, max(1, round(model.grain_s / model.step_s))) > SPIKE:
+        found.append(
+            "the peak normal force is a spike of a few steps or elements, which another step or "
+            "mesh changes (impulse and duration are sound): use contact = 'impulse', a softer "
+            "contact, or a finer mesh where it touches"
+        )
+    if not history.time_s.size:
+        return tuple(found)
+    strain = float(history.strain_energy_J.max())
+    elastic = history.strain_energy_J + history.contact_energy_J
+    springs = _share(float(history.contact_energy_J.max()), float(elastic.max()))
+    if springs > SPRINGS:
+        found.append(
+            f"the contact's springs hold {100 * springs:.3g} % of the elastic energy, so the "
+            f"penalty sets force and duration: raise {_stiffness_key(settings)} or use "
+            "contact = 'impulse'"
+        )
+    hourglass = _share(float(history.hourglass_energy_J.max()), strain)
+    if hourglass > HOURGLASS:
+        found.append(
+            f"hourglass control holds {100 * hourglass:.3g} % of the strain energy: refine the "
+            "mesh or use element = 'hex8-sri'"
+        )
+    return tuple(found)
+
+
+def spike(normal: Array, longest: int) -> float:
+    """Largest (2 F_p - F_{p-k} - F_{p+k}) / 3 F_p of 1 to `longest` steps k around the peak F_p.
+
+    The forces (n,) are zero beyond their ends. Over several lags, as one that is a period of the
+    spike's own chatter shows nothing.
+    """
+    if not normal.size or normal.max() <= 0.0:
+        return 0.0
+    padded = np.concatenate([np.zeros(longest), normal, np.zeros(longest)])
+    top = longest + int(np.argmax(normal))
+    lags = np.arange(1, longest + 1)
+    beside = padded[top - lags] + padded[top + lags]
+    return float(np.max(2.0 * padded[top] - beside) / (3.0 * padded[top]))
+
+
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole > 0.0 else 0.0
+
+
+def _stiffness_key(settings: Settings) -> str:
+    return "penalty_factor" if settings.contact == "penalty" else "surface_factor"

@@ -1,0 +1,171 @@
+"""What ends a run that has gone wrong: lost energy, elements turned inside out, too much work."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference_fem.audit import Sample
+from reference_fem.elements.geometry import CORNERS
+from reference_fem.explicit_step import Block
+from reference_fem.model import Model
+from reference_fem.parameters import Settings
+from reference_fem.state import State
+from reference_fem.status import Status
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Failure = tuple[Status, str]
+
+# Audits between two searches of all elements and nodes, which cost nearly as much as an audit.
+FULL_SEARCH = 4
+# How far below the surface a node may be that the contact law doesn't know, over H: round-off.
+PASSED = 1e-9
+
+
+def failure(
+    model: Model,
+    settings: Settings,
+    state: State,
+    block: Block,
+    taken: Sample,
+    largest_kinetic: float,
+    audits: int,
+) -> Failure | None:
+    """Why the run must end with `state`, from which `block` started; None if all is well.
+
+    All elements are searched for one turned inside out at every fourth audit, those that touch
+    at each: elements are crushed where the body hits, and an element that turns back in between
+    leaves no trace in the energy.
+    """
+    found = _energy(model, settings, state, taken, largest_kinetic)
+    if found is not None:
+        return found
+    smallest = np.inf
+    if block.searched and taken.normal_force_N > 0.0:
+        smallest = touching_det(model, state.displacement, block.pressure)
+    if audits % FULL_SEARCH == 0:
+        smallest = min(smallest, model.kernel.min_det_F(state.displacement))
+        found = _passed_through(model, state)
+    if not smallest > 0.0:
+        smallest = model.kernel.min_det_F(state.displacement)
+        return Status.INVERTED_ELEMENT, f"det F fell to {smallest:.3g} {_where(model, state)}"
+    return found or _work(model, settings, state)
+
+
+def _energy(
+    model: Model, settings: Settings, state: State, taken: Sample, largest_kinetic: float
+) -> Failure | None:
+    where = _where(model, state)
+    if not taken.finite:
+        return Status.UNSTABLE, f"values are no longer finite {where}"
+    # A body at rest has no kinetic energy to compare with: its potential over H stands in.
+    scale = max(
+        largest_kinetic,
+        taken.kinetic_energy_J,
+        1e-6 * model.copies * model.mass.sum() * abs(model.gravity) * model.surface.height,
+    )
+    error = abs(taken.energy_balance_J)
+    if error > settings.energy_tolerance * scale:
+        lost = taken.energy_balance_J < 0.0
+        return (
+            Status.ENERGY_LOST if lost and settings.contact == "impulse" else Status.UNSTABLE,
+            f"the energy balance is off by {error:.3g} J, {100 * error / scale:.3g} % of the "
+            f"largest kinetic energy, which was {'lost' if lost else 'gained'}, {where}",
+        )
+    return None
+
+
+def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
+    """Smallest det(dx/dξ), m³ or m², at the points of the elements under pressure; else inf.
+
+    Its sign is that of det F. Parameters: displacement (n_points, dim), pressure (n_points,).
+    """
+    return float(
+        _smallest_det(
+            model.points,
+            displacement,
+            model.cells,
+            model.skin,
+            pressure,
+            SLOPES[displacement.shape[1]],
+        )
+    )
+
+
+def _slopes(dim: int) -> Array:
+    """dN_a/dξ_k at the Gauss points q of the reference square or cube, (q, a, dim)."""
+    corner = CORNERS[dim].astype(np.float64)
+    low = 0.5 - 0.5 / np.sqrt(3.0)
+    points = low + (1.0 - 2.0 * low) * corner
+    # N_a = Π_k (ξ_k at corner 1, 1 - ξ_k at corner 0)
+    factor = np.where(corner[None] == 1.0, points[:, None], 1.0 - points[:, None])
+    sign = 2.0 * corner - 1.0
+    slopes = np.empty((len(points), len(corner), dim))
+    for k in range(dim):
+        others = [i for i in range(dim) if i != k]
+        slopes[..., k] = sign[None, :, k] * factor[..., others].prod(axis=2)
+    return slopes
+
+
+SLOPES = {dim: _slopes(dim) for dim in CORNERS}
+
+
+@njit(cache=True)
+def _smallest_det(
+    points: Array, displacement: Array, cells: Index, chosen: Index, pressure: Array, slopes: Array
+) -> float:
+    n_q, n_a, dim = slopes.shape
+    smallest = np.inf
+    corners = np.empty((n_a, dim))
+    # A plane element has a third direction of its own.
+    j = np.eye(3)
+    for cell in chosen:
+        touches = False
+        for a in range(n_a):
+            touches = touches or pressure[cells[cell, a]] > 0.0
+        if not touches:
+            continue
+        for a in range(n_a):
+            node = cells[cell, a]
+            for i in range(dim):
+                corners[a, i] = points[node, i] + displacement[node, i]
+        for q in range(n_q):
+            for i in range(dim):
+                for k in range(dim):
+                    j[i, k] = 0.0
+                    for a in range(n_a):
+                        j[i, k] += corners[a, i] * slopes[q, a, k]
+            smallest = min(
+                smallest,
+                j[0, 0] * (j[1, 1] * j[2, 2] - j[1, 2] * j[2, 1])
+                - j[0, 1] * (j[1, 0] * j[2, 2] - j[1, 2] * j[2, 0])
+                + j[0, 2] * (j[1, 0] * j[2, 1] - j[1, 1] * j[2, 0]),
+            )
+    return smallest
+
+
+def _passed_through(model: Model, state: State) -> Failure | None:
+    """Failure by a part that goes through the surface because the contact doesn't know it."""
+    height = model.points[:, 1] + state.displacement[:, 1]
+    low = np.flatnonzero(height < -(1.0 + PASSED) * model.surface.height)
+    bodies = np.unique(model.body_of_point[low])
+    bodies = bodies[bodies != model.touching_body] + 1
+    if not bodies.size:
+        return None
+    return (
+        Status.PASSED_THROUGH,
+        f"phalanx {', '.join(map(str, bodies))} is below the surface, which only the last "
+        f"phalanx can touch, {_where(model, state)}",
+    )
+
+
+def _work(model: Model, settings: Settings, state: State) -> Failure | None:
+    if state.step < settings.max_steps:
+        return None
+    return Status.WORK_LIMIT, f"max_steps = {settings.max_steps} are done {_where(model, state)}"
+
+
+def _where(model: Model, state: State) -> str:
+    return f"at step {state.step}, t = {state.time_s:.6g} s, with a step of {model.step_s:.4g} s"

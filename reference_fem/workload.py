@@ -1,0 +1,43 @@
+"""How long a run will take, said before it starts."""
+
+from __future__ import annotations
+
+from reference_fem.model import Model
+from reference_fem.parameters import Settings
+
+# Element updates per second of one thread, of the order measured for every element (README).
+UPDATES_PER_S = 1e7
+YEAR_S = 365.25 * 86400.0
+
+
+def check_work(model: Model, settings: Settings, begin_s: float) -> None:
+    """Refuse a run whose known length is more than `settings.max_steps` steps.
+
+    Known are an end time, and the longest explicit flight that is waited for.
+
+    Raises
+    ------
+    ValueError
+        With the number of steps and the time that they would take.
+    """
+    if settings.end_time_s is not None:
+        key, end = "end_time_s", settings.end_time_s
+    elif settings.flight == "explicit":
+        key, end = "max_flight_time_s", settings.max_flight_time_s
+    else:
+        return
+    steps = (end - begin_s) / model.step_s
+    if steps > settings.max_steps:
+        raise ValueError(
+            f"{key} = {end:g}: asks for {steps:.3g} steps of {model.step_s:.3g} s, some "
+            f"{duration(steps * len(model.cells) / UPDATES_PER_S)} with {len(model.cells)} "
+            f"elements; above max_steps = {settings.max_steps}: shorten it or allow more steps"
+        )
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that people would say it in."""
+    for unit, length in (("years", YEAR_S), ("days", 86400.0), ("hours", 3600.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.3g} s"

@@ -93,8 +93,8 @@ def draw(path: Path, points: Sequence[Point], known: Mapping[str, Known]) -> Non
             level = getattr(between, quantity)
             axis.axhline(level, color=GREY, linewidth=1.2, linestyle="--")
             text = f"{1e3 * level:.2g} ms" if quantity == "event_s" else f"{100 * level:.2g} %"
-            axis.annotate(f"gap between the models' truths: {text}", (0.99, level),
-                          xycoords=("axes fraction", "data"), ha="right", va="bottom",
+            axis.annotate(f"gap between the models' truths: {text}", (0.01, level),
+                          xycoords=("axes fraction", "data"), ha="left", va="bottom",
                           fontsize=7, color="#555555")  # fmt: skip
             axis.set_xscale("log")
             axis.set_yscale("log")

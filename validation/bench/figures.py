@@ -83,7 +83,7 @@ def work_precision(path: Path, points: Sequence[Point], floor: dict[str, float])
                 axis.set_title(f"{study}: {title}", fontsize=9, loc="left")
                 axis.set_xlabel("time (ms)")
                 if axis.lines:
-                    axis.legend(fontsize=6)
+                    axis.legend(fontsize=6, frameon=True, framealpha=0.7, edgecolor="none")
 
 
 def scaling(path: Path, sizes: Sequence[Size]) -> None:
@@ -120,7 +120,7 @@ def bar_peers(path: Path, rows: Sequence[Row]) -> None:
     """Updates per second of every code on the bar; a peer that failed is named, without a bar."""
     with panels(path, 1, width=5.6) as axes:
         axis = axes[0][0]
-        names = [f"{row.code} {row.version}\n{row.element[:22]}" for row in rows]
+        names = [f"{row.code} {row.version}\n{row.element[:30]}" for row in rows]
         speeds = [(row.updates_per_s or 0.0) / 1e6 for row in rows]
         colors = [COLORS[2] if row.code == "fingertap" else GREY for row in rows]
         axis.barh(range(len(rows)), speeds, color=colors)
@@ -131,6 +131,7 @@ def bar_peers(path: Path, rows: Sequence[Row]) -> None:
         axis.invert_yaxis()
         axis.set_xscale("log")
         axis.margins(x=0.15)
+        axis.set_axisbelow(True)
         axis.set_xlabel("million element updates/s, whole steps")
         bar = rows[0].bar
         axis.set_title(f"{bar.elements} hexahedra, {bar.threads} threads", fontsize=10, loc="left")
@@ -152,4 +153,5 @@ def skips(path: Path, entries: Sequence[Entry]) -> None:
         axis.axvline(1.0, color=GREY, linewidth=0.8)
         axis.set_xscale("log")
         axis.margins(x=0.25)
+        axis.set_axisbelow(True)
         axis.set_xlabel("time without the shortcut over the time with it")

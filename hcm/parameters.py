@@ -167,6 +167,8 @@ class Settings:
         False starts it from zero, as the paper's fig. 6 does: the first step then applies torques
         gradually, and vibrations faster than the step are never excited.
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
+    repeat_folded : whether a run whose finger folded up is repeated more coarsely to see whether
+        its tap can be relied on (`hcm.repeatable`); scenes that stay stretched are never repeated.
     """
 
     flight_step: float = 1e-4
@@ -182,6 +184,7 @@ class Settings:
     max_steps: int = 500_000
     consistent_start: bool = True
     frame_times: tuple[float, ...] = ()
+    repeat_folded: bool = True
 
     def __post_init__(self) -> None:
         for field in (

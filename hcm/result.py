@@ -23,6 +23,7 @@ class Status(Enum):
     WORK_LIMIT = "work limit"
     INTERRUPTED = "interrupted"
     UNBALANCED = "the energy audit does not close"
+    UNREPEATABLE = "the motion is chaotic"
 
     @property
     def advice(self) -> str:
@@ -40,6 +41,9 @@ _ADVICE = {
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
     Status.INTERRUPTED: "run again; what was computed so far is kept",
+    Status.UNREPEATABLE: "the finger folds up and its motion multiplies every error, its tap is no"
+    " prediction: reduce drive.torques or the flight (surface.height), or try a smaller"
+    " solver.hcm.flight_tolerance",
     Status.UNBALANCED: "the steps are too long for this motion: reduce"
     " solver.hcm.flight_tolerance and solver.hcm.contact_tolerance (0 keeps the steps fixed), or"
     " solver.hcm.flight_step and solver.hcm.contact_step",
@@ -109,7 +113,8 @@ class Statistics:
     """What a run cost.
 
     steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
-    trial steps of the event search, steps taken through chatter, and seconds of solving.
+    trial steps of the event search, steps taken through chatter, and seconds of solving. The
+    repetition of a folded finger (`hcm.repeatable`) counts in the seconds only.
     """
 
     steps: int

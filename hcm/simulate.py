@@ -25,6 +25,7 @@ from hcm.parameters import (
     check_scene,
 )
 from hcm.posture import posture
+from hcm.repeatable import LARGEST_CHANGE, change, coarser, folded
 from hcm.result import (
     EVENT_KINDS,
     Event,
@@ -32,6 +33,7 @@ from hcm.result import (
     History,
     Statistics,
     Status,
+    Summary,
     TapResult,
 )
 from hcm.rigid_start import RigidStart, rigid_motion
@@ -173,6 +175,12 @@ def simulate(
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
     history = _history(np.concatenate(rows), np.concatenate(reactions), phalanges)
+    summary = summarize(history, tuple(events))
+    sensitive = ""
+    if status is Status.COMPLETED and settings.repeat_folded:
+        status, sensitive = _repeated(
+            finger, surface, tip, drive, settings, progress, start, history, summary
+        )
     statistics = Statistics(
         steps=steps,
         newton_iterations=int(work.cost[0]),
@@ -182,7 +190,6 @@ def simulate(
         chatter_steps=clock.chatter_steps,
         wall_time_s=time.perf_counter() - started,
     )
-    summary = summarize(history, tuple(events))
     message = ""
     if status is not Status.COMPLETED:
         message = f"{status.value} at t = {clock.time:.9g} s after {steps} steps"
@@ -191,6 +198,7 @@ def simulate(
                 f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
                 f" the last of {clock.step:.2g} s)"
             )
+        message += sensitive
     at_events = zip(events, np.concatenate(event_q), np.concatenate(event_v), strict=True)
     return TapResult(
         status,
@@ -206,6 +214,23 @@ def simulate(
             if begin <= t <= clock.time
         ),
     )
+
+
+def _repeated(
+    finger: Finger, surface: Surface, tip: Tip, drive: Drive, settings: Settings,
+    progress: Progress | None, start: RigidStart | None, history: History, summary: Summary,
+) -> tuple[Status, str]:  # fmt: skip
+    """COMPLETED, or why a completed run can't be relied on, with what changes."""
+    if not folded(history, summary, finger.length):
+        return Status.COMPLETED, ""
+    other = simulate(finger, surface, tip, drive, coarser(settings), progress, start)
+    if other.status is Status.INTERRUPTED:
+        return Status.INTERRUPTED, " while it was repeated"
+    what, share = change(summary, other)
+    if share <= LARGEST_CHANGE:
+        return Status.COMPLETED, ""
+    by = f" by {100 * share:.2g} %" if share < math.inf else ""
+    return Status.UNREPEATABLE, f"; tolerances ten times as large change {what}{by}"
 
 
 def _plan(settings: Settings) -> Plan:

@@ -105,9 +105,10 @@ def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameT
     """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
     first = np.searchsorted(frames.time, clock.time, side="right")
     for m in range(first, frames.time.size):
-        s = (frames.time[m] - clock.time) / h
-        if s > 1.0:
+        # as the next step's search will see its start: a time between is in one of the two
+        if frames.time[m] > clock.time + h:
             return
+        s = min((frames.time[m] - clock.time) / h, 1.0)
         p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
         for i in range(old.q.size):
             bend = (1.0 - s) * old.v[i] - s * new.v[i]

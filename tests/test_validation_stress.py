@@ -65,11 +65,31 @@ def test_random_scenes_reach_their_ranges() -> None:
         (3, 563),
         # chatter left the contact in compression with a pulling force
         (3, 582),
+        # frames at a step's end were lost
+        (2026, 571),
+        (2026, 849),
+        # checks that were wrong: chatter, P that jumps as it starts to slip, turns between frames
+        (2026, 1257),
+        (2026, 1470),
+        (2026, 1779),
+        (2026, 2036),
     ],
 )
 def test_scenes_that_once_broke_an_invariant(case: int, number: int) -> None:
-    scene = random_scene(random_numbers(case, number))
+    scene = observed(random_scene(random_numbers(case, number)))
     assert violations(scene, hcm.simulate(**scene.arguments())) == []
+
+
+def test_frames_at_the_ends_of_steps_are_kept() -> None:
+    """A wanted time that a step ends on, to the last bit or beside it, belongs to that step."""
+    ends = hcm.simulate(**TAP.arguments()).history.time_s
+    times = np.unique(np.concatenate([ends, np.nextafter(ends, 1), np.nextafter(ends[1:], 0)]))
+    wanted = replace(TAP.settings, frame_times=tuple(times.tolist()))
+    result = hcm.simulate(**replace(TAP, settings=wanted).arguments())
+    rows = np.searchsorted(times, ends)
+    tips = np.array([frame.positions_m[-1][-1] for frame in result.frames])
+    assert np.isfinite(tips).all()
+    assert np.abs(tips[rows] - result.history.tip_position_m).max() < 1e-15
 
 
 def test_small_dents_are_resolved() -> None:

@@ -30,7 +30,7 @@ ENERGY_SHARE = 2 * LARGEST_ERROR
 MOST_TURNED = 1.0
 # States looked at, of runs with more events.
 MOST_STATES = 60
-FRAMES = 2001
+FRAMES = 1000
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -86,8 +86,8 @@ def observed(scene: HcmScene) -> HcmScene:
     if not any(scene.drive.torques):
         return scene
     end = s.end_time or s.taps * (s.max_flight_time + s.max_contact_time)
-    times = tuple(np.linspace(0.0, end, FRAMES).tolist())
-    return replace(scene, settings=replace(s, frame_times=times))
+    times = np.union1d(np.linspace(0.0, end, FRAMES), np.geomspace(1e-6 * end, end, FRAMES))
+    return replace(scene, settings=replace(s, frame_times=tuple(times.tolist())))
 
 
 def _cumulative(time: Floats, rate: Floats) -> Floats:
@@ -97,7 +97,10 @@ def _cumulative(time: Floats, rate: Floats) -> Floats:
 def _losses(scene: HcmScene, result: TapResult) -> Floats:
     """What friction and the loops have taken up to every row, J."""
     h, tip = result.history, scene.tip
-    friction = _cumulative(h.time_s, -h.tangential_force_N * h.particle_velocity_m_per_s)
+    power = -h.tangential_force_N * h.particle_velocity_m_per_s
+    # V_P jumps as P starts to slip: a step belongs to the mode in which it began
+    slid = 0.5 * (power[:-1] + power[1:]) * np.diff(h.time_s) * (h.mode[:-1] % 3 == 2)
+    friction = np.append(0.0, np.cumsum(slid))
     # compression that ends at F2 after it began at F1 can't give back (1 - e*^2) (F2^2 - F1^2)/(2k)
     square = np.diff(h.normal_force_N**2) * (h.mode[:-1] // 3 == 1)
     loops = np.append(0.0, np.cumsum(square)) * (1 - tip.restitution**2)

@@ -1,0 +1,73 @@
+"""A finger that folds up is chaotic: its run says so, and no other run pays for it."""
+
+from dataclasses import replace
+
+import pytest
+
+import hcm
+from hcm.repeatable import LARGEST_CHANGE, change, coarser, folded
+from validation.models.hcm import translate
+from validation.scenes.load import load_scene
+
+SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
+FINGER = hcm.Finger((SOFT,) * 3)
+
+
+def _driven(torque: float, gravity: float, repeat: bool) -> hcm.TapResult:
+    return hcm.simulate(
+        FINGER, hcm.Surface(0.1, 0.5), hcm.Tip(0.78e6), hcm.Drive((torque,) * 3, gravity),
+        hcm.Settings(repeat_folded=repeat),
+    )  # fmt: skip
+
+
+# (torque, gravity) of cells that completed with peak or impulse off by 17 and 64 % in silence
+@pytest.mark.parametrize(("torque", "gravity"), [(0.00631, 1.233), (0.001848, 0.231)])
+def test_a_chaotic_tap_says_so(torque: float, gravity: float) -> None:
+    silent = _driven(torque, gravity, repeat=False)
+    assert silent.status is hcm.Status.COMPLETED
+    told = _driven(torque, gravity, repeat=True)
+    assert told.status is hcm.Status.UNREPEATABLE
+    assert told.status.advice
+    assert "tolerances ten times as large change" in told.message
+    # what was computed is kept
+    assert told.summary == silent.summary
+    assert told.statistics.newton_iterations == silent.statistics.newton_iterations
+
+
+def test_a_folded_finger_whose_motion_repeats_completes() -> None:
+    result = _driven(0.04, 1.2, repeat=True)
+    assert folded(result.history, result.summary, FINGER.length)
+    assert result.status is hcm.Status.COMPLETED
+
+
+@pytest.mark.parametrize("name", ["hard", "soft", "driven-1", "driven-2", "driven-3"])
+def test_the_papers_fingers_stay_stretched(name: str) -> None:
+    """They are not repeated: the check costs them a look at the tip's path."""
+    given = translate(load_scene(name, ("finger.elements=3",)))
+    result = hcm.simulate(**given)
+    assert result.status is hcm.Status.COMPLETED
+    assert not folded(result.history, result.summary, given["finger"].length)
+
+
+def test_what_changes_is_named() -> None:
+    one = hcm.simulate(hcm.Finger((SOFT,)), hcm.Surface(0.03, 0.5), hcm.Tip(0.78e6))
+    assert change(one.summary, one)[1] == 0.0
+    stronger = replace(one, summary=replace(one.summary, normal_impulse_N_s=1.0))
+    assert change(one.summary, stronger)[0] == "the normal impulse"
+    vx, vy = one.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
+    faster = replace(one, summary=replace(
+        one.summary, tip_velocity_at_contact_m_per_s=(vx - 0.1 * vy, vy)))  # fmt: skip
+    what, share = change(one.summary, faster)
+    assert what == "the velocity at contact"
+    assert share == pytest.approx(0.1)
+    lost = replace(one, status=hcm.Status.NOT_REACHED)
+    assert change(one.summary, lost)[1] > LARGEST_CHANGE
+
+
+def test_the_repetition_is_coarser_in_any_case() -> None:
+    settings = hcm.Settings(flight_tolerance=0.0, end_time=1.0)
+    fixed = coarser(settings)
+    assert fixed.flight_step == 2 * settings.flight_step
+    assert fixed.end_time is None
+    assert not fixed.repeat_folded
+    assert coarser(hcm.Settings()).flight_tolerance == 10 * hcm.Settings().flight_tolerance

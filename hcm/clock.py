@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from hcm.compiled import kernel
 from hcm.generalized_alpha import Motion
 from hcm.joint_torque import turned_angle
 from hcm.layout import Chain, Law
@@ -59,7 +59,7 @@ class Clock(NamedTuple):
     force: float
 
 
-@njit(cache=True)
+@kernel
 def account(
     clock: Clock,
     h: float,

@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from hcm.compiled import kernel
 from hcm.layout import Law
 from hcm.lumped_contact import (
     COMPRESSION,
@@ -40,7 +39,7 @@ TOUCH, TO_RESTITUTION, TO_COMPRESSION, TO_SLIP, TO_STICK, LIFT_OFF = 0, 1, 2, 3,
 Triple = tuple[float, float, float]
 
 
-@njit(cache=True)
+@kernel
 def event_values(x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law) -> Triple:
     """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
     if contact.normal == FLIGHT:
@@ -56,7 +55,7 @@ def event_values(x: float, gap: float, vt: float, vn: float, contact: Contact, l
     return vn, fn, tangential
 
 
-@njit(cache=True)
+@kernel
 def event_rates(
     x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact, law: Law
 ) -> Triple:
@@ -77,7 +76,7 @@ def event_rates(
     return an, fn_rate, tangential
 
 
-@njit(cache=True)
+@kernel
 def transition(
     slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
 ) -> tuple[Contact, int]:

@@ -15,8 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hcm.ancf_element import add_inertia, add_internal_force, axial_tangent, chord
-from hcm.banded_lu import HALF_BANDWIDTH
+from hcm.ancf_element import inertia, internal_force, tangent_stiffness
+from hcm.banded_ldl import HALF_BANDWIDTH
+from hcm.compiled import kernel
 from hcm.joint_torque import torque_force, torque_tangent
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_force, contact_tangent
@@ -24,14 +25,15 @@ from hcm.lumped_contact import Contact, contact_force, contact_tangent
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True)
+@kernel
 def fill_chords(q: Floats, chain: Chain, out: Floats) -> None:
     """Write each element's chord (r_2 - r_1)/l to `out` (N, 2)."""
     for e in range(chain.first.size):
-        out[e, 0], out[e, 1] = chord(q, chain.first[e], chain.second[e], chain.length[e])
+        a, b, length = chain.first[e], chain.second[e], chain.length[e]
+        out[e, 0], out[e, 1] = (q[b] - q[a]) / length, (q[b + 1] - q[a + 1]) / length
 
 
-@njit(cache=True)
+@kernel
 def residual_from_chords(
     q: Floats,
     chords: Floats,
@@ -50,12 +52,25 @@ def residual_from_chords(
     for i in range(out.size):
         out[i] = -chain.weight[i]
     for e in range(chain.first.size):
-        a, b = chain.first[e], chain.second[e]
-        add_inertia(chain.mass[e], acceleration, a, b, out)
-        along = (chords[e, 0], chords[e, 1])
-        add_internal_force(
-            q, along, a, b, chain.length[e], chain.axial_stiffness[e], chain.bending[e], out
-        )
+        a, length, bending = chain.first[e], chain.length[e], chain.bending[e]
+        # an element's two nodes are neighbours: one slice of eight
+        qe, x, f = q[a : a + 8], acceleration[a : a + 8], out[a : a + 8]
+        fx, fy, f1x, f1y, f2x, f2y = internal_force(
+            chords[e, 0], chords[e, 1], qe[2], qe[3], qe[6], qe[7],
+            chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
+        )  # fmt: skip
+        fx, fy = fx / length, fy / length
+        mass = chain.mass[e]
+        p0, p1, p2, p3 = inertia(mass, x[0], x[2], x[4], x[6])
+        r0, r1, r2, r3 = inertia(mass, x[1], x[3], x[5], x[7])
+        f[0] += p0 - fx
+        f[1] += r0 - fy
+        f[2] += p1 + f1x
+        f[3] += r1 + f1y
+        f[4] += p2 + fx
+        f[5] += r2 + fy
+        f[6] += p3 + f2x
+        f[7] += r3 + f2y
     for t in range(chain.torque.size):
         slope = chain.torque_node[t] + 2
         fx, fy = torque_force(chain.torque[t], q[slope], q[slope + 1])
@@ -85,47 +100,106 @@ def residual(
     residual_from_chords(q, chords, acceleration, chain, contact, law, out)
 
 
-@njit(cache=True)
-def tangent(
-    q: Floats, weight: float, chain: Chain, contact: Contact, law: Law, band: Floats
+@kernel
+def add_component(
+    block: tuple[float, float, float, float, float, float],
+    mass: Floats,
+    weight: float,
+    length: float,
+    s1: float,
+    s2: float,
+    rows: Floats,
 ) -> None:
-    """Write the bordered matrix [M + weight d(K q - tau - F_c)/dq, Phi_q^T; Phi_q, 0] to `band`.
+    """Add one component's M + weight K of an element to `rows` (8, w + 1), the element's own.
 
-    `weight` is dq/dq.. of the integrator, s^2 (0 leaves M); `band` is (n, 2 w + 1) in
-    `banded_lu`'s storage, scaled by D on both sides.
+    `block` is K in (c, r'_1, r'_2) (`tangent_stiffness`), s1 and s2 the slopes' units. The
+    component's four coordinates lie two places apart, so that (i, j) is found at w - 2 (i - j).
     """
     w = HALF_BANDWIDTH
-    band[:] = 0.0
-    axial = np.empty((8, 8))
+    cc, c1, c2, k11, k12, k22 = block
+    cc, c1, c2 = weight * cc / (length * length), weight * c1 / length, weight * c2 / length
+    rows[0, w] += mass[0, 0] + cc
+    rows[2, w - 2] += s1 * (mass[1, 0] - c1)
+    rows[2, w] += s1 * s1 * (mass[1, 1] + weight * k11)
+    rows[4, w - 4] += mass[2, 0] - cc
+    rows[4, w - 2] += s1 * (mass[2, 1] + c1)
+    rows[4, w] += mass[2, 2] + cc
+    rows[6, w - 6] += s2 * (mass[3, 0] - c2)
+    rows[6, w - 4] += s1 * s2 * (mass[3, 1] + weight * k12)
+    rows[6, w - 2] += s2 * (mass[3, 2] + c2)
+    rows[6, w] += s2 * s2 * (mass[3, 3] + weight * k22)
+
+
+@kernel
+def add_coupling(
+    block: tuple[float, float, float, float, float, float],
+    weight: float,
+    length: float,
+    s1: float,
+    s2: float,
+    rows: Floats,
+) -> None:
+    """Add weight K_XY of an element, symmetric in the coordinates too, to its `rows` (8, w + 1).
+
+    Entry (Y of i, X of j) lies one place left of where (i, j) of one component is, and
+    (X of i, Y of j), i > j, one place right of it in the row before.
+    """
+    w = HALF_BANDWIDTH
+    cc, c1, c2, k11, k12, k22 = block
+    cc, c1, c2 = weight * cc / (length * length), weight * c1 / length, weight * c2 / length
+    k11, k12, k22 = s1 * s1 * weight * k11, s1 * s2 * weight * k12, s2 * s2 * weight * k22
+    rows[1, w - 1] += cc
+    rows[3, w - 1] += k11
+    rows[5, w - 1] += cc
+    rows[7, w - 1] += k22
+    rows[3, w - 3] -= s1 * c1
+    rows[2, w - 1] -= s1 * c1
+    rows[5, w - 5] -= cc
+    rows[4, w - 3] -= cc
+    rows[5, w - 3] += s1 * c1
+    rows[4, w - 1] += s1 * c1
+    rows[7, w - 7] -= s2 * c2
+    rows[6, w - 5] -= s2 * c2
+    rows[7, w - 5] += k12
+    rows[6, w - 3] += k12
+    rows[7, w - 3] += s2 * c2
+    rows[6, w - 1] += s2 * c2
+
+
+@kernel
+def tangent(
+    q: Floats, weight: float, chain: Chain, contact: Contact, law: Law, rows: Floats
+) -> float:
+    """Write the bordered matrix [M + weight d(K q - tau - F_c)/dq, Phi_q^T; Phi_q, 0] to `rows`.
+
+    `weight` is dq/dq.. of the integrator, s^2 (0 leaves M); `rows` is (w + n, w + 1) in
+    `banded_ldl`'s storage, scaled by D on both sides. Returns the one entry that is not symmetric,
+    (X_C, Y_C) of a sliding tip, which the rows leave out.
+    """
+    w = HALF_BANDWIDTH
+    rows[:] = 0.0
     for e in range(chain.first.size):
-        a, b = chain.first[e], chain.second[e]
-        if weight != 0.0:
-            axial_tangent(q, a, b, chain.length[e], chain.axial_stiffness[e], axial)
-        else:
-            axial[:] = 0.0
-        mass, bending = chain.mass[e], chain.bending[e]
-        place = (a, a + 2, b, b + 2)
-        for i in range(4):
-            for j in range(4):
-                both = mass[i, j] + weight * bending[i, j]
-                at = place[j] - place[i] + w
-                for c in range(2):
-                    row = place[i] + c
-                    band[row, at] += both
-                    for d in range(2):
-                        band[row, at + d - c] += weight * axial[2 * i + c, 2 * j + d]
+        a, length, bending, mass = chain.first[e], chain.length[e], chain.bending[e], chain.mass[e]
+        qe, scale = q[a : a + 8], chain.scale[a : a + 8]
+        own = rows[w + a : w + a + 8]
+        xx, xy, yy = tangent_stiffness(
+            (qe[4] - qe[0]) / length, (qe[5] - qe[1]) / length, qe[2], qe[3], qe[6], qe[7],
+            chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
+        )  # fmt: skip
+        add_component(xx, mass, weight, length, scale[2], scale[6], own)
+        add_component(yy, mass, weight, length, scale[2], scale[6], own[1:])
+        add_coupling(xy, weight, length, scale[2], scale[6], own)
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
         dxx, dxy = torque_tangent(chain.torque[t], q[s], q[s + 1])
-        band[s, w] -= weight * dxx
-        band[s, w + 1] -= weight * dxy
-        band[s + 1, w - 1] -= weight * dxy
-        band[s + 1, w] += weight * dxx
+        unit = weight * chain.scale[s] * chain.scale[s]
+        rows[w + s, w] -= unit * dxx
+        rows[w + s + 1, w - 1] -= unit * dxy
+        rows[w + s + 1, w] += unit * dxx
     dtx, dty, dny = contact_tangent(contact, law)
     tip = chain.tip
-    band[tip, w] -= weight * dtx
-    band[tip, w + 1] -= weight * dty
-    band[tip + 1, w] -= weight * dny
+    rows[w + tip, w] -= weight * dtx
+    rows[w + tip + 1, w] -= weight * dny
     for hinge in range(chain.hinge.size):
         lam, inner, outer = (
             chain.hinge[hinge],
@@ -133,12 +207,7 @@ def tangent(
             chain.hinge_outer[hinge],
         )
         for c in range(2):
-            band[outer + c, lam - outer + w] += 1.0
-            band[lam + c, outer - lam + w] += 1.0
+            rows[w + outer + c, lam - outer + w] += chain.scale[lam]
             if inner >= 0:
-                band[inner + c, lam - inner + w] -= 1.0
-                band[lam + c, inner - lam + w] -= 1.0
-    n = q.size
-    for i in range(n):
-        for j in range(max(0, i - w), min(n, i + w + 1)):
-            band[i, j - i + w] *= chain.scale[i] * chain.scale[j]
+                rows[w + lam + c, inner - lam + w] -= chain.scale[lam]
+    return -weight * dty

@@ -1,7 +1,8 @@
 """Location of the first event inside a step.
 
 The step is repeated with trial lengths h' in (0, h], the integrator being the interpolant, until a
-bracket of the event function's sign change is shorter than `TIME_RESOLUTION`. A slot is looked at
+bracket of the event function's sign change is shorter than `TIME_RESOLUTION`, or than what
+Newton's tolerance leaves uncertain of a trial. A slot is looked at
 when its sign has changed over the step, or when its rates at both ends and the cubic through them
 suspect a dip below zero in between. An event function that starts at zero (it has just fired, or
 two events coincide) is judged by where it goes: it fires again only after it has been positive.
@@ -11,45 +12,46 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from hcm.compiled import kernel
 from hcm.contact_events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
-from hcm.generalized_alpha import Coefficients, Motion, Workspace, step
-from hcm.layout import Chain, Law
+from hcm.generalized_alpha import Integrator, Motion, step
 from hcm.lumped_contact import Contact
 
 TRIALS = 80
 TIME_RESOLUTION = 1e-15
+# Trials of one length differ by Newton's tolerance in their acceleration, which moves an event by
+# about that share of the step; a bracket this many times longer can still be halved.
+NOISE = 10.0
 NO_EVENT = -1
 
 
-@njit(cache=True)
-def values_at(motion: Motion, chain: Chain, contact: Contact, law: Law) -> Triple:
+@kernel
+def values_at(motion: Motion, contact: Contact, integrator: Integrator) -> Triple:
     """Event functions of a motion's tip."""
-    c = chain.tip
+    law, c = integrator.law, integrator.chain.tip
     q, v = motion.q, motion.v
     return event_values(q[c], q[c + 1] + law.height, v[c], v[c + 1], contact, law)
 
 
-@njit(cache=True)
-def rates_at(motion: Motion, chain: Chain, contact: Contact, law: Law) -> Triple:
+@kernel
+def rates_at(motion: Motion, contact: Contact, integrator: Integrator) -> Triple:
     """Rates of the event functions of a motion's tip."""
-    c = chain.tip
+    law, c = integrator.law, integrator.chain.tip
     q, v, a = motion.q, motion.v, motion.acceleration
     return event_rates(q[c], q[c + 1] + law.height, v[c], v[c + 1], a[c], a[c + 1], contact, law)
 
 
-@njit(cache=True)
-def overshot(tolerance: Triple, motion: Motion, chain: Chain, contact: Contact, law: Law) -> int:
+@kernel
+def overshot(tolerance: Triple, motion: Motion, contact: Contact, integrator: Integrator) -> int:
     """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
-    values = values_at(motion, chain, contact, law)
+    values = values_at(motion, contact, integrator)
     for slot in (SEPARATION, TANGENTIAL, NORMAL):
         if values[slot] < -tolerance[slot]:
             return slot
     return NO_EVENT
 
 
-@njit(cache=True)
+@kernel
 def dip(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
     """Time in (0, h) where the cubic Hermite interpolant has a minimum below zero, or 0."""
     if not (g0 > 0.0 and g1 > 0.0 and d0 < 0.0 and d1 > 0.0):
@@ -66,20 +68,17 @@ def dip(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
     return s * h if value < 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel
 def locate(
     slot: int,
     high: float,
     g_low: float,
     g_high: float,
     tolerance: float,
-    co: Coefficients,
+    contact: Contact,
     old: Motion,
     new: Motion,
-    chain: Chain,
-    contact: Contact,
-    law: Law,
-    work: Workspace,
+    integrator: Integrator,
 ) -> tuple[float, int]:
     """Bracketing search (Illinois, with bisection when it stalls) for the slot's zero in [0, high].
 
@@ -93,22 +92,22 @@ def locate(
         if trials >= 12:
             return 0.0, trials
         trials += 1
-        if not step(lower_point, co, old, new, chain, contact, law, work):
+        if not step(lower_point, contact, old, new, integrator):
             return math.nan, trials
-        g = values_at(new, chain, contact, law)[slot]
+        g = values_at(new, contact, integrator)[slot]
         if g > tolerance:
             low, g_low = lower_point, g
         elif g < -tolerance:
             high, g_high = lower_point, g
-    side = 0
-    while high - low > TIME_RESOLUTION + 1e-14 * high and trials < TRIALS and -g_high > 0.0:
+    side, share = 0, max(1e-14, NOISE * integrator.co.tolerance)
+    while high - low > TIME_RESOLUTION + share * high and trials < TRIALS and -g_high > 0.0:
         middle = high - g_high * (high - low) / (g_high - g_low)
-        if trials % 8 == 7 or not low < middle < high:
+        if trials % 8 == 7 or (trials > 16 and trials % 2) or not low < middle < high:
             middle = 0.5 * (low + high)
         trials += 1
-        if not step(middle, co, old, new, chain, contact, law, work):
+        if not step(middle, contact, old, new, integrator):
             return math.nan, trials
-        g = values_at(new, chain, contact, law)[slot]
+        g = values_at(new, contact, integrator)[slot]
         if g > 0.0:
             low, g_low = middle, g
             if side == 1:
@@ -124,27 +123,24 @@ def locate(
     return high, trials
 
 
-@njit(cache=True)
+@kernel
 def first_event(
     h: float,
     tolerance: Triple,
-    co: Coefficients,
+    contact: Contact,
     old: Motion,
     new: Motion,
-    chain: Chain,
-    contact: Contact,
-    law: Law,
-    work: Workspace,
+    integrator: Integrator,
 ) -> tuple[float, int, int]:
     """Shorten the step `old` -> `new` (already taken with h) to end on the first event.
 
     Returns the step's length, the slot that fires (`NO_EVENT`) and the trials used. `new` holds the
     step of that length; a length of NaN says that a trial failed.
     """
-    g0 = values_at(old, chain, contact, law)
-    d0 = rates_at(old, chain, contact, law)
-    g1 = values_at(new, chain, contact, law)
-    d1 = rates_at(new, chain, contact, law)
+    g0 = values_at(old, contact, integrator)
+    d0 = rates_at(old, contact, integrator)
+    g1 = values_at(new, contact, integrator)
+    d1 = rates_at(new, contact, integrator)
     found, total = NO_EVENT, 0
     for _ in range(4):
         changed = False
@@ -157,25 +153,14 @@ def first_event(
                 if high == 0.0:
                     continue
                 total += 1
-                if not step(high, co, old, new, chain, contact, law, work):
+                if not step(high, contact, old, new, integrator):
                     return math.nan, slot, total
-                g_high = values_at(new, chain, contact, law)[slot]
+                g_high = values_at(new, contact, integrator)[slot]
                 if g_high >= -tolerance[slot]:
-                    step(h, co, old, new, chain, contact, law, work)
+                    step(h, contact, old, new, integrator)
                     continue
             event, trials = locate(
-                slot,
-                high,
-                g0[slot],
-                g_high,
-                tolerance[slot],
-                co,
-                old,
-                new,
-                chain,
-                contact,
-                law,
-                work,
+                slot, high, g0[slot], g_high, tolerance[slot], contact, old, new, integrator
             )
             total += trials
             if not math.isfinite(event):
@@ -183,10 +168,10 @@ def first_event(
             h, found, changed = event, slot, True
             if h == 0.0:
                 return h, found, total
-            if not step(h, co, old, new, chain, contact, law, work):
+            if not step(h, contact, old, new, integrator):
                 return math.nan, slot, total
-            g1 = values_at(new, chain, contact, law)
-            d1 = rates_at(new, chain, contact, law)
+            g1 = values_at(new, contact, integrator)
+            d1 = rates_at(new, contact, integrator)
         if not changed:
             break
     return h, found, total

@@ -13,10 +13,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from hcm.banded_lu import HALF_BANDWIDTH, factorize, solve
+from hcm.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve, storage
+from hcm.compiled import kernel, kernel_with
 from hcm.equations import fill_chords, residual_from_chords, tangent
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_tangent
@@ -31,7 +31,10 @@ SLOW = 0.1
 
 
 class Coefficients(NamedTuple):
-    """alpha_m, alpha_f, beta, gamma, Newton's tolerance, and `error`: see `local_error`."""
+    """alpha_m, alpha_f, beta, gamma, Newton's tolerance, `error`: see `local_error`.
+
+    reuse : whether factors serve again (False: a factorization in every iteration).
+    """
 
     alpha_m: float
     alpha_f: float
@@ -39,6 +42,7 @@ class Coefficients(NamedTuple):
     gamma: float
     tolerance: float
     error: float
+    reuse: bool
 
 
 class Motion(NamedTuple):
@@ -57,23 +61,34 @@ class Motion(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """LU factors kept between iterations and steps, with what they belong to, and scratch.
+    """Factors kept between iterations and steps, with what they belong to, and scratch.
 
-    band : (n, 2 w + 1). key : (4,) integrator weight (NaN: nothing kept) and dF_c/dq. right : (n,)
-    right-hand side. increment : (n,) change of q over the step. rate : (1,) last contraction that
-    the factors gave, 1 while unknown. cost : (2,) iterations and
-    factorizations so far.
+    factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), dF_c/dq (3), and the
+    matrix entry outside the factors. border : (w + n,) the factors' solution for that entry's row.
+    right : (w + n,) right-hand side. increment : (n,) change of q over the step. rate : (1,) last
+    contraction that the factors gave, 1 while unknown. cost : (2,) iterations and factorizations
+    so far.
     """
 
-    band: Floats
+    factors: Floats
     key: Floats
+    border: Floats
     right: Floats
     increment: Floats
     rate: Floats
     cost: Ints
 
 
-def coefficients(spectral_radius: float, tolerance: float) -> Coefficients:
+class Integrator(NamedTuple):
+    """What a step needs beside the state: method, finger, contact's constants, memory."""
+
+    co: Coefficients
+    chain: Chain
+    law: Law
+    work: Workspace
+
+
+def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -> Coefficients:
     """Arnold and Bruls' optimal parameters for the spectral radius xi."""
     xi = spectral_radius
     alpha_m, alpha_f = (2 * xi - 1) / (xi + 1), xi / (xi + 1)
@@ -85,6 +100,7 @@ def coefficients(spectral_radius: float, tolerance: float) -> Coefficients:
         0.5 + alpha_f - alpha_m,
         tolerance,
         abs(beta + 0.5 * (alpha_m - alpha_f) - 1 / 6),
+        reuse,
     )
 
 
@@ -99,99 +115,142 @@ def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
 def workspace(n: int) -> Workspace:
     """Allocate for n bordered unknowns, with no factors kept."""
     return Workspace(
-        np.empty((n, 2 * HALF_BANDWIDTH + 1)),
-        np.full(4, np.nan),
-        np.empty(n),
+        storage(n),
+        np.full(5, np.nan),
+        np.zeros(HALF_BANDWIDTH + n),
+        np.zeros(HALF_BANDWIDTH + n),
         np.empty(n),
         np.ones(1),
         np.zeros(2, dtype=np.int64),
     )
 
 
-@njit(cache=True)
-def solve_linear(
-    q: Floats, weight: float, chain: Chain, contact: Contact, law: Law, work: Workspace
-) -> bool:
-    """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit."""
-    dtx, dty, dny = contact_tangent(contact, law)
-    key = work.key
-    if not (key[0] == weight and key[1] == dtx and key[2] == dty and key[3] == dny):
-        key[0] = np.nan
-        tangent(q, weight, chain, contact, law, work.band)
-        if not factorize(work.band):
+@kernel
+def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
+    """Keep the factors of the tangent at q, and the column that its unsymmetric entry needs."""
+    _, chain, law, work = integrator
+    key, border = work.key, work.border
+    key[0] = np.nan
+    skew = tangent(q, weight, chain, contact, law, work.factors)
+    if not factorize(work.factors):
+        return False
+    if skew != 0.0:
+        border[:] = 0.0
+        border[HALF_BANDWIDTH + chain.tip] = 1.0
+        solve(work.factors, border)
+        if not abs(1.0 + skew * border[HALF_BANDWIDTH + chain.tip + 1]) > SMALLEST_PIVOT:
             return False
-        key[0], key[1], key[2], key[3] = weight, dtx, dty, dny
-        work.rate[0] = 1.0
-        work.cost[1] += 1
-    solve(work.band, work.right)
+    key[1], key[2], key[3] = contact_tangent(contact, law)
+    key[0], key[4] = weight, skew
+    work.rate[0] = 1.0
+    work.cost[1] += 1
     return True
 
 
-@njit(cache=True)
-def update(
-    h: float,
-    co: Coefficients,
-    old: Motion,
-    new: Motion,
-    chain: Chain,
-    increment: Floats,
-) -> None:
+@kernel
+def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
+    """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
+
+    A = S + skew e_x e_y^T, S symmetric and factorized, e_x and e_y the tip's places: the solution
+    is z - S^-1 e_x skew z_y/(1 + skew (S^-1 e_x)_y), S z = right (Sherman and Morrison).
+    """
+    _, chain, law, work = integrator
+    dtx, dty, dny = contact_tangent(contact, law)
+    key, right = work.key, work.right
+    kept = key[0] == weight and key[1] == dtx and key[2] == dty and key[3] == dny
+    if not kept and not refactorize(q, weight, contact, integrator):
+        return False
+    solve(work.factors, right)
+    skew = key[4]
+    if skew != 0.0:
+        y, border = HALF_BANDWIDTH + chain.tip + 1, work.border
+        share = skew * right[y] / (1.0 + skew * border[y])
+        for i in range(HALF_BANDWIDTH, right.size):
+            right[i] -= share * border[i]
+    return True
+
+
+@kernel
+def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
+           increment: Floats) -> None:  # fmt: skip
     """Fill new.a, new.q, new.v and new.chords from new.acceleration (eqs. 27-28)."""
     new_part, old_part = (
         (1.0 - co.alpha_f) / (1.0 - co.alpha_m),
         co.alpha_f / (1.0 - co.alpha_m),
     )
     carried = co.alpha_m / (1.0 - co.alpha_m)
+    q0, q1 = h * h * (0.5 - co.beta), h * h * co.beta
+    v0, v1 = h * (1.0 - co.gamma), h * co.gamma
     for i in range(old.q.size):
         a0 = old.a[i]
         a1 = new_part * new.acceleration[i] + old_part * old.acceleration[i] - carried * a0
-        dq = h * old.v[i] + h * h * ((0.5 - co.beta) * a0 + co.beta * a1)
+        dq = h * old.v[i] + (q0 * a0 + q1 * a1)
         new.a[i] = a1
         increment[i] = dq
         new.q[i] = old.q[i] + dq
-        new.v[i] = old.v[i] + h * ((1.0 - co.gamma) * a0 + co.gamma * a1)
+        new.v[i] = old.v[i] + (v0 * a0 + v1 * a1)
     for e in range(chain.first.size):
-        a, b, length = chain.first[e], chain.second[e], chain.length[e]
-        for c in range(2):
-            new.chords[e, c] = old.chords[e, c] + (increment[b + c] - increment[a + c]) / length
+        a, length = chain.first[e], chain.length[e]
+        change = increment[a : a + 6]
+        new.chords[e, 0] = old.chords[e, 0] + (change[4] - change[0]) / length
+        new.chords[e, 1] = old.chords[e, 1] + (change[5] - change[1]) / length
 
 
-@njit(cache=True)
-def step(
-    h: float,
-    co: Coefficients,
-    old: Motion,
-    new: Motion,
-    chain: Chain,
-    contact: Contact,
-    law: Law,
-    work: Workspace,
-) -> bool:
+@kernel_with("nnan", "nsz")
+def largest_size(x: Floats) -> float:
+    """Max |x_i|; meaningless if one is NaN (ask `is_finite` first), so that it is vectorised."""
+    largest = 0.0
+    for i in range(x.size):
+        largest = max(largest, abs(x[i]))
+    return largest
+
+
+@kernel_with("nnan", "nsz")
+def largest_in_units(x: Floats, unit: Floats) -> float:
+    """Max |x_i|/unit_i; the same holds."""
+    largest = 0.0
+    for i in range(x.size):
+        largest = max(largest, abs(x[i]) / unit[i])
+    return largest
+
+
+@kernel_with("reassoc")
+def is_finite(x: Floats) -> bool:
+    """Whether all of x is: no NaN and no infinity survives in the sum of sizes."""
+    total = 0.0
+    for i in range(x.size):
+        total += abs(x[i])
+    return total < np.inf
+
+
+@kernel
+def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator) -> bool:
     """Advance `old` by h into `new`, the contact staying in its mode.
 
     Newton's iteration on (q.., lam) with the exact tangent, whose factors are kept as long as each
     iteration shrinks the change by `SLOW`. Returns whether it converged; `new` is then finite.
     """
-    n = old.q.size
+    co, chain, law, work = integrator
+    n, right = old.q.size, work.right[HALF_BANDWIDTH:]
     weight = h * h * co.beta * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
     for i in range(n):
         new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
+    if not co.reuse:
+        work.key[0] = np.nan
     previous, fast, factorizations = np.inf, False, work.cost[1]
     for _ in range(ITERATIONS):
         update(h, co, old, new, chain, work.increment)
-        residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, work.right)
+        residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
         for i in range(n):
-            work.right[i] *= -chain.scale[i]
-        if not solve_linear(new.q, weight, chain, contact, law, work):
+            right[i] *= -chain.scale[i]
+        if not solve_linear(new.q, weight, contact, integrator):
             return False
         work.cost[0] += 1
-        change, largest = 0.0, 0.0
-        for i in range(n):
-            new.acceleration[i] += chain.scale[i] * work.right[i]
-            change = max(change, abs(work.right[i]))
-            largest = max(largest, abs(new.acceleration[i] / chain.scale[i]))
-        if not np.isfinite(change):
+        if not is_finite(right):
             return False
+        for i in range(n):
+            new.acceleration[i] += chain.scale[i] * right[i]
+        change, largest = largest_size(right), largest_in_units(new.acceleration, chain.scale)
         # what is left after this iteration: the change times rate/(1 - rate) (Hairer and Wanner
         # 1996, section IV.8), the rate being that of the factors in use, here or in earlier steps
         slow = False
@@ -206,7 +265,7 @@ def step(
         left = work.rate[0] if previous < np.inf else work.rate[0] ** 0.8
         if change * min(1.0, left / max(1.0 - left, 0.5)) <= co.tolerance * largest:
             break
-        if slow:
+        if slow or not co.reuse:
             work.key[0] = np.nan
         previous = change
     else:
@@ -217,38 +276,37 @@ def step(
     return True
 
 
-@njit(cache=True)
-def local_error(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain) -> float:
+@kernel
+def local_error(h: float, old: Motion, new: Motion, integrator: Integrator) -> float:
     """Leading term of the step's error in q, m: h^2 |beta + (alpha_m - alpha_f)/2 - 1/6| |a1 - a0|.
 
     a is q.. delayed by (alpha_f - alpha_m) h (Arnold and Bruls, section 3), so eq. 27 reproduces
     h^3/6 of the jerk up to that factor. The largest value over the nodes, slopes times l.
     """
-    largest = 0.0
+    largest, scale = 0.0, integrator.chain.scale
     for i in range(old.q.size):
-        largest = max(largest, abs(new.a[i] - old.a[i]) / chain.scale[i])
-    return co.error * h * h * largest
+        largest = max(largest, abs(new.a[i] - old.a[i]) / scale[i])
+    return integrator.co.error * h * h * largest
 
 
-@njit(cache=True)
+@kernel
 def change_step(ratio: float, motion: Motion) -> None:
     """Fit a to a step that changes by `ratio`: its delay behind q.. is proportional to h."""
     for i in range(motion.q.size):
         motion.a[i] = motion.acceleration[i] + ratio * (motion.a[i] - motion.acceleration[i])
 
 
-@njit(cache=True)
-def initial_acceleration(
-    state: Motion, chain: Chain, contact: Contact, law: Law, work: Workspace
-) -> bool:
+@kernel
+def initial_acceleration(state: Motion, contact: Contact, integrator: Integrator) -> bool:
     """Fill state.acceleration with the q.. and lam that the equations ask for, and a with q.. ."""
+    _, chain, law, work = integrator
+    right = work.right[HALF_BANDWIDTH:]
+    state.acceleration[:] = 0.0
+    residual_from_chords(state.q, state.chords, state.acceleration, chain, contact, law, right)
     for i in range(state.q.size):
-        state.acceleration[i] = 0.0
-    residual_from_chords(state.q, state.chords, state.acceleration, chain, contact, law, work.right)
+        right[i] *= -chain.scale[i]
+    solved = solve_linear(state.q, 0.0, contact, integrator)
     for i in range(state.q.size):
-        work.right[i] *= -chain.scale[i]
-    solved = solve_linear(state.q, 0.0, chain, contact, law, work)
-    for i in range(state.q.size):
-        state.acceleration[i] = chain.scale[i] * work.right[i]
+        state.acceleration[i] = chain.scale[i] * right[i]
         state.a[i] = state.acceleration[i]
     return solved

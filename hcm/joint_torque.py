@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from hcm.compiled import kernel
 
 
-@njit(cache=True)
+@kernel
 def torque_force(tau: float, sx: float, sy: float) -> tuple[float, float]:
     """Generalized force on the slope (sx, sy), N m."""
     f2 = sx * sx + sy * sy
     return -tau * sy / f2, tau * sx / f2
 
 
-@njit(cache=True)
+@kernel
 def torque_tangent(tau: float, sx: float, sy: float) -> tuple[float, float]:
     """Derivatives of the generalized force, N m: (d/dsx of its X part, d/dsy of its X part).
 
@@ -28,7 +28,7 @@ def torque_tangent(tau: float, sx: float, sy: float) -> tuple[float, float]:
     return 2.0 * tau * sx * sy / f4, tau * (sy * sy - sx * sx) / f4
 
 
-@njit(cache=True)
+@kernel
 def turned_angle(sx0: float, sy0: float, sx1: float, sy1: float) -> float:
     """Angle from slope 0 to slope 1, rad, in (-pi, pi]; times tau it is the torque's work."""
     return math.atan2(sx0 * sy1 - sy0 * sx1, sx0 * sx1 + sy0 * sy1)

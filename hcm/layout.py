@@ -28,7 +28,7 @@ Ints = NDArray[np.int64]
 class Chain(NamedTuple):
     """The finger as arrays; N elements, P phalanges, n bordered unknowns.
 
-    first, second : (N,) place of the element's first and second node.
+    first, second : (N,) place of the element's first and second node, second = first + 4.
     length, axial_stiffness : (N,) l (m) and E A (N).
     mass, bending : (N, 4, 4) one component's mass (kg, kg m, kg m^2) and bending stiffness.
     hinge : (P,) place of hinge w's first multiplier.

@@ -17,8 +17,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
-
+from hcm.compiled import kernel
 from hcm.layout import Law
 
 FLIGHT, COMPRESSION, RESTITUTION = 0, 1, 2
@@ -42,7 +41,7 @@ class Contact(NamedTuple):
     particle: float
 
 
-@njit(cache=True)
+@kernel
 def normal_slope(contact: Contact, law: Law) -> float:
     """k_n = -dF_n/du_Y of the current branch, N/m."""
     if contact.normal == COMPRESSION:
@@ -52,13 +51,13 @@ def normal_slope(contact: Contact, law: Law) -> float:
     return 0.0
 
 
-@njit(cache=True)
+@kernel
 def has_tangential_element(law: Law) -> bool:
     """Whether a tangential force can arise at all: mu > 0 and eta^-2 > 0."""
     return law.mu > 0.0 and law.tangential_ratio > 0.0
 
 
-@njit(cache=True)
+@kernel
 def contact_force(x: float, gap: float, contact: Contact, law: Law) -> tuple[float, float]:
     """(F_t, F_n) on the tip, N, at X_C = x and u_Y = gap."""
     if contact.normal == FLIGHT:
@@ -71,7 +70,7 @@ def contact_force(x: float, gap: float, contact: Contact, law: Law) -> tuple[flo
     return 0.0, fn
 
 
-@njit(cache=True)
+@kernel
 def contact_tangent(contact: Contact, law: Law) -> tuple[float, float, float]:
     """(dF_t/dX, dF_t/dY, dF_n/dY), N/m, constant within a mode."""
     slope = normal_slope(contact, law)
@@ -82,7 +81,7 @@ def contact_tangent(contact: Contact, law: Law) -> tuple[float, float, float]:
     return 0.0, 0.0, -slope
 
 
-@njit(cache=True)
+@kernel
 def particle_position(x: float, gap: float, contact: Contact, law: Law) -> float:
     """X_P = X_C - u_X, m; X_C itself where there is no tangential element."""
     if contact.tangential == STICK:
@@ -93,7 +92,7 @@ def particle_position(x: float, gap: float, contact: Contact, law: Law) -> float
     return x
 
 
-@njit(cache=True)
+@kernel
 def particle_velocity(vt: float, vn: float, contact: Contact, law: Law) -> float:
     """V_P, m/s, from the tip's velocity (vt, vn)."""
     if contact.tangential == STICK:
@@ -104,7 +103,7 @@ def particle_velocity(vt: float, vn: float, contact: Contact, law: Law) -> float
     return vt
 
 
-@njit(cache=True)
+@kernel
 def stored_energy(x: float, gap: float, contact: Contact, law: Law) -> float:
     """Recoverable energy of both elements, F_n^2 e*^2/(2 k) + F_t^2 eta^2/(2 k), J."""
     ft, fn = contact_force(x, gap, contact, law)
@@ -114,7 +113,7 @@ def stored_energy(x: float, gap: float, contact: Contact, law: Law) -> float:
     return energy
 
 
-@njit(cache=True)
+@kernel
 def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: Law) -> float:
     """Energy that the normal element can't give back, between two gaps of one branch, J.
 

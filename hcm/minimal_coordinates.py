@@ -18,7 +18,6 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from hcm.ancf_element import add_inertia
 from hcm.equations import residual
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_force, particle_velocity
@@ -57,9 +56,9 @@ def minimal_coordinates(chain: Chain) -> Coordinates:
     expand_matrix = np.zeros((n, place.size))
     expand_matrix[source >= 0, source[source >= 0]] = 1.0
     mass = np.zeros((n, n))
-    for i, unit_vector in enumerate(np.eye(n)):
-        for e in range(chain.first.size):
-            add_inertia(chain.mass[e], unit_vector, chain.first[e], chain.second[e], mass[i])
+    for place_of_element, one_component in zip(chain.first, chain.mass, strict=True):
+        own = slice(place_of_element, place_of_element + 8)
+        mass[own, own] += np.kron(one_component, np.eye(2))
     unit = chain.scale[place]
     # scaled by the units of z, N^T M N is well conditioned whatever the element length
     scaled = unit[:, None] * (expand_matrix.T @ mass @ expand_matrix) * unit

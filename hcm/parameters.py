@@ -166,6 +166,9 @@ class Settings:
     consistent_start : whether the motion starts with the acceleration that the equations ask for.
         False starts it from zero, as the paper's fig. 6 does: the first step then applies torques
         gradually, and vibrations faster than the step are never excited.
+    reuse_factors : whether a factorization serves as long as Newton's iteration shrinks the change
+        tenfold with it; False makes a new one in every iteration, which changes no result beyond
+        `newton_tolerance`.
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
     repeat_folded : whether a run whose finger folded up is repeated more coarsely to see whether
         its tap can be relied on (`hcm.repeatable`); scenes that stay stretched are never repeated.
@@ -183,6 +186,7 @@ class Settings:
     max_contact_time: float = 0.05
     max_steps: int = 500_000
     consistent_start: bool = True
+    reuse_factors: bool = True
     frame_times: tuple[float, ...] = ()
     repeat_folded: bool = True
 

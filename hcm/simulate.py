@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from hcm import tap
 from hcm.clock import Clock, Plan
 from hcm.estimate import check_size
-from hcm.generalized_alpha import coefficients, initial_acceleration, motion, workspace
+from hcm.generalized_alpha import (
+    Integrator,
+    coefficients,
+    initial_acceleration,
+    motion,
+    workspace,
+)
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
 from hcm.parameters import (
@@ -113,7 +119,8 @@ def simulate(
     clock = Clock(begin, begin, settings.flight_step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
     per_call = 1 + UPDATES_A_CALL // chain.first.size
-    co = coefficients(settings.spectral_radius, settings.newton_tolerance)
+    co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
+    integrator = Integrator(co, chain, law, work)
     frames = tap.FrameTable(
         np.array(settings.frame_times, dtype=float),
         np.full((len(settings.frame_times), n), np.nan),
@@ -125,9 +132,9 @@ def simulate(
     reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
     events: list[Event] = []
     status = Status.COMPLETED
-    if settings.consistent_start and not initial_acceleration(old, chain, contact, law, work):
+    if settings.consistent_start and not initial_acceleration(old, contact, integrator):
         status = Status.NEWTON_FAILED
-    tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, law, chain, probe)
+    tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, integrator, probe)
     steps, code = 0, tap.RUNNING
     while status is Status.COMPLETED and code == tap.RUNNING:
         size, spent = min(TABLE_ROWS, settings.max_steps - steps), int(work.cost[0])
@@ -147,8 +154,8 @@ def simulate(
         )
         try:
             contact, clock, n_rows, n_events, code = tap.advance(
-                old, new, contact, clock, plan, co, chain, law, probe, work,
-                table, forces, table_of_events, frames,
+                old, new, contact, clock, plan, integrator, probe,
+                tap.Record(table, forces, table_of_events, frames),
             )  # fmt: skip
             rows.append(table[:n_rows].copy())
             reactions.append(forces[:n_rows].copy())

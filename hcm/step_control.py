@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from hcm.clock import Clock, Plan
+from hcm.compiled import kernel
 from hcm.contact_events import Triple
 from hcm.event_search import NO_EVENT, first_event, overshot
-from hcm.generalized_alpha import Coefficients, Motion, Workspace, local_error, step
-from hcm.layout import Chain, Law
+from hcm.generalized_alpha import Integrator, Motion, local_error, step
+from hcm.layout import Law
 from hcm.lumped_contact import FLIGHT, STICK, Contact, normal_slope
 
 # A step is tried again at most this often, shorter each time.
@@ -22,23 +22,29 @@ RELATIVE = 1e-3
 # A flight step's local error, over the tip's clearance: a tip that has just left may touch again
 # within its own vibration, which the tolerance of a free flight skips.
 NEAR = 0.01
+# s; first contact is located to this, in time.
+TOUCH_TIME = 1e-13
 # Factors by which the error control may change a step at once, and the least that it changes it.
 SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
 
 
-@njit(cache=True)
+@kernel
 def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> Triple:
-    """Round-off of each event function: metres or m/s, N, and m/s or N."""
+    """What counts as zero of each event function: metres or m/s, N, and m/s or N.
+
+    Round-off, but for the gap in flight: repeated steps end at the same place to Newton's tolerance
+    only, and a search for less than that goes on for ever.
+    """
     force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
     speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
     return (
-        1e-16 if contact.normal == FLIGHT else speed_tolerance,
+        max(1e-16, TOUCH_TIME * clock.speed) if contact.normal == FLIGHT else speed_tolerance,
         force_tolerance,
         force_tolerance if contact.tangential == STICK else speed_tolerance,
     )
 
 
-@njit(cache=True)
+@kernel
 def accept(
     h: float,
     in_flight: bool,
@@ -46,13 +52,10 @@ def accept(
     speed: float,
     tolerance: Triple,
     plan: Plan,
-    co: Coefficients,
+    contact: Contact,
     old: Motion,
     new: Motion,
-    chain: Chain,
-    contact: Contact,
-    law: Law,
-    work: Workspace,
+    integrator: Integrator,
 ) -> tuple[float, int, int, int, float]:
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
@@ -61,10 +64,11 @@ def accept(
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.
     """
+    _, chain, law, work = integrator
     clearance = max(old.q[chain.tip + 1] + law.height - contact.gap_ref, 0.0)
     slot, trials, growth = NO_EVENT, 0, GROW
     for repeats in range(REPEATS + 1):
-        if not step(h, co, old, new, chain, contact, law, work):
+        if not step(h, contact, old, new, integrator):
             work.key[0] = np.nan
             h *= 0.5
             continue
@@ -73,7 +77,7 @@ def accept(
             near = bound + NEAR * clearance if bound > 0.0 else plan.flight_tolerance
             bound = min(plan.flight_tolerance, near)
         if bound > 0.0:
-            error = local_error(h, co, old, new, chain)
+            error = local_error(h, old, new, integrator)
             growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / 3.0)
             if error > bound:
                 h *= max(SHRINK, growth)
@@ -81,8 +85,8 @@ def accept(
             # a changed step costs a factorization: small gains are not worth one
             growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
         if chatter:
-            return h, overshot(tolerance, new, chain, contact, law), trials, repeats, growth
-        length, slot, used = first_event(h, tolerance, co, old, new, chain, contact, law, work)
+            return h, overshot(tolerance, new, contact, integrator), trials, repeats, growth
+        length, slot, used = first_event(h, tolerance, contact, old, new, integrator)
         trials += used
         if math.isfinite(length):
             return length, slot, trials, repeats, growth

@@ -10,14 +10,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hcm.clock import Clock, Plan, account
+from hcm.compiled import kernel
 from hcm.contact_events import LIFT_OFF, TOUCH, transition
 from hcm.event_search import NO_EVENT
-from hcm.generalized_alpha import Coefficients, Motion, Workspace, change_step
-from hcm.layout import Chain, Law, Probe
+from hcm.generalized_alpha import Integrator, Motion, change_step
+from hcm.layout import Probe
 from hcm.lumped_contact import (
     FLIGHT,
     Contact,
@@ -73,12 +73,25 @@ class FrameTable(NamedTuple):
     q: Floats
 
 
-@njit(cache=True)
+class Record(NamedTuple):
+    """What a call of `advance` fills.
+
+    rows : (m, len(COLUMNS)), one an accepted step. reactions : (m, 2 P). events, frames.
+    """
+
+    rows: Floats
+    reactions: Floats
+    events: EventTable
+    frames: FrameTable
+
+
+@kernel
 def write_row(
-    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact, law: Law,
-    chain: Chain, probe: Probe,
+    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact,
+    integrator: Integrator, probe: Probe,
 ) -> None:  # fmt: skip
     """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
+    chain, law = integrator.chain, integrator.law
     q, v, tip = motion.q, motion.v, chain.tip
     x, gap = q[tip], q[tip + 1] + law.height
     ft, fn = contact_force(x, gap, contact, law)
@@ -100,11 +113,12 @@ def write_row(
             reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]
 
 
-@njit(cache=True)
+@kernel
 def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
     """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
-    first = np.searchsorted(frames.time, clock.time, side="right")
-    for m in range(first, frames.time.size):
+    for m in range(frames.time.size):
+        if frames.time[m] <= clock.time:
+            continue
         # as the next step's search will see its start: a time between is in one of the two
         if frames.time[m] > clock.time + h:
             return
@@ -115,39 +129,47 @@ def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameT
             frames.q[m, i] = (1.0 - p) * old.q[i] + p * new.q[i] + h * r * bend
 
 
-@njit(cache=True)
+@kernel
 def copy_motion(source: Motion, target: Motion) -> None:
     """Overwrite `target` with `source`."""
-    target.q[:] = source.q
-    target.v[:] = source.v
-    target.acceleration[:] = source.acceleration
-    target.a[:] = source.a
-    target.chords[:] = source.chords
-    target.jerk[:] = source.jerk
+    for i in range(source.q.size):
+        target.q[i] = source.q[i]
+        target.v[i] = source.v[i]
+        target.acceleration[i] = source.acceleration[i]
+        target.a[i] = source.a[i]
+        target.jerk[i] = source.jerk[i]
+    for e in range(source.chords.shape[0]):
+        target.chords[e, 0] = source.chords[e, 0]
+        target.chords[e, 1] = source.chords[e, 1]
 
 
-@njit(cache=True)
+@kernel
+def restart(motion: Motion, q: Floats, v: Floats) -> None:
+    """Note the event's q and v (n,); the jerk jumps there, so a's delay behind q.. starts anew."""
+    for i in range(q.size):
+        q[i], v[i] = motion.q[i], motion.v[i]
+        motion.a[i] = motion.acceleration[i]
+        motion.jerk[i] = 0.0
+
+
+@kernel
 def advance(
     old: Motion,
     new: Motion,
     contact: Contact,
     clock: Clock,
     plan: Plan,
-    co: Coefficients,
-    chain: Chain,
-    law: Law,
+    integrator: Integrator,
     probe: Probe,
-    work: Workspace,
-    rows: Floats,
-    reactions: Floats,
-    events: EventTable,
-    frames: FrameTable,
+    record: Record,
 ) -> tuple[Contact, Clock, int, int, int]:
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
     `old` holds the state and is overwritten. Returns the contact, the clock, the number of rows and
     of events written, and why the loop came back.
     """
+    _, chain, law, work = integrator
+    rows, reactions, events, frames = record
     n_rows, n_events = 0, 0
     while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:
         in_flight = contact.normal == FLIGHT
@@ -163,19 +185,7 @@ def advance(
         tolerance = event_tolerances(contact, clock, plan, law)
         chatter = clock.instant >= INSTANT_EVENTS
         h, slot, trials, repeats, growth = accept(
-            h,
-            in_flight,
-            chatter,
-            clock.speed,
-            tolerance,
-            plan,
-            co,
-            old,
-            new,
-            chain,
-            contact,
-            law,
-            work,
+            h, in_flight, chatter, clock.speed, tolerance, plan, contact, old, new, integrator
         )
         if repeats > REPEATS:
             return contact, clock, n_rows, n_events, NEWTON_FAILED
@@ -194,13 +204,9 @@ def advance(
         if slot != NO_EVENT:
             contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
             events.time[n_events], events.kind[n_events] = clock.time, kind
-            events.q[n_events] = old.q
-            events.v[n_events] = old.v
+            restart(old, events.q[n_events], events.v[n_events])
             n_events += 1
             instant += 1
-            # the jerk jumps at an event: a's delay behind q.. starts anew
-            old.a[:] = old.acceleration
-            old.jerk[:] = 0.0
             if kind in (TOUCH, LIFT_OFF):
                 phase_start = clock.time
                 next_step = plan.contact_step
@@ -214,7 +220,7 @@ def advance(
             clock.speed, clock.force,
         )  # fmt: skip
         if h > 0.0 or kind != NO_EVENT:
-            write_row(rows[n_rows], reactions[n_rows], old, clock, contact, law, chain, probe)
+            write_row(rows[n_rows], reactions[n_rows], old, clock, contact, integrator, probe)
             n_rows += 1
         if kind == LIFT_OFF and taps >= plan.taps:
             return contact, clock, n_rows, n_events, DONE

@@ -7,8 +7,16 @@ from numpy.typing import NDArray
 
 import hcm
 from hcm import tap
+from hcm.banded_ldl import HALF_BANDWIDTH
 from hcm.clock import Clock, Plan
-from hcm.generalized_alpha import Motion, coefficients, initial_acceleration, motion, workspace
+from hcm.generalized_alpha import (
+    Integrator,
+    Motion,
+    coefficients,
+    initial_acceleration,
+    motion,
+    workspace,
+)
 from hcm.layout import Chain, Law, Probe, build_chain
 from hcm.lumped_contact import Contact
 from hcm.result import EVENT_KINDS, Event
@@ -45,6 +53,16 @@ def straight_links(
         base, speed = base + phalanx.length * along, speed + phalanx.length * across
         element += phalanx.elements
     return chain, Start(q, v)
+
+
+def dense_of(rows: Floats) -> Floats:
+    """The symmetric matrix (n, n) that `banded_ldl`'s rows (w + n, w + 1) store."""
+    w, n = HALF_BANDWIDTH, len(rows) - HALF_BANDWIDTH
+    dense = np.zeros((n, n))
+    for i in range(n):
+        for j in range(max(0, i - w), i + 1):
+            dense[i, j] = dense[j, i] = rows[w + i, w - i + j]
+    return dense
 
 
 @dataclass(frozen=True)
@@ -84,23 +102,23 @@ def integrate(
     """Run the compiled loop from any state with one fixed step in flight and contact."""
     n = chain.scale.size
     old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
-    work = workspace(n)
+    integrator = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
     clock = Clock(start.time_s, start.time_s, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0)
-    assert initial_acceleration(old, chain, start.contact, law, work)
+    assert initial_acceleration(old, start.contact, integrator)
     table, reactions = (
         np.empty((rows + 1, len(tap.COLUMNS))),
         np.empty((rows + 1, 2 * chain.hinge.size)),
     )
-    tap.write_row(table[0], reactions[0], old, clock, start.contact, law, chain, probe)
+    tap.write_row(table[0], reactions[0], old, clock, start.contact, integrator, probe)
     located = tap.EventTable(
         np.empty(rows), np.empty(rows, dtype=np.int64), *np.empty((2, rows, n))
     )
     frames = tap.FrameTable(np.empty(0), np.empty((0, n)))
     contact, clock, n_rows, n_events, code = tap.advance(
-        old, new, start.contact, clock, plan, coefficients(xi, newton_tolerance), chain, law,
-        probe, work, table[1:], reactions[1:], located, frames,
+        old, new, start.contact, clock, plan, integrator, probe,
+        tap.Record(table[1:], reactions[1:], located, frames),
     )  # fmt: skip
     events = tuple(
         Event(float(t), EVENT_KINDS[k])

@@ -6,14 +6,13 @@ from numpy.polynomial import Polynomial
 
 import hcm
 from hcm.ancf_element import (
-    add_inertia,
-    add_internal_force,
-    axial_tangent,
     bending_matrix,
-    chord,
+    inertia,
+    internal_force,
     kinetic_energy,
     mass_matrix,
     strain_energy,
+    tangent_stiffness,
 )
 from hcm.layout import build_chain, build_probe
 from hcm.observe import stress_at_probe
@@ -47,20 +46,33 @@ def rotated(q: np.ndarray, angle: float) -> np.ndarray:
     return (q.reshape(4, 2) @ np.array([[c, s], [-s, c]])).ravel()
 
 
+def arguments(q: np.ndarray) -> tuple[float, ...]:
+    """Chord, slopes and stiffnesses as the kernels take them."""
+    near, far = BENDING[1, 1], BENDING[1, 3]
+    return (*((q[4:6] - q[:2]) / LENGTH), *q[2:4], *q[6:8], EA * LENGTH, near, far)
+
+
+# (chord, r'_1, r'_2) of one component from (r_1, r'_1, r_2, r'_2)
+REDUCE = np.array([[-1 / LENGTH, 0, 1 / LENGTH, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+
+
 def force(q: np.ndarray) -> np.ndarray:
-    out = np.zeros(8)
-    add_internal_force(q, chord(q, 0, 4, LENGTH), 0, 4, LENGTH, EA, BENDING, out)
-    return out
+    conjugate = np.array(internal_force(*arguments(q))).reshape(3, 2)
+    return (REDUCE.T @ conjugate).ravel()
 
 
 def energy(q: np.ndarray) -> float:
-    return strain_energy(q, 0, 4, LENGTH, EA, BENDING)
+    return strain_energy(*arguments(q))
 
 
 def tangent(q: np.ndarray) -> np.ndarray:
-    out = np.empty((8, 8))
-    axial_tangent(q, 0, 4, LENGTH, EA, out)
-    return out + np.kron(BENDING, np.eye(2))
+    out = np.zeros((8, 8))
+    xx, xy, yy = (
+        REDUCE.T @ np.array(block)[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ REDUCE
+        for block in tangent_stiffness(*arguments(q))
+    )
+    out[::2, ::2], out[::2, 1::2], out[1::2, ::2], out[1::2, 1::2] = xx, xy, xy, yy
+    return out
 
 
 def test_mass_is_the_integral_of_hermite_products() -> None:
@@ -76,11 +88,10 @@ def test_bending_is_the_integral_of_hermite_curvatures() -> None:
 def test_inertia_and_kinetic_energy_use_the_mass_matrix() -> None:
     v = np.random.default_rng(0).standard_normal(8)
     mass = np.kron(mass_matrix(RHO_A, LENGTH), np.eye(2))
-    out = np.zeros(8)
-    add_inertia(mass_matrix(RHO_A, LENGTH), v, 0, 4, out)
-    np.testing.assert_allclose(out, mass @ v, rtol=1e-13)
+    found = np.transpose([inertia(mass_matrix(RHO_A, LENGTH), *v[c::2]) for c in range(2)]).ravel()
+    np.testing.assert_allclose(found, mass @ v, rtol=1e-13)
     expected = 0.5 * v @ mass @ v
-    assert kinetic_energy(mass_matrix(RHO_A, LENGTH), v, 0, 4) == pytest.approx(expected, rel=1e-13)
+    assert kinetic_energy(mass_matrix(RHO_A, LENGTH), v) == pytest.approx(expected, rel=1e-13)
 
 
 def test_strain_energy_is_the_integral_of_the_strains() -> None:

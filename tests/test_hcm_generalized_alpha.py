@@ -13,6 +13,7 @@ from hcm_cases import (
 )
 
 from hcm.generalized_alpha import (
+    Integrator,
     change_step,
     coefficients,
     initial_acceleration,
@@ -81,22 +82,22 @@ def test_events_converge_with_order_two(struck_links, xi: float) -> None:
     assert np.all(np.array(separation) < errors)
 
 
-def oscillator(spring: float):
+def oscillator(xi: float, tolerance: float, spring: float = 1.0):
     """Unit mass at x = 1 on a spring to the origin: q = cos(omega t)."""
     chain, start = point_mass(1.0, (1.0, 0.0), (0.0, 0.0), spring=spring)
     old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
-    work = workspace(8)
-    assert initial_acceleration(old, chain, IN_FLIGHT, NOWHERE, work)
-    return chain, old, new, work
+    integrator = Integrator(coefficients(xi, tolerance), chain, NOWHERE, workspace(8))
+    assert initial_acceleration(old, IN_FLIGHT, integrator)
+    return integrator, old, new
 
 
 @pytest.mark.parametrize("xi", [0.0, 0.3, 0.5, 0.8, 1.0])
 @pytest.mark.parametrize("h_omega", [0.1, 1.0, 3.0, 30.0, 1e4])
 def test_stiff_oscillator_stays_bounded(xi: float, h_omega: float) -> None:
-    chain, old, new, work = oscillator(1.0)
-    co, largest = coefficients(xi, 1e-12), 0.0
+    integrator, old, new = oscillator(xi, 1e-12)
+    largest = 0.0
     for _ in range(2000):
-        assert step(h_omega, co, old, new, chain, IN_FLIGHT, NOWHERE, work)
+        assert step(h_omega, IN_FLIGHT, old, new, integrator)
         old, new = new, old
         largest = max(largest, abs(old.q[4]))
     # at most the overshoot of the first steps, (h omega)^2/4 of the start for xi = 0
@@ -107,10 +108,10 @@ def test_stiff_oscillator_stays_bounded(xi: float, h_omega: float) -> None:
 @pytest.mark.parametrize("xi", [0.0, 0.3, 0.5, 0.8, 1.0])
 def test_spectral_radius_at_infinite_frequency(xi: float) -> None:
     """All three roots tend to -xi: the displacements obey (E + xi)^3 q_n = 0, E the shift."""
-    chain, old, new, work = oscillator(1.0)
-    co, q = coefficients(xi, 1e-13), [1.0]
+    integrator, old, new = oscillator(xi, 1e-13)
+    q = [1.0]
     for _ in range(12):
-        assert step(1e3, co, old, new, chain, IN_FLIGHT, NOWHERE, work)
+        assert step(1e3, IN_FLIGHT, old, new, integrator)
         old, new = new, old
         q.append(old.q[4])
     q = np.array(q)
@@ -124,14 +125,13 @@ def test_local_error_estimate(xi: float) -> None:
     """Against the error of one step from a state on the method's own trajectory."""
     ratios = []
     for h in (0.02, 0.01):
-        chain, old, new, work = oscillator(1.0)
-        co = coefficients(xi, 1e-13)
+        integrator, old, new = oscillator(xi, 1e-13)
         for _ in range(60):
-            step(h, co, old, new, chain, IN_FLIGHT, NOWHERE, work)
+            step(h, IN_FLIGHT, old, new, integrator)
             old, new = new, old
-        step(h, co, old, new, chain, IN_FLIGHT, NOWHERE, work)
+        step(h, IN_FLIGHT, old, new, integrator)
         exact = old.q[4] * np.cos(h) + old.v[4] * np.sin(h)
-        ratios.append(local_error(h, co, old, new, chain) / abs(new.q[4] - exact))
+        ratios.append(local_error(h, old, new, integrator) / abs(new.q[4] - exact))
     # the leading term only: what is left is of order h, 0.02 and 0.01
     np.testing.assert_allclose(ratios, 1.0, atol=0.03)
 
@@ -141,12 +141,12 @@ def test_variable_steps_keep_order_two(xi: float) -> None:
     """Steps that alternate between h and 1.5 h; without `change_step` the order falls to 1."""
     counts, errors = np.array([40, 80, 160]), []
     for count in counts:
-        chain, old, new, work = oscillator(1.0)
-        co, time = coefficients(xi, 1e-13), 0.0
+        integrator, old, new = oscillator(xi, 1e-13)
+        time = 0.0
         sizes = np.where(np.arange(2 * count) % 2, 1.5, 1.0)
         sizes *= 5.0 / sizes.sum()
         for i, h in enumerate(sizes):
-            assert step(h, co, old, new, chain, IN_FLIGHT, NOWHERE, work)
+            assert step(h, IN_FLIGHT, old, new, integrator)
             old, new = new, old
             change_step(sizes[(i + 1) % sizes.size] / h, old)
             time += h

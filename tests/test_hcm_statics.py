@@ -4,12 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_banded
+from hcm_cases import dense_of
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 import hcm
-from hcm.banded_lu import HALF_BANDWIDTH
+from hcm.banded_ldl import storage
 from hcm.equations import residual, tangent
 from hcm.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.layout import Law, build_chain
@@ -52,7 +52,7 @@ def cantilever(load: float, elements: int) -> tuple[float, float]:
     free = np.arange(6, q.size)
     n, still = q.size, np.zeros(q.size)
     force = load * phalanx.youngs_modulus * phalanx.second_moment / phalanx.length**2
-    band, out = np.empty((n, 2 * HALF_BANDWIDTH + 1)), np.empty(n)
+    rows, out = storage(n), np.empty(n)
     for fraction in np.linspace(0.1, 1.0, 10):
         weight = np.zeros(n)
         weight[chain.tip + 1] = -fraction * force
@@ -60,17 +60,10 @@ def cantilever(load: float, elements: int) -> tuple[float, float]:
         for _ in range(100):
             residual(q, still, loaded, IN_FLIGHT, LAW, out)
             # a weight so large that the mass drops out leaves the tangent of the forces alone
-            tangent(q, 1e12, loaded, IN_FLIGHT, LAW, band)
+            tangent(q, 1e12, loaded, IN_FLIGHT, LAW, rows)
             scale = chain.scale[free]
-            diagonals = np.zeros((2 * HALF_BANDWIDTH + 1, free.size))
-            for i in range(-HALF_BANDWIDTH, HALF_BANDWIDTH + 1):
-                row = band[6:, HALF_BANDWIDTH + i]
-                diagonals[HALF_BANDWIDTH - i, max(i, 0) : free.size + min(i, 0)] = row[
-                    max(-i, 0) : free.size - max(i, 0)
-                ]
-            change = scale * solve_banded(
-                (HALF_BANDWIDTH, HALF_BANDWIDTH), diagonals, -1e12 * scale * out[free]
-            )
+            matrix = dense_of(rows)[np.ix_(free, free)]
+            change = scale * np.linalg.solve(matrix, -1e12 * scale * out[free])
             q[free] += change
             if np.abs(change / scale).max() < 1e-11:
                 break

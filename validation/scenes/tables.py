@@ -91,6 +91,7 @@ class HcmTable(Table):
     max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
     max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
     consistent_start: bool | None = None
+    reuse_factors: bool | None = None
 
 
 def _refuse(key: str, value: object, text: str) -> PydanticCustomError:

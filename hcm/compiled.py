@@ -1,0 +1,31 @@
+"""How the kernels of the step are compiled.
+
+- Arrays are not reference-counted: a kernel takes and hands on dozens of them in tuples, and
+  counting each with an atomic operation took more than half of a step. The price is that a kernel
+  can't allocate; the caller in Python holds every array while it runs.
+- Divisions follow IEEE (infinity and NaN) instead of raising: what is not finite is found where
+  Newton's iteration ends.
+- a*b + c may be rounded once (`contract`), which is safe with NaN, unlike full fastmath.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit
+
+
+def kernel_with(*fastmath: str) -> Callable[[Callable[..., Any]], Any]:
+    """`kernel` with these of LLVM's fast-math flags."""
+    options: dict[str, Any] = {
+        "cache": True,
+        "error_model": "numpy",
+        "fastmath": set(fastmath),
+        "_nrt": False,
+    }
+    return lambda function: njit(**options)(function)
+
+
+# Compiles a function that allocates nothing; its machine code is cached beside its file.
+kernel = kernel_with("contract")

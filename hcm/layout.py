@@ -101,78 +101,71 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     chain : the finger as arrays.
     rest : (n,) nodal coordinates at rest along -X: positions (-s, 0), slopes (-1, 0).
     """
-    first: list[int] = []
-    second: list[int] = []
-    length: list[float] = []
-    axial: list[float] = []
-    mass: list[Floats] = []
-    bending: list[Floats] = []
-    weight_per_length: list[float] = []
-    hinge: list[int] = []
-    inner: list[int] = []
-    outer: list[int] = []
-    place, s = 0, 0.0
-    node_s: list[tuple[int, float, float]] = []
-    for phalanx in finger.phalanges:
-        hinge.append(place)
-        inner.append(place - 4 if s > 0 else -1)
-        place += 2
-        outer.append(place)
-        el = phalanx.length / phalanx.elements
-        for i in range(phalanx.elements):
-            first.append(place + 4 * i)
-            second.append(place + 4 * (i + 1))
-            length.append(el)
-            axial.append(phalanx.youngs_modulus * phalanx.area)
-            mass.append(mass_matrix(phalanx.density * phalanx.area, el))
-            bending.append(bending_matrix(phalanx.youngs_modulus * phalanx.second_moment, el))
-            weight_per_length.append(phalanx.density * phalanx.area * drive.gravity)
-        node_s += [(place + 4 * i, s + el * i, el) for i in range(phalanx.elements + 1)]
-        place += 4 * (phalanx.elements + 1)
+    counts = np.array([p.elements for p in finger.phalanges])
+    # phalanx w takes its hinge's two multipliers, then its nodes' four coordinates each
+    hinge = np.concatenate([[0], np.cumsum(2 + 4 * (counts + 1))])
+    n, hinge = int(hinge[-1]), hinge[:-1]
+    outer, inner = hinge + 2, hinge - 4
+    inner[0] = -1
+    rest, scale, weight = np.zeros(n), np.ones(n), np.zeros(n)
+    first, length, axial = [], [], []
+    mass, bending = [], []
+    s = 0.0
+    for phalanx, begin in zip(finger.phalanges, outer.tolist(), strict=True):
+        count, el = phalanx.elements, phalanx.length / phalanx.elements
+        per_length, end = phalanx.density * phalanx.area, begin + 4 * (phalanx.elements + 1)
+        first.append(begin + 4 * np.arange(count))
+        length.append(np.full(count, el))
+        axial.append(np.full(count, phalanx.youngs_modulus * phalanx.area))
+        stiffness = bending_matrix(phalanx.youngs_modulus * phalanx.second_moment, el)
+        mass.append(np.tile(mass_matrix(per_length, el), (count, 1, 1)))
+        bending.append(np.tile(stiffness, (count, 1, 1)))
+        rest[begin:end:4] = -(s + el * np.arange(count + 1))
+        rest[begin + 2 : end : 4] = -1.0
+        scale[begin - 2 : begin] = per_length * el
+        scale[begin + 2 : end : 4] = scale[begin + 3 : end : 4] = 1.0 / el
+        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
+        force, moment = per_length * drive.gravity * el / 2, per_length * drive.gravity * el**2 / 12
+        weight[begin + 1 : end - 4 : 4] -= force
+        weight[begin + 5 : end : 4] -= force
+        weight[begin + 3] -= moment
+        weight[end - 1] += moment
         s += phalanx.length
-    rest, scale, weight = np.zeros(place), np.zeros(place), np.zeros(place)
-    for node, arc, el in node_s:
-        rest[node], rest[node + 2] = -arc, -1.0
-        scale[node : node + 2], scale[node + 2 : node + 4] = 1.0, 1.0 / el
-    for a, b, el, w in zip(first, second, length, weight_per_length, strict=True):
-        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components
-        weight[[a + 1, a + 3, b + 1, b + 3]] -= w * np.array(
-            [el / 2, el**2 / 12, el / 2, -(el**2) / 12]
-        )
-    for place_of_hinge, phalanx in zip(hinge, finger.phalanges, strict=True):
-        element_mass = phalanx.density * phalanx.area * phalanx.length / phalanx.elements
-        scale[place_of_hinge : place_of_hinge + 2] = element_mass
-    torque, torque_node = _torques(drive, inner, outer)
+    torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
+    starts = np.concatenate(first)
     chain = Chain(
-        np.array(first, dtype=np.int64),
-        np.array(second, dtype=np.int64),
-        np.array(length),
-        np.array(axial),
-        np.array(mass),
-        np.array(bending),
-        np.array(hinge, dtype=np.int64),
-        np.array(inner, dtype=np.int64),
-        np.array(outer, dtype=np.int64),
+        starts,
+        starts + 4,
+        np.concatenate(length),
+        np.concatenate(axial),
+        np.concatenate(mass),
+        np.concatenate(bending),
+        hinge,
+        inner,
+        outer,
         weight,
         torque,
         torque_node,
         scale,
-        place - 4,
+        n - 4,
         _roundoff(finger),
     )
     return chain, rest
 
 
+# Smallest eigenvalue of an element's mass over its mass, positions and slopes in units of 1 and 1/l.
+SOFTEST_MASS = float(np.linalg.eigvalsh(mass_matrix(1.0, 1.0))[0])
+
+
 def _roundoff(finger: Finger) -> float:
     # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
-    softest_mass = float(np.linalg.eigvalsh(mass_matrix(1.0, 1.0))[0])
     for phalanx in finger.phalanges:
         el = phalanx.length / phalanx.elements
         bending = 12 * phalanx.youngs_modulus * phalanx.second_moment / el**2
         axial = phalanx.youngs_modulus * phalanx.area
         element_mass = phalanx.density * phalanx.area * el
-        largest = max(largest, (bending + axial) / (softest_mass * element_mass))
+        largest = max(largest, (bending + axial) / (SOFTEST_MASS * element_mass))
     return float(np.finfo(float).eps) * largest
 
 

@@ -22,23 +22,17 @@ RELATIVE = 1e-3
 # A flight step's local error, over the tip's clearance: a tip that has just left may touch again
 # within its own vibration, which the tolerance of a free flight skips.
 NEAR = 0.01
-# s; first contact is located to this, in time.
-TOUCH_TIME = 1e-13
 # Factors by which the error control may change a step at once, and the least that it changes it.
 SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
 
 
 @kernel
 def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> Triple:
-    """What counts as zero of each event function: metres or m/s, N, and m/s or N.
-
-    Round-off, but for the gap in flight: repeated steps end at the same place to Newton's tolerance
-    only, and a search for less than that goes on for ever.
-    """
+    """Round-off of each event function: metres or m/s, N, and m/s or N."""
     force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
     speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
     return (
-        max(1e-16, TOUCH_TIME * clock.speed) if contact.normal == FLIGHT else speed_tolerance,
+        1e-16 if contact.normal == FLIGHT else speed_tolerance,
         force_tolerance,
         force_tolerance if contact.tangential == STICK else speed_tolerance,
     )

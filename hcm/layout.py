@@ -153,7 +153,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     return chain, rest
 
 
-# Smallest eigenvalue of an element's mass over its mass, positions and slopes in units of 1 and 1/l.
+# Smallest eigenvalue of an element mass matrix over the mass, in units of 1 and 1/l.
 SOFTEST_MASS = float(np.linalg.eigvalsh(mass_matrix(1.0, 1.0))[0])
 
 

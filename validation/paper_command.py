@@ -17,10 +17,12 @@ from validation.paper import (
     friction_rows,
     validation_rows,
 )
-from validation.paper.cases import driven_cases, experiments, undriven_cases
+from validation.paper.cases import experiments, undriven_cases
+from validation.paper.driven_cases import NUMERICS, PRINTED_TORQUES, driven_cases
 from validation.paper.driven_figures import figure_13, figure_14, figure_15, figure_16
+from validation.paper.driven_rows import Identified
 from validation.paper.finding import Runs
-from validation.paper.identify_torque import TorqueFactor, identify
+from validation.paper.identify_torque import alone, identify
 from validation.paper.ledger import VERDICTS, ledger, ledger_table, score
 from validation.paper.solve import solve_cases
 from validation.paper.stored_cases import case_store
@@ -76,19 +78,29 @@ def draw(folder: Path, runs: Runs, references: Mapping[str, RunRecord]) -> list[
             CAPTIONS.items()]  # fmt: skip
 
 
-def solve_all(progress: Callable[[float, str], None], store: Store) -> tuple[Runs, TorqueFactor]:
+def solve_all(progress: Callable[[float, str], None], store: Store) -> tuple[Runs, Identified]:
     """Identify the t_3 factor, then run every case of the reduced model that is not stored."""
     stored = case_store(store)
     with workers(os.cpu_count() or 1) as pool:
         progress(0.02, "identifying the t_3 factor")
-        factor = identify(pool, stored)
+        single = {scene: pool.submit(alone, scene, stored) for scene in PRINTED_TORQUES}
+        found = Identified(
+            identify(pool, (), stored),
+            {scene: job.result() for scene, job in single.items()},
+            {name: identify(pool, numerics, stored) for name, numerics in NUMERICS.items()},
+        )
         cases = (
-            *driven_cases(factor.factor, factor.uncertainty),
+            *driven_cases(
+                found.common.factor,
+                found.common.uncertainty,
+                found.alone["driven-2"].best_factor,
+                {name: fit.factor for name, fit in found.fitted.items()},
+            ),
             *undriven_cases(),
             *experiments(),
         )
         runs = solve_cases(cases, pool, lambda f, what: progress(0.2 + 0.5 * f, what), stored)
-        return runs, factor
+        return runs, found
 
 
 def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
@@ -108,7 +120,7 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
     claims = read_claims()
     store = Store(out / "store", fresh)
     with progress_bar("paper") as progress:
-        runs, factor = solve_all(progress, store)
+        runs, found = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
         alone = run_alone(runs_folder, "hcm", (), "", store)
         progress(0.75, "reference, ls-dyna-like")
@@ -120,7 +132,7 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
             **validation_rows.measure(runs, alone, references),
             **friction_rows.measure(runs),
             **compliance_rows.measure(runs),
-            **driven_rows.measure(runs),
+            **driven_rows.measure(runs, found),
         }
         rows = ledger(claims, findings)
         write_table(folder, "ledger", ledger_table(rows), "Every number that the paper prints")
@@ -133,7 +145,7 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
             "counts": {verdict: counts[verdict] for verdict in VERDICTS},
             "settled": settled,
             "total": total,
-            "factor": factor,
+            "factor": found.common,
             "figures": drawn,
             "with_reference": bool(references),
             "provenance": provenance({}),
@@ -141,5 +153,6 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
         write_page(page, "paper.html.j2", context)
     print("; ".join(f"{verdict}: {counts[verdict]}" for verdict in VERDICTS))
     print(f"rows that concern hcm: {settled} of {total} reproduced or self-contradicting")
+    factor = found.common
     print(f"t_3 factor: {factor.factor:.4g} +- {factor.uncertainty:.2g} N m per printed unit")
     print(f"page: {page}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.paper.cases import PRINTED_TORQUES
+from validation.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
 from validation.paper.figure_panels import COLORS, label, panels
 from validation.paper.finding import Runs, curve, window
 from validation.paper.stored_cases import CaseRun
@@ -21,7 +21,8 @@ def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
     with panels(path, 3, width=3.6) as axes:
         for axis, (name, legend) in zip(axes[0], CASES, strict=True):
             run = runs[name]
-            shown = sorted((*run.frames, run.event_postures[0]), key=lambda p: p.time_s)
+            frames = [p for p in run.frames if p.time_s in POSTURE_TIMES[name]]
+            shown = sorted((*frames, run.event_postures[0]), key=lambda p: p.time_s)
             for shade, posture in enumerate(shown):
                 line = np.concatenate(posture.positions_m)
                 axis.plot(

@@ -108,7 +108,7 @@ def follow(
     state, time_s, tap = position.state, position.start_s, position.tap
     largest_kinetic, largest_error = position.largest_kinetic_J, position.largest_error_J
     audits, origin = position.audits, position.origin_energy_J
-    interval = settings.output_interval or _interval(model)
+    interval = settings.output_interval or audit_interval(model)
     status, message = Status.INTERRUPTED, ""
     try:
         while True:
@@ -175,7 +175,7 @@ def follow(
     )
 
 
-def _interval(model: Model) -> int:
+def audit_interval(model: Model) -> int:
     """Steps between audits: some 150 in a tap of five transits of the last phalanx."""
     return max(1, round(5.0 * model.transit_s / (150.0 * model.step_s)))
 

@@ -22,6 +22,7 @@ from validation.bench.ledger import Entry
 from validation.bench.ledger import table as ledger_table
 from validation.bench.measured import Errors, Point, Quantities, errors, table
 from validation.bench.timing import shortest
+from validation.bench.whole_step import FALL_M_PER_S, falling_block
 
 EXACT = Quantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
 
@@ -69,7 +70,29 @@ def test_kernels_are_timed_for_every_element_of_a_dimension() -> None:
     speeds = kernels.measure((6, 4, 4), (1,), budget_s=0.0)
     assert {s.element for s in speeds} >= {"hex8-sri"}
     assert all(s.updates_per_s > 0 and s.elements == 96 for s in speeds)
-    assert (kernels.table(speeds)["over_one_thread"] == 1).all()
+    table = kernels.table(speeds)
+    assert (table["over_one_thread"] == 1).all()
+    assert (table["step_over_kernel"] > 1).all()
+    # u, v of the state, X, masses and forces' buffer alone: 13 numbers a node, 175 nodes
+    assert (table["model_and_state_MB"] > 13 * 175 * 8e-6).all()
+    one_point = table.set_index("element").loc["hex8-one-point"]
+    assert one_point["bytes_per_element"] == 8 * 4 + 3 * 8
+
+
+@pytest.mark.parametrize("counts", [(4, 3), (4, 3, 2)])
+def test_timed_steps_have_the_whole_lower_side_in_contact(counts: tuple[int, ...]) -> None:
+    from reference_fem import Material
+    from reference_fem.explicit_step import advance, start_state
+
+    points, cells = kernels.box(counts)
+    element = "hex8-one-point" if len(counts) == 3 else "quad4-plane-stress"
+    model = falling_block(points, cells, element, Material(1e9, 0.4, 1e3))
+    assert len(model.contact.nodes) == np.prod([counts[0] + 1, *(n + 1 for n in counts[2:])])
+    velocity = np.zeros_like(model.points)
+    velocity[:, 1] = -FALL_M_PER_S
+    state = start_state(model, np.zeros_like(velocity), velocity, 0.0)
+    after, _ = advance(model, state, 2, True)
+    assert after.touching.all()
 
 
 def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None:

@@ -1,14 +1,15 @@
-"""Element updates per second of the reference's force kernels on a box of 60,000 elements."""
+"""Element updates per second of the reference on a box of 60,000: force kernels, whole steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from validation.bench.timing import shortest_in_turns
+from validation.bench.whole_step import case
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,9 +18,8 @@ BOX = (100, 25, 24)  # elements along x, y, z
 SHEET = (300, 200)
 SIZE_M = 1e-3
 YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
-STRAIN = 1e-3  # of the random displacement that the force is taken at
 THREADS = (1, 2)
-BUDGET_S = 3.0
+BUDGET_S = 8.0
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -27,12 +27,20 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Speed:
-    """Updates per second of one kernel on a number of threads."""
+    """Updates per second of one kernel on a number of threads, alone and in the whole step.
+
+    updates_per_s, step_updates_per_s : element updates of the force, and of whole steps
+    memory_MB : arrays of the model and its state
+    loop_bytes : read of one element per update, nodal arrays excepted
+    """
 
     element: str
     threads: int
     elements: int
     updates_per_s: float
+    step_updates_per_s: float
+    memory_MB: float
+    loop_bytes: float
     runs: int
 
 
@@ -52,44 +60,45 @@ def box(counts: tuple[int, ...]) -> tuple[Floats, Integers]:
     return points, (np.asarray(first)[:, None] + np.array(offsets)).astype(np.int64)
 
 
-def factories(points: Floats, cells: Integers) -> dict[str, Callable[[], Any]]:
-    """What builds each element that a mesh of this dimension can take."""
-    from reference_fem.model import ELEMENTS
-
-    n = len(cells)
-    young, poisson, density = (np.full(n, value) for value in (YOUNG, POISSON, DENSITY))
-    radius = np.full(n, np.abs(points[:, 1]).max())
-    return {
-        name: partial(build, points, cells, young, poisson, density, radius)
-        for name, build in ELEMENTS[points.shape[1]].items()
-    }
-
-
 def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:
-    """Time the force of every element of one dimension."""
+    """Time the force and the whole step of every element of one dimension."""
     import numba
 
+    from reference_fem import Material
+    from reference_fem.model import ELEMENTS
+
     points, cells = box(counts)
-    if len(counts) == 2:
-        points = points - [0.0, points[:, 1].max() / 2]  # the chord's thickness is about y = 0
-    displacement = STRAIN * SIZE_M * np.random.default_rng(0).standard_normal(points.shape)
-    force = np.empty_like(points)
     before = numba.get_num_threads()
     available = [n for n in threads if n <= numba.config.NUMBA_NUM_THREADS]
 
-    def force_on(kernel: Any, count: int) -> None:
+    def on(count: int, run: Callable[[], object]) -> None:
         numba.set_num_threads(count)
-        kernel.internal_force(displacement, force)
+        run()
 
-    built = {name: build() for name, build in factories(points, cells).items()}
+    material = Material(YOUNG, POISSON, DENSITY)
+    built = {name: case(points, cells, name, material) for name in ELEMENTS[len(counts)]}
     cases = [(name, count) for name in built for count in available]
+    runs = [
+        partial(on, count, run)
+        for name, count in cases
+        for run in (built[name].force, built[name].run)
+    ]
     try:
-        times = shortest_in_turns([partial(force_on, built[n], c) for n, c in cases], budget_s)
+        times = shortest_in_turns(runs, budget_s)
     finally:
         numba.set_num_threads(before)
     return [
-        Speed(name, count, len(cells), len(cells) / timed.wall_time_s, timed.runs)
-        for (name, count), timed in zip(cases, times, strict=True)
+        Speed(
+            element=name,
+            threads=count,
+            elements=len(cells),
+            updates_per_s=len(cells) / force.wall_time_s,
+            step_updates_per_s=built[name].steps * len(cells) / whole.wall_time_s,
+            memory_MB=built[name].memory_MB,
+            loop_bytes=built[name].loop_bytes,
+            runs=force.runs,
+        )
+        for (name, count), force, whole in zip(cases, times[::2], times[1::2], strict=True)
     ]
 
 
@@ -113,6 +122,10 @@ def table(speeds: list[Speed]) -> "pd.DataFrame":
             "threads": s.threads,
             "million_updates_per_s": s.updates_per_s / 1e6,
             "over_one_thread": s.updates_per_s / one[s.element],
+            "million_step_updates_per_s": s.step_updates_per_s / 1e6,
+            "step_over_kernel": s.updates_per_s / s.step_updates_per_s,
+            "bytes_per_element": s.loop_bytes,
+            "model_and_state_MB": s.memory_MB,
             "runs": s.runs,
         }
         for s in speeds

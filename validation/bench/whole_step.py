@@ -1,0 +1,95 @@
+"""The whole step of the reference beside its force kernel: contact, update and audits included."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from reference_fem.model import Model
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# The faces of VTK's cells that look down, outward oriented.
+LOWER = {2: [0, 1], 3: [0, 1, 5, 4]}
+FALL_M_PER_S = 1.0
+# Of all velocities, m/s. In a body that moves along Y alone numbers before a wave are denormal,
+# which take ten times as long; a finger has turned and has none.
+NOISE = 1e-3
+
+
+@dataclass(frozen=True)
+class Case:
+    """A free block that falls on the surface, all of its lower side touching.
+
+    steps : explicit steps of one `run`
+    force : the force kernel alone, at the same displacement
+    run : the steps as a tap's window takes them, with its audits and searches for inverted cells
+    memory_MB : arrays of model and state
+    loop_bytes : what one evaluation of the force reads of one element, nodal arrays excepted
+    """
+
+    steps: int
+    force: Callable[[], object]
+    run: Callable[[], object]
+    memory_MB: float
+    loop_bytes: float
+
+
+def falling_block(points: Floats, cells: Integers, element: str, material: Any) -> "Model":
+    """Model of a block without hinges right above the surface, centred about Y = 0."""
+    import meshes
+    import reference_fem
+    from reference_fem.model import build_model
+
+    points = points.copy()
+    points[:, 1] -= points[:, 1].mean()  # the thickness of a plane model is that of a round section
+    facets = cells[:, LOWER[points.shape[1]]]
+    low = points[:, 1].min()
+    lowest = facets[(points[facets, 1] == low).all(axis=1)]
+    mesh = meshes.FingerMesh(
+        points=points,
+        cells=cells,
+        node_sets={"pole": np.array([0])},
+        facet_sets={"surface": lowest},
+        cell_sets={"phalanx_1": np.arange(len(cells))},
+    )
+    surface = reference_fem.Surface(height=-float(low), friction=0.5)
+    settings = reference_fem.Settings(element=element)
+    return build_model(mesh, (material,), surface, reference_fem.Drive(), settings)
+
+
+def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
+    """What is timed on one mesh with one element."""
+    from reference_fem.audit import sample
+    from reference_fem.explicit_run import INVERSION_CHECK, audit_interval
+    from reference_fem.explicit_step import advance, start_state
+    from reference_fem.footprint import array_bytes
+
+    model = falling_block(points, cells, element, material)
+    interval = audit_interval(model)
+    velocity = NOISE * np.random.default_rng(0).standard_normal(model.points.shape)
+    velocity[:, 1] -= FALL_M_PER_S
+    start = start_state(model, np.zeros_like(model.points), velocity, 0.0)
+    state, _ = advance(model, start, 1, True)
+    force = np.empty_like(model.points)
+
+    def run() -> Floats:
+        now = state
+        for _ in range(INVERSION_CHECK):
+            after, block = advance(model, now, interval, True)
+            sample(model, now, block, 0.0)
+            now = after
+        model.kernel.min_det_F(now.displacement)
+        return now.displacement
+
+    return Case(
+        steps=INVERSION_CHECK * interval,
+        force=lambda: model.kernel.internal_force(state.displacement, force),
+        run=run,
+        memory_MB=array_bytes(model, state) / 1e6,
+        loop_bytes=model.kernel.loop_bytes / len(cells),
+    )

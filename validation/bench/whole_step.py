@@ -65,9 +65,11 @@ def falling_block(points: Floats, cells: Integers, element: str, material: Any) 
 def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
     """What is timed on one mesh with one element."""
     from reference_fem.audit import sample
-    from reference_fem.explicit_run import INVERSION_CHECK, audit_interval
+    from reference_fem.explicit_run import audit_interval
     from reference_fem.explicit_step import advance, start_state
     from reference_fem.footprint import array_bytes
+    from reference_fem.parameters import Settings
+    from reference_fem.watchdogs import FULL_SEARCH, failure
 
     model = falling_block(points, cells, element, material)
     interval = audit_interval(model)
@@ -76,18 +78,22 @@ def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
     start = start_state(model, np.zeros_like(model.points), velocity, 0.0)
     state, _ = advance(model, start, 1, True)
     force = np.empty_like(model.points)
+    settings = Settings()
+    energy = sample(model, state, advance(model, state, 1, True)[1], 0.0).energy_balance_J
 
     def run() -> Floats:
         now = state
-        for _ in range(INVERSION_CHECK):
+        for audits in range(FULL_SEARCH):
             after, block = advance(model, now, interval, True)
-            sample(model, now, block, 0.0)
+            taken = sample(model, now, block, energy)
+            found = failure(model, settings, now, block, taken, taken.kinetic_energy_J, audits)
+            if found is not None:
+                raise RuntimeError(f"the block that is timed failed: {found}")
             now = after
-        model.kernel.min_det_F(now.displacement)
         return now.displacement
 
     return Case(
-        steps=INVERSION_CHECK * interval,
+        steps=FULL_SEARCH * interval,
         force=lambda: model.kernel.internal_force(state.displacement, force),
         run=run,
         memory_MB=array_bytes(model, state) / 1e6,

@@ -15,6 +15,7 @@ from validation.scenes.load import load_scene
 from validation.storage import atomic, output_folder, safe_name, write_json
 from validation.tables import write_table
 
+OWN = "the scene's own, in built-in scenes the paper's"
 ROWS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")
 
 
@@ -28,7 +29,7 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
     theory = float(np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m))
     return [
         {
-            "quantity": f"k at F = {found.force_N:.4g} N",
+            "quantity": f"k, the spring of the same energy at F = {found.force_N:.4g} N",
             "unit": "N/m",
             "static_indentation": found.stiffness_N_per_m,
             "uncertainty": uncertainty(found.stiffness, found.stiffness_N_per_m),
@@ -37,7 +38,7 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
             "scene": found.paper_N_per_m,
         },
         {
-            "quantity": "eta^2, normal over tangential stiffness",
+            "quantity": "eta^2, normal over tangential stiffness there, sticking",
             "unit": "1",
             "static_indentation": found.eta_squared,
             "uncertainty": uncertainty(found.ratio, found.eta_squared),
@@ -140,9 +141,10 @@ def run_identify_contact(source: str, overrides: Any, as_json: bool, out: Path) 
     for row in table:
         near = row.get("uncertainty")
         band = f" +- {near:.2g}" if near is not None else ""
-        given = f"; scene {row['scene']:.4g}" if "scene" in row else ""
+        given = f"; {OWN}: {row['scene']:.4g}" if "scene" in row else ""
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
         print(
-            f"  {row['quantity']}: {row['static_indentation']:.4g}{band} {row['unit']}"
+            f"  {row['quantity']}: {row['static_indentation']:.4g}{band}{unit}"
             f" ({row['theory_is']}: {row['theory']:.4g}{given})"
         )
     for what, judged in (("k", found.stiffness), ("eta^2", found.ratio)):

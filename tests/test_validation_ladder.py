@@ -22,7 +22,13 @@ from validation.ladder.climb import Ladder, climb, paper_rung, study_uncertainti
 from validation.ladder.cost import accuracy_against_cost
 from validation.ladder.own_checks import hinges
 from validation.ladder.patch import patches
-from validation.ladder.report import ladder_context, sentences, tables, write_ladder
+from validation.ladder.report import (
+    check_sentences,
+    ladder_context,
+    sentences,
+    tables,
+    write_ladder,
+)
 from validation.ladder.row import COLUMNS, OWN, SAME, Row, compare
 from validation.ladder.rungs import Cause, structure, uncertainties
 from validation.ladder.runs import reduced, scene_contact
@@ -173,6 +179,8 @@ def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make)
     assert (row.scene, row.peak_N, row.changed_peak_N) == ("soft", 80.0, 81.0)
     assert row.peak_percent == pytest.approx(1.25)
     assert row.duration_percent == 0.0
+    (said,) = check_sentences([row])
+    assert "with shaft holes instead of plain hinges: peak force +1.25 %" in said
     assert runs.spread_over("soft") == [plain]
     jobs = [job for group in groups("soft") for job in group]
     (job,) = [job for job in jobs if job.variant == holed.variant]

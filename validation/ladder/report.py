@@ -96,7 +96,7 @@ def ladder_context(ladder: Ladder, rows: Sequence[Row], beside: Tables) -> dict[
         "ladder_identified": ladder.identified,
         "ladder_failures": ladder.failures,
         "ladder_full": ladder.full,
-        "ladder_sentences": sentences(ladder, rows),
+        "ladder_sentences": [*sentences(ladder, rows), *check_sentences(beside.checks)],
         "table_2": beside.table_2,
         "table_2_columns": beside_paper.COLUMNS_2,
         "table_3": beside.table_3,
@@ -105,6 +105,16 @@ def ladder_context(ladder: Ladder, rows: Sequence[Row], beside: Tables) -> dict[
         "accuracy_cost": beside.costs,
         "contact_patches": beside.patches,
     }
+
+
+def check_sentences(checks: Sequence[Check]) -> list[str]:
+    """What each check of the reference against itself changes."""
+    return [
+        f"{row.scene.capitalize()} finger, reference ({row.mesh}) with {row.change}: "
+        f"peak force {row.peak_percent:+.2f} %, impulse {row.impulse_percent:+.2f} %."
+        for row in checks
+        if row.peak_percent is not None and row.impulse_percent is not None
+    ]
 
 
 def sentences(ladder: Ladder, rows: Sequence[Row]) -> list[str]:

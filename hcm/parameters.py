@@ -170,8 +170,8 @@ class Settings:
         tenfold with it; False makes a new one in every iteration, which changes no result beyond
         `newton_tolerance`.
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
-    repeat_folded : whether a run whose finger folded up is repeated more coarsely to see whether
-        its tap can be relied on (`hcm.repeatable`); scenes that stay stretched are never repeated.
+    repeat : whether a run whose finger folded up, or whose tap barely ended, is solved again with
+        other tolerances to see whether it can be relied on (`hcm.repeatable`); others never are.
     """
 
     flight_step: float = 1e-4
@@ -188,7 +188,7 @@ class Settings:
     consistent_start: bool = True
     reuse_factors: bool = True
     frame_times: tuple[float, ...] = ()
-    repeat_folded: bool = True
+    repeat: bool = True
 
     def __post_init__(self) -> None:
         for field in (

@@ -1,4 +1,4 @@
-"""Whether a tap would come out the same again: a finger that folds up moves chaotically.
+"""Whether a tap would come out the same again: folded fingers and taps that barely end.
 
 A chain that swings through itself multiplies every error by e^(Lambda t), those of its own steps
 included: a run may complete, keep its energy and be nothing like the motion. What a map of torques
@@ -6,6 +6,10 @@ shows is that such a chain's tip has first come close to the fixed hinge; a fing
 surface stays stretched. So only a run whose tip has come closer than `FOLDED` of the finger's
 length is repeated at `COARSER` tolerances, and says so when its first tap depends on them. In a
 motion that converges the coarser run is COARSER^(2/3) times as wrong as the run itself.
+
+A tap that *grazes* ends, or nearly ended before it went on, with a tip that hardly moves away: an
+error of the size of `GRAZE` decides whether it is over or whether half of its impulse is to come. A
+coarser run may well agree with it in error, so it is repeated with tighter tolerances.
 """
 
 from __future__ import annotations
@@ -15,10 +19,12 @@ from dataclasses import replace
 import numpy as np
 
 from hcm.parameters import Settings
-from hcm.result import History, Status, Summary, TapResult
+from hcm.result import Event, History, Status, Summary, TapResult
 
 FOLDED = 0.5
-COARSER = 10.0
+COARSER, TIGHTER = 10.0, 0.1
+# Share of the peak F_n at which the tip turned back, and of the speed of approach at which it left.
+GRAZE = 0.01
 # Largest relative change of the first tap's numbers that a run may show against the coarser one.
 LARGEST_CHANGE = 0.02
 
@@ -31,18 +37,50 @@ def folded(history: History, summary: Summary, length: float) -> bool:
     return float((path**2).sum(axis=1).min()) < (FOLDED * length) ** 2
 
 
-def coarser(settings: Settings) -> Settings:
-    """Settings of the repetition: one tap, longer steps, not repeated itself."""
-    fixed = settings.flight_tolerance == 0.0
+def grazes(history: History, events: tuple[Event, ...], summary: Summary) -> bool:
+    """Whether the first tap barely ended, or barely did not."""
+    if summary.contact_time_s is None or summary.tip_velocity_at_contact_m_per_s is None:
+        return False
+    slow = GRAZE * abs(summary.tip_velocity_at_contact_m_per_s[1])
+    weak = GRAZE * (summary.peak_normal_force_N or 0.0)
+    for event in events:
+        if event.time_s < summary.contact_time_s:
+            continue
+        row = int(np.searchsorted(history.time_s, event.time_s, side="right")) - 1
+        if event.kind == "separation":
+            return float(history.tip_velocity_m_per_s[row, 1]) < slow
+        turned_back = event.kind == "restitution_to_compression"
+        if turned_back and float(history.normal_force_N[row]) < weak:
+            return True
+    return False
+
+
+def factor(
+    history: History, events: tuple[Event, ...], summary: Summary, length: float
+) -> float | None:
+    """Factor of the tolerances at which a run is to be repeated; None if it need not be."""
+    if folded(history, summary, length):
+        return COARSER
+    return TIGHTER if grazes(history, events, summary) else None
+
+
+def repetition(settings: Settings, tolerances: float) -> Settings:
+    """Settings of the repetition: one tap, tolerances changed by a factor, not repeated itself.
+
+    Steps that no tolerance bounds are changed as its third root would: the error's order is 2.
+    """
+    steps = tolerances ** (1 / 3)
     return replace(
         settings,
-        flight_step=settings.flight_step * (2.0 if fixed else 1.0),
-        flight_tolerance=COARSER * settings.flight_tolerance,
-        contact_tolerance=COARSER * settings.contact_tolerance,
+        flight_step=settings.flight_step * (1.0 if settings.flight_tolerance else steps),
+        contact_step=settings.contact_step * (1.0 if settings.contact_tolerance else steps),
+        flight_tolerance=tolerances * settings.flight_tolerance,
+        contact_tolerance=tolerances * settings.contact_tolerance,
+        max_steps=settings.max_steps * (1 if tolerances > 1 else 4),
         taps=1,
         end_time=None,
         frame_times=(),
-        repeat_folded=False,
+        repeat=False,
     )
 
 

@@ -23,7 +23,7 @@ class Status(Enum):
     WORK_LIMIT = "work limit"
     INTERRUPTED = "interrupted"
     UNBALANCED = "the energy audit does not close"
-    UNREPEATABLE = "the motion is chaotic"
+    UNREPEATABLE = "too sensitive to rely on"
 
     @property
     def advice(self) -> str:
@@ -41,9 +41,9 @@ _ADVICE = {
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
     Status.INTERRUPTED: "run again; what was computed so far is kept",
-    Status.UNREPEATABLE: "the finger folds up and its motion multiplies every error, its tap is no"
-    " prediction: reduce drive.torques or the flight (surface.height), or try a smaller"
-    " solver.hcm.flight_tolerance",
+    Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
+    " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
+    " drive.torques or the flight (surface.height); the message says what is not decided",
     Status.UNBALANCED: "the steps are too long for this motion: reduce"
     " solver.hcm.flight_tolerance and solver.hcm.contact_tolerance (0 keeps the steps fixed), or"
     " solver.hcm.flight_step and solver.hcm.contact_step",
@@ -114,7 +114,7 @@ class Statistics:
 
     steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
     trial steps of the event search, steps taken through chatter, and seconds of solving. The
-    repetition of a folded finger (`hcm.repeatable`) counts in the seconds only.
+    repetition of an unsure run (`hcm.repeatable`) counts in the seconds only.
     """
 
     steps: int

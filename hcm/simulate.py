@@ -31,7 +31,7 @@ from hcm.parameters import (
     check_scene,
 )
 from hcm.posture import posture
-from hcm.repeatable import LARGEST_CHANGE, change, coarser, folded
+from hcm.repeatable import LARGEST_CHANGE, change, factor, repetition
 from hcm.result import (
     EVENT_KINDS,
     Event,
@@ -184,9 +184,9 @@ def simulate(
     history = _history(np.concatenate(rows), np.concatenate(reactions), phalanges)
     summary = summarize(history, tuple(events))
     sensitive = ""
-    if status is Status.COMPLETED and settings.repeat_folded:
+    if status is Status.COMPLETED and settings.repeat:
         status, sensitive = _repeated(
-            finger, surface, tip, drive, settings, progress, start, history, summary
+            finger, surface, tip, drive, settings, progress, start, history, summary, tuple(events)
         )
     statistics = Statistics(
         steps=steps,
@@ -226,18 +226,21 @@ def simulate(
 def _repeated(
     finger: Finger, surface: Surface, tip: Tip, drive: Drive, settings: Settings,
     progress: Progress | None, start: RigidStart | None, history: History, summary: Summary,
+    events: tuple[Event, ...],
 ) -> tuple[Status, str]:  # fmt: skip
     """COMPLETED, or why a completed run can't be relied on, with what changes."""
-    if not folded(history, summary, finger.length):
+    tolerances = factor(history, events, summary, finger.length)
+    if tolerances is None:
         return Status.COMPLETED, ""
-    other = simulate(finger, surface, tip, drive, coarser(settings), progress, start)
+    again = repetition(settings, tolerances)
+    other = simulate(finger, surface, tip, drive, again, progress, start)
     if other.status is Status.INTERRUPTED:
         return Status.INTERRUPTED, " while it was repeated"
     what, share = change(summary, other)
     if share <= LARGEST_CHANGE:
         return Status.COMPLETED, ""
     by = f" by {100 * share:.2g} %" if share < math.inf else ""
-    return Status.UNREPEATABLE, f"; tolerances ten times as large change {what}{by}"
+    return Status.UNREPEATABLE, f"; {tolerances:g} times the tolerances change {what}{by}"
 
 
 def _plan(settings: Settings) -> Plan:

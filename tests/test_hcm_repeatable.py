@@ -1,11 +1,11 @@
-"""A finger that folds up is chaotic: its run says so, and no other run pays for it."""
+"""Runs that can't be relied on say so, and no other run pays for it."""
 
 from dataclasses import replace
 
 import pytest
 
 import hcm
-from hcm.repeatable import LARGEST_CHANGE, change, coarser, folded
+from hcm.repeatable import LARGEST_CHANGE, change, factor, folded, repetition
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
 
@@ -16,7 +16,7 @@ FINGER = hcm.Finger((SOFT,) * 3)
 def _driven(torque: float, gravity: float, repeat: bool) -> hcm.TapResult:
     return hcm.simulate(
         FINGER, hcm.Surface(0.1, 0.5), hcm.Tip(0.78e6), hcm.Drive((torque,) * 3, gravity),
-        hcm.Settings(repeat_folded=repeat),
+        hcm.Settings(repeat=repeat),
     )  # fmt: skip
 
 
@@ -28,7 +28,7 @@ def test_a_chaotic_tap_says_so(torque: float, gravity: float) -> None:
     told = _driven(torque, gravity, repeat=True)
     assert told.status is hcm.Status.UNREPEATABLE
     assert told.status.advice
-    assert "tolerances ten times as large change" in told.message
+    assert "10 times the tolerances change" in told.message
     # what was computed is kept
     assert told.summary == silent.summary
     assert told.statistics.newton_iterations == silent.statistics.newton_iterations
@@ -46,7 +46,7 @@ def test_the_papers_fingers_stay_stretched(name: str) -> None:
     given = translate(load_scene(name, ("finger.elements=3",)))
     result = hcm.simulate(**given)
     assert result.status is hcm.Status.COMPLETED
-    assert not folded(result.history, result.summary, given["finger"].length)
+    assert factor(result.history, result.events, result.summary, given["finger"].length) is None
 
 
 def test_what_changes_is_named() -> None:
@@ -64,10 +64,22 @@ def test_what_changes_is_named() -> None:
     assert change(one.summary, lost)[1] > LARGEST_CHANGE
 
 
-def test_the_repetition_is_coarser_in_any_case() -> None:
+def test_a_tap_that_barely_ends_says_so() -> None:
+    """F_n falls to a thousandth of its peak: whether it ends there decides on half the impulse."""
+    scene = (FINGER, hcm.Surface(0.1, 5.337), hcm.Tip(0.78e6, 0.05, 284.8))
+    silent = hcm.simulate(*scene, settings=hcm.Settings(repeat=False))
+    assert silent.status is hcm.Status.COMPLETED
+    assert not folded(silent.history, silent.summary, FINGER.length)
+    told = hcm.simulate(*scene)
+    assert told.status is hcm.Status.UNREPEATABLE
+    assert "0.1 times the tolerances change the normal impulse by 65 %" in told.message
+
+
+def test_the_repetition_differs_in_any_case() -> None:
     settings = hcm.Settings(flight_tolerance=0.0, end_time=1.0)
-    fixed = coarser(settings)
-    assert fixed.flight_step == 2 * settings.flight_step
+    fixed = repetition(settings, 8.0)
+    assert fixed.flight_step == pytest.approx(2 * settings.flight_step)
+    assert fixed.contact_tolerance == 8 * settings.contact_tolerance
     assert fixed.end_time is None
-    assert not fixed.repeat_folded
-    assert coarser(hcm.Settings()).flight_tolerance == 10 * hcm.Settings().flight_tolerance
+    assert not fixed.repeat
+    assert repetition(hcm.Settings(), 0.1).flight_tolerance == 0.1 * hcm.Settings().flight_tolerance

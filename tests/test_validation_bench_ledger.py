@@ -38,6 +38,14 @@ def test_skipping_the_search_in_flight_changes_no_bit() -> None:
     assert entry.speedup is not None
 
 
+def test_reused_factors_change_results_by_no_more_than_the_steps_do() -> None:
+    """Both stop at Newton's tolerance; the error control takes its steps from them (to 1e-9 m)."""
+    switch = next(s for s in skips.HCM if s.name == "factorization reuse")
+    entry = skips.measure(switch, 0.0)
+    assert entry.largest_change is not None
+    assert entry.largest_change < 1e-4
+
+
 def test_half_a_body_taps_like_the_whole_one() -> None:
     """They differ by where sums are rounded, which a node that leaves the surface in another step
     makes 1e-4 of the duration: a step is 1.3e-3 of it (measured: 1e-4, 3e-7 and 1e-6)."""

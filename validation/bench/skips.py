@@ -52,6 +52,11 @@ HCM = (
         "no torque at zero drive", "hcm", (*FIVE, *CONTROLLED),
         ("drive.torques=[1e-300,1e-300,1e-300]", *FIVE, *CONTROLLED), "off: 1e-300 N m",
     ),
+    Shortcut(
+        "factorization reuse", "hcm", (*FIVE, *CONTROLLED),
+        ("solver.hcm.reuse_factors=false", *FIVE, *CONTROLLED),
+        "off: a factorization in every iteration",
+    ),
 )  # fmt: skip
 SOLID = (
     Shortcut(
@@ -110,7 +115,6 @@ def measure_all(quick: bool, progress: Progress) -> list[Entry]:
     for number, shortcut in enumerate(cases):
         progress(number / len(cases), f"{shortcut.model}: {shortcut.name}")
         entries.append(measure(shortcut, BUDGET_S))
-    progress(0.9, "contact search, factors, stored results")
+    progress(0.9, "contact search, stored results")
     entries += [skips_apart.contact_search(dimension, BUDGET_S) for dimension in (2, 3)]
-    entries.append(skips_apart.reuse())
     return entries + [skips_apart.stored(model, BUDGET_S) for model in ("hcm", "fem3d")]

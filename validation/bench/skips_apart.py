@@ -1,4 +1,4 @@
-"""Shortcuts that no scene's key switches: the contact search, factors, stored results."""
+"""Shortcuts that no scene's key switches: the contact search, stored results."""
 
 import tempfile
 import time
@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.bench.ledger import CONTROLLED, FIVE, Entry
+from validation.bench.ledger import Entry
 from validation.bench.timing import shortest, shortest_in_turns
 from validation.models import ModelName, adapter
-from validation.models.hcm import translate
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.store import Store
@@ -40,17 +39,6 @@ def contact_search(dimension: Dimension, budget_s: float) -> Entry:
         timed[0].wall_time_s, timed[1].wall_time_s, change, change, change,
         f"{SEARCH_STEPS} steps in flight; displacements agree to the bit" if same
         else "displacements differ",
-    )  # fmt: skip
-
-
-def reuse() -> Entry:
-    """How often hcm's factors serve again; there is no switch for it."""
-    import hcm
-
-    cost = hcm.simulate(**translate(load_scene("soft", (*FIVE, *CONTROLLED)))).statistics
-    return Entry(
-        "factorization reuse", "hcm", "no switch",
-        note=f"{cost.factorizations} factorizations for {cost.newton_iterations} iterations",
     )  # fmt: skip
 
 

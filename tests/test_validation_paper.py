@@ -26,6 +26,7 @@ from validation.paper.finding import (
     Finding,
     event_times,
     located,
+    particle_velocity,
     slip_to_stick,
     slips,
     transitions,
@@ -222,6 +223,12 @@ def test_transitions_thinner_than_a_line_are_located_but_not_counted() -> None:
     assert located(run) == 3
     force[3] = 50.6
     assert transitions(_run([0.0] * 7, [4] * 7, force)) == 3
+
+
+def test_the_row_at_separation_is_not_the_particles() -> None:
+    time, velocity = particle_velocity(_run([1.0, 2.0, 9.0], [5, 8, 0]))
+    assert list(velocity) == [1.0, 2.0]
+    assert list(time) == [0.0, 0.5]
 
 
 def test_events_after_the_first_tap_do_not_count() -> None:

@@ -24,6 +24,7 @@ from validation.paper.driven_rows import Identified
 from validation.paper.finding import Runs
 from validation.paper.identify_torque import alone, identify
 from validation.paper.ledger import VERDICTS, ledger, ledger_table, score
+from validation.paper.reference_runs import References, run_references
 from validation.paper.solve import solve_cases
 from validation.paper.stored_cases import case_store
 from validation.paper.undriven_figures import figure_10, figure_11, figure_12
@@ -35,7 +36,6 @@ from validation.tables import write_table
 from validation.workers import workers
 
 SCENES = ("hard", "soft")
-PRESET = ("solver.fem.preset=ls-dyna-like",)
 CAPTIONS = {
     "fig-07": "Fig. 7: reduced model with N elements in all",
     "fig-09": "Fig. 9: reduced model against the ls-dyna-like reference (other model)",
@@ -123,10 +123,12 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
         runs, found = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
         alone = run_alone(runs_folder, "hcm", (), "", store)
-        progress(0.75, "reference, ls-dyna-like")
-        references = (
-            run_alone(runs_folder, "fem3d", PRESET, "ls-dyna-like", store) if with_reference else {}
-        )
+        references = References({})
+        if with_reference:
+            references = run_references(
+                lambda changes, name: run_alone(runs_folder, "fem3d", changes, name, store),
+                lambda share, what: progress(0.75 + 0.15 * share, what),
+            )
         progress(0.9, "ledger and figures")
         findings = {
             **validation_rows.measure(runs, alone, references),
@@ -136,7 +138,7 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
         }
         rows = ledger(claims, findings)
         write_table(folder, "ledger", ledger_table(rows), "Every number that the paper prints")
-        drawn = draw(figures, runs, references)
+        drawn = draw(figures, runs, references.judged)
         settled, total = score(rows, claims)
         counts = Counter(row.verdict for row in rows)
         page = folder / "index.html"
@@ -147,7 +149,7 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
             "total": total,
             "factor": found.common,
             "figures": drawn,
-            "with_reference": bool(references),
+            "with_reference": bool(references.judged),
             "provenance": provenance({}),
         }
         write_page(page, "paper.html.j2", context)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from string import ascii_uppercase
 
 import numpy as np
 
 from validation.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
 from validation.paper.figure_panels import COLORS, label, panels
-from validation.paper.finding import Runs, curve, window
+from validation.paper.finding import Runs, curve, particle_velocity, window
 from validation.paper.stored_cases import CaseRun
 from validation.paper.undriven_figures import TIME, draw_forces, draw_stress
 
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
-EVENTS_DRAWN = 5
+SHARE = 0.05
 
 
 def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
@@ -34,6 +35,7 @@ def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
             axis.axhline(-height, color="#888888", linewidth=2)
             axis.set_aspect("equal", adjustable="datalim")
             label(axis, f"{legend}", "X (m)", "Y (m)")
+            axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.1))  # clear of the surface
 
 
 def figure_14(path: Path, runs: Runs) -> None:
@@ -45,16 +47,19 @@ def figure_14(path: Path, runs: Runs) -> None:
         label(axes[0][1], "(b)", TIME, r"$\sigma_R$ (MPa)")
 
 
-def _spread_events(run: CaseRun) -> list[int]:
-    """Indices of contact, separation and the reversals between them that lie furthest apart."""
-    kinds = ("contact", "compression_to_restitution", "restitution_to_compression", "separation")
-    end = window(run.record)[1]
-    all_ = [i for i, e in enumerate(run.record.events) if e.kind in kinds and e.time_s <= end]
-    if len(all_) <= EVENTS_DRAWN:
-        return all_
-    times = np.array([run.record.events[i].time_s for i in all_])
-    wanted = np.linspace(times[0], times[-1], EVENTS_DRAWN)
-    return [all_[int(np.abs(times - t).argmin())] for t in wanted]
+def _drawn_events(run: CaseRun) -> list[int]:
+    """Indices of contact, separation, and the reversals that part peaks of Fn.
+
+    A peak stands out by a twentieth of the largest force: smaller ones are ripples on it.
+    """
+    from scipy.signal import find_peaks
+
+    time, force = curve(run, "normal_force_N")
+    least = SHARE * float(force.max())
+    turns = [time[find_peaks(side, prominence=least)[0]] for side in (force, -force)]
+    wanted = window(run.record)[0] + np.sort(np.concatenate([[0.0, time[-1]], *turns]))
+    instants = np.array([event.time_s for event in run.record.events])
+    return [int(np.abs(instants - t).argmin()) for t in wanted]
 
 
 def figure_15(path: Path, runs: Runs) -> None:
@@ -63,7 +68,7 @@ def figure_15(path: Path, runs: Runs) -> None:
         for axis, (name, legend) in zip(axes[0], CASES, strict=True):
             run = runs[name]
             start = run.record.value("contact_time_s") or 0.0
-            for letter, i in zip("ABCDE", _spread_events(run), strict=False):
+            for letter, i in zip(ascii_uppercase, _drawn_events(run), strict=False):
                 axial, deflection = run.event_postures[i].deflection(2)
                 moment = 1e3 * (run.record.events[i].time_s - start)
                 axis.plot(-axial, 1e3 * deflection, label=f"{letter}: {moment:.3f} ms")
@@ -74,6 +79,6 @@ def figure_16(path: Path, runs: Runs) -> None:
     """Velocity of the contact particle P."""
     with panels(path, 3, width=3.6) as axes:
         for axis, (name, legend), color in zip(axes[0], CASES, COLORS, strict=False):
-            time, velocity = curve(runs[name], "particle_velocity_m_per_s")
+            time, velocity = particle_velocity(runs[name])
             axis.plot(1e3 * time, velocity, color=color, label="$V_P$")
             label(axis, legend, TIME, "tangential velocity (m/s)")

@@ -21,6 +21,7 @@ from validation.paper.finding import (
     curve,
     event_times,
     largest_stress,
+    particle_velocity,
     phases,
     scalar,
     slip_to_stick,
@@ -159,7 +160,7 @@ def measure(runs: Runs, found: Identified) -> dict[str, Finding]:
         ),
     )
     for id_, case in (("F16.1", ONE), ("F16.2", TWO)):
-        _, velocity = curve(runs[case], "particle_velocity_m_per_s")
+        _, velocity = particle_velocity(runs[case])
         rows[id_] = Finding(
             not sticks(runs[case]), f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s"
         )

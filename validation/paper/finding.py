@@ -72,6 +72,13 @@ def curve(run: CaseRun, name: str) -> tuple[Floats, Floats]:
     return time[inside] - start, run.record.history[name][inside]
 
 
+def particle_velocity(run: CaseRun) -> tuple[Floats, Floats]:
+    """T - t_c (s) and V_P (m/s) in contact; at separation the row is in flight: the tip's."""
+    time, velocity = curve(run, "particle_velocity_m_per_s")
+    touching = curve(run, "mode")[1] >= 3
+    return time[touching], velocity[touching]
+
+
 def largest_stress(run: CaseRun) -> float:
     """Maximum of sigma_R over the first tap, Pa: tension is positive, as in the paper's figures."""
     return float(curve(run, "stress_R_Pa")[1].max())

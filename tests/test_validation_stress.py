@@ -18,7 +18,9 @@ from validation.stress.checks import violations
 from validation.stress.finished import Finished
 from validation.stress.frame import REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Cell
 from validation.stress.maps import SOURCES, hcm_maps
+from validation.stress.other_integrator import judge_other
 from validation.stress.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
+from validation.stress.rigid_rod import closed_form, judge_rod
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
 TAP = HcmScene(
@@ -208,6 +210,30 @@ def test_hopeless_sizes_are_refused_before_allocation(
         hcm.simulate(finger, TAP.surface, TAP.tip, TAP.drive, settings)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_a_rod_is_compared_with_its_closed_form() -> None:
+    """A stiff rod on a soft spring; another mass in the closed form is seen."""
+    rod = next(m for m in hcm_maps(quick=True) if m.name == "rigid-rod")
+    scene = rod.scene(1e4, 1e12, 0.002)
+    verdict = judge_rod(scene)
+    assert verdict.answer == RIGHT
+    assert verdict.error is not None
+    assert verdict.error < 1e-3
+    result = hcm.simulate(**scene.arguments())
+    heavier = replace(scene.finger.phalanges[0], density=1.2 * 1400.0)
+    other = closed_form(replace(scene, finger=hcm.Finger((heavier,))))
+    peak = result.summary.peak_normal_force_N
+    assert peak is not None
+    assert abs(peak / other["peak_normal_force_N"] - 1) > 0.05
+
+
+def test_a_tap_is_compared_with_another_integrator() -> None:
+    verdict = judge_other(TAP)
+    assert verdict.answer in (RIGHT, SMALLER)
+    assert "DOP853" in verdict.checked_by
+    assert verdict.error is not None
+    assert 0 < verdict.error < 1e-4
 
 
 def test_maps_cover_the_ranges() -> None:

@@ -1,0 +1,98 @@
+"""Faults, injected at random into real commands: what is lost must be nothing.
+
+    python -m tests.faults.campaign --faults 200
+
+After every fault, or series of faults, the same command has to complete with the results of an
+undisturbed run (every number that is no time or memory, bit for bit); what was stored or finished
+has to be there still, made once. Full and read-only disks are small file systems of their own and
+need root; without it they are left out, by name. Exit code 1 if anything was lost.
+"""
+
+import argparse
+import os
+import random
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import kinds
+from .commands import PAPER, PLANE, RUN, SOLID, STRESS, VALIDATE
+from .kinds import Bench, Kind, Tally
+
+SMALL_DISKS_K = (0, 8, 40, 100, 200, 300, 400, 600, 800, 1000)
+
+
+def plan(faults: int, only: Sequence[str]) -> list[tuple[str, Kind]]:
+    """Kinds of faults with their share, cheap ones first."""
+
+    def share(part: float) -> int:
+        return max(1, round(part * faults))
+
+    sizes = SMALL_DISKS_K[:: max(1, len(SMALL_DISKS_K) // share(0.05))]
+    everything: list[tuple[str, Kind]] = [
+        ("run", lambda b: kinds.signals(b, RUN, share(0.15), 1.5, each=True)),
+        ("plane", lambda b: kinds.signals(b, PLANE, share(0.05), 2.0, each=True)),
+        ("store", lambda b: kinds.damaged_store(b, RUN, share(0.08))),
+        ("store-fields", lambda b: kinds.damaged_store(b, PLANE, share(0.07))),
+        ("two", lambda b: kinds.two_processes(b, RUN, share(0.05), 1.5)),
+        ("limit", lambda b: kinds.file_limit(b, PLANE, share(0.07))),
+        ("full", lambda b: kinds.full_disk(b, PLANE, sizes)),
+        ("read-only", lambda b: kinds.read_only(b, (RUN, PLANE))),
+        ("mesh", lambda b: kinds.damaged_mesh(b, share(0.05))),
+        ("restart", lambda b: kinds.damaged_restart(b, share(0.03))),
+        ("solid", lambda b: kinds.signals(b, SOLID, share(0.05), 8.0, each=True)),
+        ("paper", lambda b: kinds.signals(b, PAPER, share(0.18), 8.0, each=False)),
+        ("stress", lambda b: kinds.signals(b, STRESS, share(0.15), 8.0, each=False)),
+        ("validate", lambda b: kinds.signals(b, VALIDATE, share(0.08), 60.0, each=False)),
+    ]
+    return [(name, kind) for name, kind in everything if not only or name in only]
+
+
+def report(tally: Tally, seconds: float) -> None:
+    """One line a kind, and one for each loss."""
+    print(f"{tally.kind:<60}{tally.injected:>4} faults {len(tally.lost):>3} losses {seconds:>6.0f} s")
+    for what in tally.lost:
+        print(f"    LOST {' '.join(what.split())}")
+    for what in tally.notes:
+        print(f"    note {what}")
+    sys.stdout.flush()
+
+
+def run(faults: int, only: Sequence[str], seed: int, folder: Path) -> list[Tally]:
+    """Inject the faults of a plan, and report them as they come."""
+    bench = Bench(folder, random.Random(seed))
+    tallies = []
+    for name, kind in plan(faults, only):
+        if name in ("full", "read-only") and os.geteuid() != 0:
+            print(f"{name}: left out, a file system of its own needs root")
+            continue
+        began = time.monotonic()
+        tallies.append(kind(bench))
+        report(tallies[-1], time.monotonic() - began)
+    return tallies
+
+
+def main() -> None:
+    """Read the command line, run, and sum up."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else "")
+    parser.add_argument("--faults", type=int, default=200, help="about how many to inject")
+    parser.add_argument("--only", nargs="*", default=[], help="kinds, by the names in plan()")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", action="store_true", help="keep the folder")
+    given = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix="faults-"))
+    try:
+        tallies = run(given.faults, given.only, given.seed, folder)
+    finally:
+        if not given.keep:
+            shutil.rmtree(folder, ignore_errors=True)
+    injected, lost = sum(t.injected for t in tallies), sum(len(t.lost) for t in tallies)
+    print(f"{injected} faults injected, {lost} losses")
+    sys.exit(1 if lost else 0)
+
+
+if __name__ == "__main__":
+    main()

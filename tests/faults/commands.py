@@ -1,0 +1,103 @@
+"""Commands under fault: started in a process group of their own, ended by a signal, completed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+CODE = "from validation.cli import main; main()"
+PATIENCE_S = 900.0
+ORPHAN_S = 10.0  # within which every process of a command that was killed has to be gone
+
+RUN = ("run", "soft", "--model", "hcm")
+PLANE = ("run", "soft", "--model", "fem2d", "--set", "surface.height=0.01")
+SOLID = (
+    *("run", "soft", "--model", "fem3d", "--set", "solver.fem.flight=explicit"),
+    *("--set", "surface.height=0.01", "--set", "solver.fem.tip_size=3e-3"),
+    *("--set", "solver.fem.section_size=3e-3", "--set", "solver.fem.axial_size=6e-3", "--resume"),
+)
+PAPER = ("paper", "--no-reference")
+STRESS = ("stress", "--quick")
+VALIDATE = ("validate",)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a command ended: its exit code, what it said on standard error, and after how long."""
+
+    code: int
+    error: str
+    seconds: float
+
+    @property
+    def lines(self) -> list[str]:
+        return self.error.strip().splitlines()
+
+
+def start(arguments: tuple[str, ...], out: Path, **popen: Any) -> "subprocess.Popen[str]":
+    """A command that writes into a folder; one thread, for the machine is shared."""
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1",
+        "OMP_WAIT_POLICY": "passive",
+    }  # fmt: skip
+    return subprocess.Popen(
+        [sys.executable, "-c", CODE, *arguments, "--out", str(out)],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment,
+        start_new_session=True, **popen,
+    )  # fmt: skip
+
+
+def finish(process: "subprocess.Popen[str]") -> Ended:
+    """Wait for a command's end."""
+    began = time.monotonic()
+    try:
+        _, error = process.communicate(timeout=PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        _, error = process.communicate()
+        error += "\nhung: ended by the campaign"
+    return Ended(process.returncode, error, time.monotonic() - began)
+
+
+def complete(arguments: tuple[str, ...], out: Path, **popen: Any) -> Ended:
+    """Run a command to its end."""
+    return finish(start(arguments, out, **popen))
+
+
+def disturbed(arguments: tuple[str, ...], out: Path, after_s: float, how: signal.Signals) -> Ended:
+    """Run a command until a signal ends it: Ctrl-C reaches its whole group, a kill itself alone."""
+    process = start(arguments, out)
+    try:
+        process.wait(after_s)
+    except subprocess.TimeoutExpired:
+        if how is signal.SIGINT:
+            os.killpg(process.pid, how)
+        else:
+            process.send_signal(how)
+    return finish(process)
+
+
+def orphans(group: int) -> bool:
+    """Whether processes of a group live on for longer than they may."""
+    deadline = time.monotonic() + ORPHAN_S
+    while time.monotonic() < deadline:
+        if not _living(group):
+            return False
+        time.sleep(0.1)
+    return True
+
+
+def _living(group: int) -> bool:
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = status.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if fields[0] != "Z" and int(fields[2]) == group:
+            return True
+    return False

@@ -123,8 +123,10 @@ def write_run(folder: Path, record: RunRecord) -> None:
     """Write ``history.nc`` and at last ``summary.json`` of a run."""
     folder.mkdir(parents=True, exist_ok=True)
     if record.history:
+        # made in memory: HDF5 crashes the process where a disk fills up under it
+        content = history_dataset(record).to_netcdf(engine="h5netcdf")
         with atomic(folder / "history.nc") as temporary:
-            history_dataset(record).to_netcdf(temporary, engine="h5netcdf")
+            temporary.write_bytes(content)
     write_json(
         folder / "summary.json",
         {

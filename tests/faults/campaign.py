@@ -22,7 +22,7 @@ from . import kinds
 from .commands import PAPER, PLANE, RUN, SOLID, STRESS, VALIDATE
 from .kinds import Bench, Kind, Tally
 
-SMALL_DISKS_K = (0, 8, 40, 100, 200, 300, 400, 600, 800, 1000)
+SMALL_DISKS_K = (4, 8, 40, 100, 200, 300, 400, 600, 800, 1000)
 
 
 def plan(faults: int, only: Sequence[str]) -> list[tuple[str, Kind]]:

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from . import kinds
-from .commands import PAPER, PLANE, RUN, SOLID, STRESS, VALIDATE
+from .commands import LONG, PAPER, PLANE, RUN, SOLID, STRESS, VALIDATE
 from .kinds import Bench, Kind, Tally
 
 SMALL_DISKS_K = (4, 8, 40, 100, 200, 300, 400, 600, 800, 1000)
@@ -43,17 +43,20 @@ def plan(faults: int, only: Sequence[str]) -> list[tuple[str, Kind]]:
         ("read-only", lambda b: kinds.read_only(b, (RUN, PLANE))),
         ("mesh", lambda b: kinds.damaged_mesh(b, share(0.05))),
         ("restart", lambda b: kinds.damaged_restart(b, share(0.03))),
-        ("solid", lambda b: kinds.signals(b, SOLID, share(0.05), 8.0, each=True)),
+        ("long", lambda b: kinds.signals(b, LONG, share(0.05), 4.0, each=True)),
+        ("solid", lambda b: kinds.signals(b, SOLID, share(0.02), 8.0, each=True)),
         ("paper", lambda b: kinds.signals(b, PAPER, share(0.18), 8.0, each=False)),
         ("stress", lambda b: kinds.signals(b, STRESS, share(0.15), 8.0, each=False)),
-        ("validate", lambda b: kinds.signals(b, VALIDATE, share(0.08), 60.0, each=False)),
+        ("validate", lambda b: kinds.signals(b, VALIDATE, share(0.06), 60.0, each=False)),
     ]
     return [(name, kind) for name, kind in everything if not only or name in only]
 
 
 def report(tally: Tally, seconds: float) -> None:
     """One line a kind, and one for each loss."""
-    print(f"{tally.kind:<60}{tally.injected:>4} faults {len(tally.lost):>3} losses {seconds:>6.0f} s")
+    print(
+        f"{tally.kind:<60}{tally.injected:>4} faults {len(tally.lost):>3} losses {seconds:>6.0f} s"
+    )
     for what in tally.lost:
         print(f"    LOST {' '.join(what.split())}")
     for what in tally.notes:

@@ -16,10 +16,14 @@ ORPHAN_S = 10.0  # within which every process of a command that was killed has t
 
 RUN = ("run", "soft", "--model", "hcm")
 PLANE = ("run", "soft", "--model", "fem2d", "--set", "surface.height=0.01")
+LONG = (  # the whole fall by explicit steps
+    *("run", "soft", "--model", "fem2d", "--set", "solver.fem.flight=explicit"),
+    *("--set", "surface.height=0.03", "--resume"),
+)
 SOLID = (
     *("run", "soft", "--model", "fem3d", "--set", "solver.fem.flight=explicit"),
-    *("--set", "surface.height=0.01", "--set", "solver.fem.tip_size=3e-3"),
-    *("--set", "solver.fem.section_size=3e-3", "--set", "solver.fem.axial_size=6e-3", "--resume"),
+    *("--set", "surface.height=0.008", "--set", "solver.fem.tip_size=4e-3"),
+    *("--set", "solver.fem.section_size=4e-3", "--set", "solver.fem.axial_size=8e-3", "--resume"),
 )
 PAPER = ("paper", "--no-reference")
 STRESS = ("stress", "--quick")

@@ -12,7 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .commands import (
-    PLANE, RUN, SOLID, Ended, complete, finish, orphans, start,
+    LONG,
+    PLANE,
+    Ended,
+    complete,
+    finish,
+    orphans,
+    start,
 )  # fmt: skip
 from .results import cells, collect, differences, entries
 
@@ -154,34 +160,34 @@ def damaged_store(bench: Bench, arguments: Arguments, count: int) -> Tally:
 def damaged_restart(bench: Bench, count: int) -> Tally:
     """Truncated and altered restart files: refused in one line; without it the run completes."""
     tally = Tally("restart file damaged")
-    bench.undisturbed(SOLID)
+    bench.undisturbed(LONG)
     for _ in range(count):
         out = bench.fresh()
-        process = start(SOLID, out)
-        path = out / "run" / "soft-fem3d" / "restart.npz"
+        process = start(LONG, out)
+        path = out / "run" / "soft-fem2d" / "restart.npz"
         while not path.exists() and process.poll() is None:
             pass
         process.kill()
         finish(process)
         what = damage(path, bench.dice)
         tally.injected += 1
-        refused = complete(SOLID, out)
+        refused = complete(LONG, out)
         # what numpy's archive does not read (a bit of a time stamp) changes nothing
         if refused.code == 0:
-            others = differences(collect(out), bench.undisturbed(SOLID))
+            others = differences(collect(out), bench.undisturbed(LONG))
             tally.check(not others, f"{what}: other results in {others[:3]}")
             tally.notes.append(f"{what}: changes nothing")
         else:
             one = refused.code == 2 and len(refused.lines) == 1 and str(path) in refused.error
             tally.check(one, f"{what}: exit code {refused.code}: {refused.error[-300:]}")
             path.unlink()
-            bench.completes(tally, SOLID, out, what)
+            bench.completes(tally, LONG, out, what)
         shutil.rmtree(out)
     return tally
 
 
 def damaged_mesh(bench: Bench, count: int) -> Tally:
-    """Truncated and altered mesh files: refused in one line or another run, never the stored one."""
+    """Truncated and altered mesh files: refused, or another run; never the stored one."""
     import meshes
 
     tally = Tally("mesh file damaged")
@@ -211,9 +217,7 @@ def damaged_mesh(bench: Bench, count: int) -> Tally:
 def small_disk(folder: Path, size: str) -> Iterator[Path]:
     """A file system of its own (needs root)."""
     folder.mkdir(parents=True, exist_ok=True)
-    subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)], check=True
-    )
+    subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)], check=True)
     try:
         yield folder
     finally:
@@ -302,4 +306,3 @@ def two_processes(bench: Bench, arguments: Arguments, count: int, longest_s: flo
 
 
 Kind = Callable[[Bench], Tally]
-__all__ = ["PLANE", "RUN", "SOLID", "Bench", "Kind", "Tally"]

@@ -31,12 +31,20 @@ SCALE_PERCENTILE = 99.7
 
 
 def read_steps(folder: Path) -> list[tuple[float, Path]]:
-    """Times and files of a PVD collection."""
-    root = ElementTree.parse(folder / "tap.pvd").getroot()
-    return [
-        (float(entry.attrib["timestep"]), folder / entry.attrib["file"])
-        for entry in root.iter("DataSet")
-    ]
+    """Times and files of a PVD collection.
+
+    Raises
+    ------
+    ValueError
+        A file lies elsewhere: a collection made by others must not lead out of its folder.
+    """
+    steps = []
+    for entry in ElementTree.parse(folder / "tap.pvd").getroot().iter("DataSet"):
+        name = entry.attrib["file"]
+        if Path(name).name != name or name == "..":
+            raise ValueError(f"tap.pvd: file {name!r} is not in the collection's own folder")
+        steps.append((float(entry.attrib["timestep"]), folder / name))
+    return steps
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class FingerTable(Table):
     diameter: Annotated[Numbers, Quantity("m", above=0, at_most=100, per_phalanx=True)]
     elements: Annotated[
         int | tuple[int, ...],
-        Quantity(integer=True, at_least=1, at_most=2000, per_phalanx=True, advice=ELEMENTS_ADVICE),
+        Quantity(integer=True, at_least=1, per_phalanx=True, advice=ELEMENTS_ADVICE),
     ] = 20
 
 
@@ -97,6 +97,14 @@ class HcmTable(Table):
 
 def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
     return PydanticCustomError("scene", "{text}", {"text": text, "key": key, "value": value})
+
+
+def _cost(elements: float) -> str:
+    """Memory and time that the reduced model would need for so many elements."""
+    from hcm.estimate import ELEMENT_BYTES, SECONDS_A_STEP
+
+    memory, step = ELEMENT_BYTES * elements / 2**30, SECONDS_A_STEP * elements
+    return f"some {memory:.2g} GiB and {step:.2g} s a time step"
 
 
 class FemTable(Table):
@@ -199,8 +207,8 @@ class Scene(Table):
             raise _refuse(
                 "finger.elements",
                 self.finger.elements,
-                f"asks for {elements:.0f} beam elements, at most {MAX_TOTAL_ELEMENTS} are allowed; "
-                + ELEMENTS_ADVICE,
+                f"asks for {elements:.0f} beam elements, {_cost(elements)}: "
+                f"at most {MAX_TOTAL_ELEMENTS} are allowed; {ELEMENTS_ADVICE}",
             )
         if self.surface.height >= self.total_length:
             raise _refuse(

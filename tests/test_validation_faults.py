@@ -1,0 +1,35 @@
+"""A little of the faults campaign (`tests/faults/campaign.py`), which takes minutes."""
+
+import contextlib
+import random
+
+import pytest
+from faults import kinds
+from faults.commands import RUN, complete
+from faults.kinds import Bench, damage
+from faults.results import collect, differences
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return Bench(tmp_path_factory.mktemp("faults"), random.Random(7))
+
+
+def test_interrupts_and_kills_lose_nothing(bench: Bench) -> None:
+    tally = kinds.signals(bench, RUN, 2, 1.0, each=True)
+    assert (tally.injected, tally.lost) == (2, [])
+
+
+def test_damaged_results_are_made_again(bench: Bench) -> None:
+    tally = kinds.damaged_store(bench, RUN, 1)
+    assert (tally.injected, tally.lost) == (1, [])
+
+
+def test_the_campaign_sees_a_loss(bench: Bench) -> None:
+    out = bench.fresh()
+    assert complete(RUN, out).code == 0
+    before = collect(out)
+    assert differences(before, bench.undisturbed(RUN)) == []
+    damage(out / "run" / "soft-hcm" / "history.nc", random.Random(1))
+    with contextlib.suppress(OSError):  # HDF5 may not open it at all
+        assert differences(collect(out), before) == ["run/soft-hcm/history.nc"]

@@ -9,14 +9,13 @@ from reference_fem_boxes import one_thread  # noqa: F401  the fixture is used by
 
 from reference_fem.elements import (
     hex8,
-    hex8_kernel,
     hex8_one_point,
-    hex8_one_point_kernel,
-    quad4_kernel,
     quad4_plane_stress,
 )
+from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.element import BlockElement
-from reference_fem.elements.threads import FIRST, LAST, begin, deal, finish
+from reference_fem.elements.loops import add_force
+from reference_fem.elements.threads import FIRST, LAST, START, STOP, begin, deal, finish
 from validation.bench.kernels import SIZE_M, box
 
 Build = Callable[[np.ndarray, np.ndarray], BlockElement]
@@ -40,11 +39,6 @@ KINDS: dict[str, tuple[Build, int]] = {
     "hex8-sri": (solid(hex8), 3),
     "hex8-one-point": (solid(hex8_one_point), 3),
     "quad4": (sheet, 2),
-}
-CHUNKS = {
-    "hex8-sri": hex8_kernel.chunk_force,
-    "hex8-one-point": hex8_one_point_kernel.chunk_force,
-    "quad4": quad4_kernel.chunk_force,
 }
 each_kind = pytest.mark.parametrize("kind", KINDS)
 
@@ -89,6 +83,12 @@ def test_order_of_elements_does_not_matter(kind: str) -> None:
     assert np.allclose(force(shuffled, u), f, rtol=0, atol=1e-12 * np.abs(f).max())
 
 
+@numba.njit
+def add_forces(blocks: Blocks, u: np.ndarray, shares: np.ndarray, t: int, out: np.ndarray) -> None:
+    for block in range(shares[t, START], shares[t, STOP]):
+        add_force(blocks, u, block, shares[t], t, out)
+
+
 @each_kind
 @pytest.mark.parametrize("threads", [1, 2, 3, 7])
 @pytest.mark.parametrize("order", ["local", "random"])
@@ -111,7 +111,7 @@ def test_shares_of_any_number_of_threads_meet(kind: str, threads: int, order: st
     out = np.full(points.shape, np.nan)
     for t in reversed(range(threads)):
         begin(blocks, shares, t, out)
-        CHUNKS[kind](blocks, u, shares[t], t, out)
+        add_forces(blocks, u, shares, t, out)
     for t in range(threads):
         finish(blocks, shares, t, out)
     expected = force(k, u)

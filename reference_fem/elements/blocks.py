@@ -1,6 +1,6 @@
 """Elements in blocks of LANES: what the compiled kernels of every element are handed."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numba
 import numpy as np
@@ -14,6 +14,8 @@ LANES = 16
 
 class Blocks(NamedTuple):
     """A mesh in blocks, and the workspaces of the threads; numba takes it as it is.
+
+    An element has a class of its own made from it, by which `loops` knows what to do with a block.
 
     points : (n_nodes, dim) reference positions, m
     nodes : (n_blocks, LANES, corners); lanes past the last element repeat its nodes
@@ -34,12 +36,17 @@ class Blocks(NamedTuple):
     buffers: Floats
 
 
-def make_blocks(points: Floats, cells: Integers, rows: Floats, scratch_rows: int) -> Blocks:
+Kind = TypeVar("Kind", bound=Blocks)
+
+
+def make_blocks(
+    kind: type[Kind], points: Floats, cells: Integers, rows: Floats, scratch_rows: int
+) -> Kind:
     """Blocks of `cells` (n_cells, corners) in their order; `rows` (n_cells, rows) to be stored."""
     padded = np.vstack((cells, np.repeat(cells[-1:], -len(cells) % LANES, axis=0)))
     nodes = padded.reshape(-1, LANES, cells.shape[1])
     threads = numba.config.NUMBA_NUM_THREADS
-    return Blocks(
+    return kind(
         points=points,
         nodes=nodes.astype(np.uint32),
         node_range=np.stack((nodes.min(axis=(1, 2)), nodes.max(axis=(1, 2)) + 1), axis=1),

@@ -7,26 +7,14 @@ from typing import ClassVar
 import numba
 import numpy as np
 
+from reference_fem.elements import loops
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.frequency import largest_frequency
 from reference_fem.elements.protocol import Floats, Integers, check_displacement, check_out
 from reference_fem.elements.stress import von_mises
 
-
-@dataclass(frozen=True)
-class Kernels:
-    """Compiled functions of one kind of element (see `hex8_one_point_kernel` for an example).
-
-    internal_force : (blocks, displacement, threads, out (n_nodes, dim) in N)
-    energies : (blocks, displacement, out (threads, 2) in J), of strains and of hourglass modes
-    min_dets : (blocks, displacement, out (threads,))
-    stresses : (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
-    """
-
-    internal_force: Callable[[Blocks, Floats, int, Floats], None]
-    energies: Callable[[Blocks, Floats, Floats], None]
-    min_dets: Callable[[Blocks, Floats, Floats], None]
-    stresses: Callable[[Blocks, Floats, Floats, Floats, Floats, Integers, Floats], None]
+# (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
+Stresses = Callable[[Blocks, Floats, Floats, Floats, Floats, Integers, Floats], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +27,7 @@ class BlockElement:
     cell_mass : (n_cells, corners) row-sum masses of each element's nodes, kg
     gradients : (n_cells, corners, dim) shape gradients that stresses are taken with, 1/m
     blocks : what the kernels store, and workspaces that calls overwrite
+    stresses : the kind's compiled function, in the order of `Stresses`
     """
 
     points: Floats
@@ -51,7 +40,7 @@ class BlockElement:
     gradients: Floats
     blocks: Blocks
 
-    kernels: ClassVar[Kernels]
+    stresses: ClassVar[Stresses]
 
     @property
     def n_nodes(self) -> int:
@@ -77,12 +66,12 @@ class BlockElement:
         """Overwrite `out` (n_nodes, dim) with f_int in N, on numba's current number of threads."""
         check_out(out, self.points.shape)
         u = self._checked(displacement)
-        self.kernels.internal_force(self.blocks, u, numba.get_num_threads(), out)
+        loops.internal_force(self.blocks, u, numba.get_num_threads(), out)
 
     def energies(self, displacement: Floats) -> tuple[float, float]:
         """Stored energy, and the share of it that hourglass control holds, J."""
         parts = np.empty((numba.get_num_threads(), 2))
-        self.kernels.energies(self.blocks, self._checked(displacement), parts)
+        loops.energies(self.blocks, self._checked(displacement), parts)
         strain, hourglass = parts.sum(axis=0)
         return float(strain + hourglass), float(hourglass)
 
@@ -99,7 +88,7 @@ class BlockElement:
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
         stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
         u = self._checked(displacement)
-        self.kernels.stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
+        type(self).stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
         return stress
 
     def von_mises(self, displacement: Floats, cells: Integers | None = None) -> Floats:
@@ -109,7 +98,7 @@ class BlockElement:
     def min_det_F(self, displacement: Floats) -> float:
         """Smallest det F over all points; NaN if the displacement holds one."""
         parts = np.empty(numba.get_num_threads())
-        self.kernels.min_dets(self.blocks, self._checked(displacement), parts)
+        loops.min_dets(self.blocks, self._checked(displacement), parts)
         return float(np.min(parts))
 
     def max_frequency(self) -> float:

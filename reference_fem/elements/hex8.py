@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from reference_fem.elements import hex8_fields, hex8_kernel
+from reference_fem.elements import hex8_fields
 from reference_fem.elements.blocks import make_blocks
-from reference_fem.elements.element import BlockElement, Kernels
+from reference_fem.elements.element import BlockElement, Stresses
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import geometries, sum_at_nodes, triangular_inverse
 from reference_fem.elements.hex8_kernel import ROWS, SCRATCH_ROWS
@@ -20,12 +20,7 @@ from reference_fem.elements.protocol import Floats, Integers, check_material, ch
 class Hex8(BlockElement):
     """8-node hexahedra on one mesh; `gradients` are those at the centres."""
 
-    kernels: ClassVar[Kernels] = Kernels(
-        hex8_kernel.internal_force,
-        hex8_fields.energies,
-        hex8_fields.min_dets,
-        hex8_fields.stresses,
-    )
+    stresses: ClassVar[Stresses] = hex8_fields.stresses
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         for g in geometries(self.points, self.cells):
@@ -73,5 +68,5 @@ def hex8(points: Floats, cells: Integers, young: Floats, poisson: Floats, densit
         cell_volume=volume,
         cell_mass=cell_mass,
         gradients=centre_gradients,
-        blocks=make_blocks(points, cells, rows, SCRATCH_ROWS),
+        blocks=make_blocks(hex8_fields.Hex8Blocks, points, cells, rows, SCRATCH_ROWS),
     )

@@ -4,22 +4,26 @@ Same equations, layout and scratch rows as `hex8_kernel`; row RESULT holds energ
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hex8_edges import Three
-from reference_fem.elements.hex8_kernel import BASES, DILATATION, TOUCH, block_dilatation
+from reference_fem.elements.hex8_kernel import BASES, DILATATION, TOUCH, add_force, block_dilatation
 from reference_fem.elements.hex8_nodes import gather_positions
 from reference_fem.elements.hex8_point import POINT_ROWS, point_det, shear_energy
+from reference_fem.elements.loops import implement
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
-from reference_fem.elements.threads import part
 
 RESULT = TOUCH
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
 VALUES = (
     (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
 )  # fmt: skip
+
+
+class Hex8Blocks(Blocks):
+    """Blocks of 8-point hexahedra."""
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -53,40 +57,29 @@ def block_energy(s: Floats, r: Floats) -> float:
     return energy
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
-    """Stored energy of each thread's blocks, and nothing: (threads, 2), J."""
-    for t in prange(len(out)):
-        s = blocks.scratch[t]
-        start, stop = part(len(blocks.nodes), t, len(out))
-        energy = 0.0
-        for block in range(start, stop):
-            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-            block_dilatation(s, blocks.reference[block])
-            energy += block_energy(s, blocks.reference[block])
-        out[t, 0], out[t, 1] = energy, 0.0
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """See `loops`."""
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, blocks.reference[block])
+    return block_energy(s, blocks.reference[block]), 0.0
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
-    """Smallest det F over the 8 points of each thread's elements, (threads,); NaN if any is NaN."""
-    for t in prange(len(out)):
-        s = blocks.scratch[t]
-        start, stop = part(len(blocks.nodes), t, len(out))
-        smallest = np.inf
-        for block in range(start, stop):
-            r = blocks.reference[block]
-            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-            block_dilatation(s, r)
-            for q in range(8):
-                values = VALUES[q]
-                for lane in range(LANES):
-                    x, y, z = point_bases(s, lane, values)
-                    o = lane + q * POINT_ROWS * LANES
-                    s[RESULT * LANES + lane] = point_det(x, y, z, r, o)
-                for lane in range(min(LANES, blocks.n_cells - block * LANES)):
-                    smallest = lower(smallest, s[RESULT * LANES + lane])
-        out[t] = smallest
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+    """See `loops`."""
+    smallest = np.inf
+    r = blocks.reference[block]
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    for q in range(8):
+        values = VALUES[q]
+        for lane in range(LANES):
+            x, y, z = point_bases(s, lane, values)
+            s[RESULT * LANES + lane] = point_det(x, y, z, r, lane + q * POINT_ROWS * LANES)
+        for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+            smallest = lower(smallest, s[RESULT * LANES + lane])
+    return float(smallest)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -118,3 +111,6 @@ def stresses(
         deformation(blocks, displacement, cell, gradients[cell], f)
         pressure = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
         cauchy_stress(f, mu[cell], pressure, stress[row])
+
+
+implement(Hex8Blocks, add_force, energy, least_det)

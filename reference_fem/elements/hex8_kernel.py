@@ -18,7 +18,7 @@ Layout: blocks of LANES elements in structure-of-arrays form, so the compiler ve
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
-from numba import njit, prange
+from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hex8_edges import (
@@ -32,7 +32,6 @@ from reference_fem.elements.hex8_edges import (
 from reference_fem.elements.hex8_nodes import gather_positions, scatter
 from reference_fem.elements.hex8_point import POINT_ROWS, dilatation, point_force
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
-from reference_fem.elements.threads import START, STOP, begin, deal, finish
 
 ROWS = 8 * POINT_ROWS + 2
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E; and
@@ -116,24 +115,14 @@ def first_touch(r: Floats) -> float:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def chunk_force(blocks: Blocks, displacement: Floats, share: Integers, t: int, out: Floats) -> None:
-    """Add the forces of thread t's blocks."""
+def add_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> None:
+    """See `loops`."""
     s = blocks.scratch[t]
-    for block in range(share[START], share[STOP]):
-        r = blocks.reference[block]
-        s[TOUCH * LANES] = first_touch(r)
-        gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-        block_dilatation(s, r)
-        block_force(s, r)
-        scatter(s, blocks, block, share, t, out)
-
-
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
-    """Internal force of the mesh, (n_nodes, 3), N; see `threads`."""
-    shares = deal(blocks.node_range, n_threads)
-    for t in prange(n_threads):
-        begin(blocks, shares, t, out)
-        chunk_force(blocks, displacement, shares[t], t, out)
-    for t in prange(n_threads):
-        finish(blocks, shares, t, out)
+    r = blocks.reference[block]
+    s[TOUCH * LANES] = first_touch(r)
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    block_force(s, r)
+    scatter(s, blocks, block, share, t, out)

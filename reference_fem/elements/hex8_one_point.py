@@ -8,7 +8,7 @@ import numpy as np
 
 from reference_fem.elements import hex8_one_point_kernel as kernel
 from reference_fem.elements.blocks import make_blocks
-from reference_fem.elements.element import BlockElement, Kernels
+from reference_fem.elements.element import BlockElement, Stresses
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import CHUNK, CORNERS, geometries, sum_at_nodes
 from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
@@ -31,9 +31,7 @@ class Hex8OnePoint(BlockElement):
 
     control: Floats
 
-    kernels: ClassVar[Kernels] = Kernels(
-        kernel.internal_force, kernel.energies, kernel.min_dets, kernel.stresses
-    )
+    stresses: ClassVar[Stresses] = kernel.stresses
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         signs = hourglass_signs()
@@ -89,6 +87,7 @@ def hex8_one_point(
         cell_mass=cell_mass,
         gradients=gradients,
         blocks=make_blocks(
+            kernel.OnePointBlocks,
             points,
             cells,
             np.stack((volume * mu, volume * lame, control), axis=1),

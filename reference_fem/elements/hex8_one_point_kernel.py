@@ -21,7 +21,7 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, one o
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hex8_modes import (
@@ -34,14 +34,19 @@ from reference_fem.elements.hex8_modes import (
     spread,
 )
 from reference_fem.elements.hex8_nodes import gather, scatter
+from reference_fem.elements.loops import implement
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
-from reference_fem.elements.threads import START, STOP, begin, deal, finish, part
 
 ROWS = 3
 CORNERS = 24
 RESULT = CORNERS + 24
 SCRATCH_ROWS = RESULT + 2
+
+
+class OnePointBlocks(Blocks):
+    """Blocks of 1-point hexahedra."""
+
 
 Four = tuple[float, float, float, float]
 FourThrees = tuple[Three, Three, Three, Three]
@@ -171,55 +176,37 @@ def gather_both(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> 
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def chunk_force(blocks: Blocks, displacement: Floats, share: Integers, t: int, out: Floats) -> None:
-    """Add the forces of thread t's blocks."""
+def add_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> None:
+    """See `loops`."""
     s = blocks.scratch[t]
-    for block in range(share[START], share[STOP]):
-        gather_both(blocks, displacement, block, s)
-        block_force(s, blocks.reference[block])
-        scatter(s, blocks, block, share, t, out)
+    gather_both(blocks, displacement, block, s)
+    block_force(s, blocks.reference[block])
+    scatter(s, blocks, block, share, t, out)
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
-    """Internal force of the mesh, (n_nodes, 3), N; see `threads`."""
-    shares = deal(blocks.node_range, n_threads)
-    for t in prange(n_threads):
-        begin(blocks, shares, t, out)
-        chunk_force(blocks, displacement, shares[t], t, out)
-    for t in prange(n_threads):
-        finish(blocks, shares, t, out)
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """See `loops`."""
+    gather_both(blocks, displacement, block, s)
+    block_energy(s, blocks.reference[block])
+    strain, hourglass = 0.0, 0.0
+    for lane in range(LANES):
+        strain += s[RESULT * LANES + lane]
+        hourglass += s[(RESULT + 1) * LANES + lane]
+    return strain, hourglass
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
-    """Energy of the strains and of the hourglass modes of each thread's blocks, (threads, 2), J."""
-    for t in prange(len(out)):
-        s = blocks.scratch[t]
-        start, stop = part(len(blocks.nodes), t, len(out))
-        strain, hourglass = 0.0, 0.0
-        for block in range(start, stop):
-            gather_both(blocks, displacement, block, s)
-            block_energy(s, blocks.reference[block])
-            for lane in range(LANES):
-                strain += s[RESULT * LANES + lane]
-                hourglass += s[(RESULT + 1) * LANES + lane]
-        out[t, 0], out[t, 1] = strain, hourglass
-
-
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
-    """Smallest det F of each thread's blocks, (threads,); NaN if any of them is NaN."""
-    for t in prange(len(out)):
-        s = blocks.scratch[t]
-        start, stop = part(len(blocks.nodes), t, len(out))
-        smallest = np.inf
-        for block in range(start, stop):
-            gather_both(blocks, displacement, block, s)
-            block_det(s)
-            for lane in range(LANES):
-                smallest = lower(smallest, s[RESULT * LANES + lane])
-        out[t] = smallest
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+    """See `loops`."""
+    smallest = np.inf
+    gather_both(blocks, displacement, block, s)
+    block_det(s)
+    for lane in range(LANES):
+        smallest = lower(smallest, s[RESULT * LANES + lane])
+    return float(smallest)
 
 
 @njit(cache=True, error_model="numpy")
@@ -239,3 +226,6 @@ def stresses(
         deformation(blocks, displacement, cell, gradients[cell], f)
         trace = 0.5 * ((f * f).sum() - 3.0)
         cauchy_stress(f, mu[cell], lame[cell] * trace, stress[row])
+
+
+implement(OnePointBlocks, add_force, energy, least_det)

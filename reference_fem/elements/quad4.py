@@ -8,7 +8,7 @@ import numpy as np
 
 from reference_fem.elements import quad4_kernel as kernel
 from reference_fem.elements.blocks import make_blocks
-from reference_fem.elements.element import BlockElement, Kernels
+from reference_fem.elements.element import BlockElement, Stresses
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import (
     geometries,
@@ -29,9 +29,7 @@ class Quad4PlaneStress(BlockElement):
 
     thickness: Floats
 
-    kernels: ClassVar[Kernels] = Kernels(
-        kernel.internal_force, kernel.energies, kernel.min_dets, kernel.stresses
-    )
+    stresses: ClassVar[Stresses] = kernel.stresses
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         for g in geometries(self.points, self.cells):
@@ -104,6 +102,6 @@ def quad4_plane_stress(
         cell_volume=volume,
         cell_mass=cell_mass,
         gradients=centre_gradients,
-        blocks=make_blocks(points, cells, rows, SCRATCH_ROWS),
+        blocks=make_blocks(kernel.Quad4Blocks, points, cells, rows, SCRATCH_ROWS),
         thickness=thickness,
     )

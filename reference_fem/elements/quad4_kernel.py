@@ -14,27 +14,23 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hex8_edges import LOW
+from reference_fem.elements.loops import implement
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
-from reference_fem.elements.threads import (
-    FIRST,
-    LAST,
-    START,
-    STOP,
-    alone,
-    begin,
-    deal,
-    finish,
-    part,
-)
+from reference_fem.elements.threads import FIRST, LAST, alone
 
 POINT_ROWS = 4
 ROWS = 4 * POINT_ROWS + 2
 SCRATCH_ROWS = 8
+
+
+class Quad4Blocks(Blocks):
+    """Blocks of plane-stress quadrilaterals."""
+
 
 Two = tuple[float, float]
 Three = tuple[float, float, float]
@@ -152,62 +148,42 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def chunk_force(blocks: Blocks, displacement: Floats, share: Integers, t: int, out: Floats) -> None:
-    """Add the forces of thread t's blocks."""
+def add_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> None:
+    """See `loops`."""
     s = blocks.scratch[t]
-    for block in range(share[START], share[STOP]):
-        gather(blocks.points, displacement, blocks.nodes[block], s)
-        block_force(s, blocks.reference[block])
-        scatter(s, blocks, block, share, t, out)
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    block_force(s, blocks.reference[block])
+    scatter(s, blocks, block, share, t, out)
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
-    """Internal force of the mesh, (n_nodes, 2), N; see `threads`."""
-    shares = deal(blocks.node_range, n_threads)
-    for t in prange(n_threads):
-        begin(blocks, shares, t, out)
-        chunk_force(blocks, displacement, shares[t], t, out)
-    for t in prange(n_threads):
-        finish(blocks, shares, t, out)
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """See `loops`."""
+    total, r = 0.0, blocks.reference[block]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    for lane in range(LANES):
+        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+        mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+        for q in range(4):
+            total += point_energy(x[q], y[q], r, lane + q * POINT_ROWS * LANES, mu, lame)
+    return total, 0.0
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
-    """Stored energy of each thread's blocks, and nothing: (threads, 2), J."""
-    for t in prange(len(out)):
-        s = blocks.scratch[t]
-        start, stop = part(len(blocks.nodes), t, len(out))
-        energy = 0.0
-        for block in range(start, stop):
-            r = blocks.reference[block]
-            gather(blocks.points, displacement, blocks.nodes[block], s)
-            for lane in range(LANES):
-                x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-                mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
-                for q in range(4):
-                    o = lane + q * POINT_ROWS * LANES
-                    energy += point_energy(x[q], y[q], r, o, mu, lame)
-        out[t, 0], out[t, 1] = energy, 0.0
-
-
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
-    """Smallest in-plane det F of each thread's elements, (threads,); NaN if any of them is NaN."""
-    for t in prange(len(out)):
-        s = blocks.scratch[t]
-        start, stop = part(len(blocks.nodes), t, len(out))
-        smallest = np.inf
-        for block in range(start, stop):
-            r = blocks.reference[block]
-            gather(blocks.points, displacement, blocks.nodes[block], s)
-            for lane in range(min(LANES, blocks.n_cells - block * LANES)):
-                x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-                for q in range(4):
-                    o = lane + q * POINT_ROWS * LANES
-                    fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
-                    smallest = lower(smallest, fx[0] * fy[1] - fx[1] * fy[0])
-        out[t] = smallest
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+    """See `loops`."""
+    smallest = np.inf
+    r = blocks.reference[block]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+        for q in range(4):
+            o = lane + q * POINT_ROWS * LANES
+            fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
+            smallest = lower(smallest, fx[0] * fy[1] - fx[1] * fy[0])
+    return float(smallest)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -226,3 +202,6 @@ def stresses(
         cell = cells[row]
         deformation(blocks, displacement, cell, gradients[cell], f)
         cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])
+
+
+implement(Quad4Blocks, add_force, energy, least_det)

@@ -1,0 +1,105 @@
+"""Loops over the blocks of a mesh, on several threads: one source for every element.
+
+Numba compiles each loop once for each class of `Blocks`. What is done with one block of that class
+is found by its type when the loop is compiled (`implement`), so nothing is looked up at run time,
+and the loops stay in numba's cache, which closures over kernels would not.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+from numba.extending import overload
+
+from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.stress import lower
+from reference_fem.elements.threads import START, STOP, begin, deal, finish, part
+
+
+def add_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> None:
+    """Add the forces of one block, N; `share` of thread t as in `threads`."""
+    raise NotImplementedError(f"{type(blocks).__name__} has no overload of add_force")
+
+
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """Energy of the strains and of the hourglass modes of one block, J."""
+    raise NotImplementedError(f"{type(blocks).__name__} has no overload of energy")
+
+
+def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+    """Smallest det F over the points of one block; NaN if any of them is NaN."""
+    raise NotImplementedError(f"{type(blocks).__name__} has no overload of least_det")
+
+
+def implement(
+    kind: type[Blocks],
+    force: Callable[[Blocks, Floats, int, Integers, int, Floats], None],
+    energies_of: Callable[[Blocks, Floats, int, Floats], tuple[float, float]],
+    det: Callable[[Blocks, Floats, int, Floats], float],
+) -> None:
+    """Let compiled `force`, `energies_of` and `det` stand for the above with blocks of `kind`."""
+
+    def asked(blocks: Any) -> bool:
+        return getattr(blocks, "instance_class", None) is kind
+
+    @overload(add_force, strict=False)  # annotations would count as a difference
+    def _force(blocks: Any, displacement: Any, block: Any, share: Any, t: Any, out: Any) -> Any:
+        if asked(blocks):
+            return lambda blocks, displacement, block, share, t, out: force(
+                blocks, displacement, block, share, t, out
+            )
+        return None
+
+    @overload(energy, strict=False)  # annotations would count as a difference
+    def _energy(blocks: Any, displacement: Any, block: Any, s: Any) -> Any:
+        if asked(blocks):
+            return lambda blocks, displacement, block, s: energies_of(
+                blocks, displacement, block, s
+            )
+        return None
+
+    @overload(least_det, strict=False)  # annotations would count as a difference
+    def _det(blocks: Any, displacement: Any, block: Any, s: Any) -> Any:
+        if asked(blocks):
+            return lambda blocks, displacement, block, s: det(blocks, displacement, block, s)
+        return None
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
+    """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads."""
+    shares = deal(blocks.node_range, n_threads)
+    for t in prange(n_threads):
+        begin(blocks, shares, t, out)
+        for block in range(shares[t, START], shares[t, STOP]):
+            add_force(blocks, displacement, block, shares[t], t, out)
+    for t in prange(n_threads):
+        finish(blocks, shares, t, out)
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+    """Energy of the strains and of the hourglass modes of each thread's blocks, (threads, 2), J."""
+    for t in prange(len(out)):
+        start, stop = part(len(blocks.nodes), t, len(out))
+        strain, hourglass = 0.0, 0.0
+        for block in range(start, stop):
+            more, control = energy(blocks, displacement, block, blocks.scratch[t])
+            strain += more
+            hourglass += control
+        out[t, 0], out[t, 1] = strain, hourglass
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+    """Smallest det F of each thread's blocks, (threads,); NaN if any of them is NaN."""
+    for t in prange(len(out)):
+        start, stop = part(len(blocks.nodes), t, len(out))
+        smallest = np.inf
+        for block in range(start, stop):
+            smallest = lower(smallest, least_det(blocks, displacement, block, blocks.scratch[t]))
+        out[t] = smallest

@@ -16,16 +16,20 @@ from typing import Any
 from numba import njit
 
 
-def kernel_with(*fastmath: str) -> Callable[[Callable[..., Any]], Any]:
-    """`kernel` with these of LLVM's fast-math flags."""
-    options: dict[str, Any] = {
+def kernel_with(*fastmath: str, **options: str) -> Callable[[Callable[..., Any]], Any]:
+    """`kernel` with these of LLVM's fast-math flags, and options of numba's own."""
+    chosen: dict[str, Any] = {
         "cache": True,
         "error_model": "numpy",
         "fastmath": set(fastmath),
         "_nrt": False,
+        **options,
     }
-    return lambda function: njit(**options)(function)
+    return lambda function: njit(**chosen)(function)
 
 
 # Compiles a function that allocates nothing; its machine code is cached beside its file.
 kernel = kernel_with("contract")
+# The same, for what has one caller in the innermost loop and becomes part of it: a call would hand
+# over two hundred words, seven for each array in its tuples, which takes as long as a small kernel.
+inlined = kernel_with("contract", inline="always")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hcm.ancf_element import inertia, internal_force, tangent_stiffness
 from hcm.banded_ldl import HALF_BANDWIDTH
-from hcm.compiled import kernel
+from hcm.compiled import inlined, kernel
 from hcm.joint_torque import torque_force, torque_tangent
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_force, contact_tangent
@@ -33,7 +33,7 @@ def fill_chords(q: Floats, chain: Chain, out: Floats) -> None:
         out[e, 0], out[e, 1] = (q[b] - q[a]) / length, (q[b + 1] - q[a + 1]) / length
 
 
-@kernel
+@inlined
 def residual_from_chords(
     q: Floats,
     chords: Floats,

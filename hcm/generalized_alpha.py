@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve, storage
-from hcm.compiled import kernel, kernel_with
+from hcm.compiled import inlined, kernel, kernel_with
 from hcm.equations import fill_chords, residual_from_chords, tangent
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import Contact, contact_tangent
@@ -125,7 +125,7 @@ def workspace(n: int) -> Workspace:
     )
 
 
-@kernel
+@inlined
 def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
     """Keep the factors of the tangent at q, and the column that its unsymmetric entry needs."""
     _, chain, law, work = integrator
@@ -147,7 +147,7 @@ def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrat
     return True
 
 
-@kernel
+@inlined
 def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
     """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
 
@@ -170,7 +170,7 @@ def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integra
     return True
 
 
-@kernel
+@inlined
 def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
            increment: Floats) -> None:  # fmt: skip
     """Fill new.a, new.q, new.v and new.chords from new.acceleration (eqs. 27-28)."""

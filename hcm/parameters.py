@@ -7,6 +7,7 @@ A refusal is a `ParameterError` that names the field, the value, what is allowed
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 
 
@@ -17,6 +18,18 @@ class ParameterError(ValueError):
 def _require(field: str, value: float, allowed: str, holds: bool) -> None:
     if not (isinstance(value, (int, float)) and math.isfinite(value) and holds):
         raise ParameterError(f"{field} = {value!r}: must be {allowed}")
+
+
+def _whole(owner: object, field: str) -> None:
+    """Keep a count as a plain int: numpy's integers count too, truth values and floats do not."""
+    value = getattr(owner, field)
+    try:
+        count = 0 if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        count = 0
+    if count < 1:
+        raise ParameterError(f"{field} = {value!r}: must be a whole number above 0")
+    object.__setattr__(owner, field, count)
 
 
 def _require_positive(field: str, value: float) -> None:
@@ -45,8 +58,7 @@ class Phalanx:
     def __post_init__(self) -> None:
         for field in ("length", "diameter", "youngs_modulus", "density"):
             _require_positive(field, getattr(self, field))
-        if not (isinstance(self.elements, int) and self.elements >= 1):
-            raise ParameterError(f"elements = {self.elements!r}: must be a whole number above 0")
+        _whole(self, "elements")
 
     @property
     def area(self) -> float:
@@ -214,9 +226,7 @@ class Settings:
             1e-13 <= self.newton_tolerance <= 1e-3,
         )
         for field in ("taps", "max_steps"):
-            value = getattr(self, field)
-            if not (isinstance(value, int) and value >= 1):
-                raise ParameterError(f"{field} = {value!r}: must be a whole number above 0")
+            _whole(self, field)
         if self.end_time is not None:
             _require_positive("end_time", self.end_time)
         for i, time in enumerate(self.frame_times):

@@ -132,7 +132,7 @@ class Summary:
 
     Peak times and durations count from first contact. peak_tangential_force_N is signed, of the
     largest magnitude. energy_residual is the largest |energy balance| over the largest kinetic
-    energy, of the whole run.
+    energy of the whole run, or over strain energy's round-off where that is larger (at rest).
     """
 
     contact_time_s: float | None

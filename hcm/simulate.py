@@ -182,7 +182,7 @@ def simulate(
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
     history = _history(np.concatenate(rows), np.concatenate(reactions), phalanges)
-    summary = summarize(history, tuple(events))
+    summary = summarize(history, tuple(events), roundoff_J)
     sensitive = ""
     if status is Status.COMPLETED and settings.repeat:
         status, sensitive = _repeated(

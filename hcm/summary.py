@@ -24,14 +24,18 @@ def _peak(time: Floats, force: Floats) -> tuple[float, float]:
     return float(time[i]), float(force[i])
 
 
-def summarize(history: History, events: tuple[Event, ...]) -> Summary:
-    """Reduce a run to the scalars of its first tap."""
+def summarize(history: History, events: tuple[Event, ...], roundoff_J: float) -> Summary:
+    """Reduce a run to the scalars of its first tap.
+
+    `roundoff_J` is what an audit can't see below: where nothing moves with more energy than that,
+    the audit's error counts relative to it.
+    """
     contact = next((e.time_s for e in events if e.kind == "contact"), None)
     separation = next((e.time_s for e in events if e.kind == "separation"), None)
     last = history.time_s[-1] if separation is None else separation
     kinetic = float(history.kinetic_energy_J.max(initial=0.0))
     balance = float(np.abs(history.energy_balance_J).max(initial=0.0))
-    residual = balance / kinetic if kinetic > 0 else balance
+    residual = balance / max(kinetic, roundoff_J)
     if contact is None:
         return Summary(
             None, None, None, None, None, None, None, None, 0, 0, 0, False, None, residual

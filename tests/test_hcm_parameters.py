@@ -4,6 +4,7 @@ import dataclasses
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from hcm_cases import SOFT, SOFT_TIP, SURFACE, finger
 
@@ -18,6 +19,8 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (SOFT, "density", -1.0, POSITIVE),
     (SOFT, "elements", 0, "a whole number above 0"),
     (SOFT, "elements", 2.5, "a whole number above 0"),
+    (SOFT, "elements", True, "a whole number above 0"),
+    (SOFT, "elements", np.float64(5.0), "a whole number above 0"),
     (SURFACE, "height", -0.1, POSITIVE),
     (SURFACE, "friction", -1.0, "0 or above"),
     (SURFACE, "friction", math.nan, "0 or above"),
@@ -34,6 +37,7 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (hcm.Settings(), "spectral_radius", 1.5, "in [0, 1]"),
     (hcm.Settings(), "newton_tolerance", 1.0, "in [1e-13, 1e-3]"),
     (hcm.Settings(), "taps", 0, "a whole number above 0"),
+    (hcm.Settings(), "taps", True, "a whole number above 0"),
     (hcm.Settings(), "max_steps", 1.5, "a whole number above 0"),
     (hcm.Settings(), "end_time", -1.0, POSITIVE),
 ]
@@ -50,6 +54,13 @@ def test_refusals_name_field_value_and_range(
     assert repr(value) in text
     assert allowed in text
     assert "\n" not in text
+
+
+def test_numpy_integers_count_and_are_kept_as_plain_ones() -> None:
+    phalanx = dataclasses.replace(SOFT, elements=np.int64(5))
+    assert phalanx == SOFT
+    assert type(phalanx.elements) is int
+    assert type(hcm.Settings(taps=np.int32(2)).taps) is int  # type: ignore[arg-type]
 
 
 def test_torques_must_be_finite() -> None:

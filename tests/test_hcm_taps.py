@@ -177,3 +177,19 @@ def test_taps_ends_at_the_last_wanted_separation() -> None:
     )  # fmt: skip
     assert kinds(result).count("separation") == 2
     assert kinds(result)[-1] == "separation"
+
+
+def test_factors_that_serve_again_change_no_result() -> None:
+    """`reuse_factors` is a shortcut of Newton's method: the root is the same to its tolerance."""
+    runs = [
+        hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=hcm.Settings(reuse_factors=reuse))
+        for reuse in (True, False)
+    ]
+    with_it, without = (run.statistics for run in runs)
+    assert with_it.factorizations < 0.6 * with_it.newton_iterations
+    assert without.factorizations >= without.newton_iterations
+    for name in ("contact_time_s", "peak_normal_force_N", "contact_duration_s"):
+        values = [getattr(run.summary, name) for run in runs]
+        # Newton's tolerance of 1e-9 on accelerations, over thousands of steps of a tap that
+        # amplifies little
+        assert values[0] == pytest.approx(values[1], rel=1e-5)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from validation.compiling import told
 from validation.errors import RunFailedError, UserError
 from validation.fields import write_fields
 from validation.isolated import CrashedError, call_isolated
@@ -56,7 +57,8 @@ def solve(
         module = adapter(model)
         if progress is not None:
             progress(0.0, "loading compiled code")
-        module.warm_up()
+        with told(progress):
+            module.warm_up()
         outcome = module.run(scene, progress, checkpoint)
     except (UserError, KeyboardInterrupt):
         raise

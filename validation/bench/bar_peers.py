@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,7 +130,13 @@ def measure_peer(peer: Peer, bar: Bar, element: str) -> Row:
 
 
 def measure_all(bar: Bar, progress: Callable[[float, str], None]) -> list[Row]:
-    """The reference, every peer that is there, and the reference again: its best time counts."""
+    """The reference, every peer that is there, and the reference again: its best time counts.
+
+    All on as many threads as the bar asks for and numba may use.
+    """
+    import numba
+
+    bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
     own: dict[str, Any] = {}
     cases = [(peer, element) for peer in PEERS if peer.present for element in peer.elements]
     rows = []

@@ -3,6 +3,7 @@
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from validation.claims import read_claims
@@ -69,7 +70,10 @@ def draw(folder: Path, runs: Runs, references: Mapping[str, RunRecord]) -> list[
                for suffix, title in labels.items()]  # fmt: skip
     mesh_figure(paths["fig-07"], counted, SCENES)
     overlay_figure(
-        paths["fig-09"], [*(runs[s].record for s in SCENES), *references.values()], (), SCENES
+        paths["fig-09"],
+        [*(replace(runs[s].record, variant="") for s in SCENES), *references.values()],
+        (),
+        SCENES,
     )
     for number, figure in ((10, figure_10), (11, figure_11), (12, figure_12), (13, figure_13),
                            (14, figure_14), (15, figure_15), (16, figure_16)):  # fmt: skip

@@ -13,8 +13,11 @@ from validation.paper.finding import Runs, curve, particle_velocity, window
 from validation.paper.stored_cases import CaseRun
 from validation.paper.undriven_figures import TIME, draw_forces, draw_stress
 
+THREE = "driven-3"
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
 SHARE = 0.05
+# Inside the factor's uncertainty case 3 has two kinds of contact: the other one is drawn too.
+OTHER = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
 
 
 def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
@@ -41,9 +44,9 @@ def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
 def figure_14(path: Path, runs: Runs) -> None:
     """Contact forces and stress at R."""
     with panels(path, 2) as axes:
-        draw_forces(axes[0][0], runs, CASES)
+        draw_forces(axes[0][0], runs, [*CASES, OTHER])
         label(axes[0][0], "(a)", TIME, "$F_n$ (solid), $F_t$ (dashed) (N)")
-        draw_stress(axes[0][1], runs, CASES)
+        draw_stress(axes[0][1], runs, [*CASES, OTHER])
         label(axes[0][1], "(b)", TIME, r"$\sigma_R$ (MPa)")
 
 
@@ -81,4 +84,7 @@ def figure_16(path: Path, runs: Runs) -> None:
         for axis, (name, legend), color in zip(axes[0], CASES, COLORS, strict=False):
             time, velocity = particle_velocity(runs[name])
             axis.plot(1e3 * time, velocity, color=color, label="$V_P$")
+            if name == THREE:
+                time, velocity = particle_velocity(runs[OTHER[0]])
+                axis.plot(1e3 * time, velocity, color=COLORS[3], label=OTHER[1])
             label(axis, legend, TIME, "tangential velocity (m/s)")

@@ -143,6 +143,8 @@ def draw(path: Path, results: Sequence[Result], title: str) -> None:
                 axis.plot(sizes, change, mark + "-", color=color, label=TITLES[quantity])
             axis.axhspan(-1, 1, color="#dddddd", alpha=0.5, linewidth=0)
             axis.set_xscale("log")
+            axis.minorticks_off()
+            axis.set_xticks(sizes, [f"{size:.2g}" for size in sizes])
             axis.set_title(ladder.name, fontsize=10, loc="left")
             axis.set_xlabel(ladder.size_name)
         axes[0][0].set_ylabel("change from the finest level (%)")

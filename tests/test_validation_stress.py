@@ -16,11 +16,15 @@ from validation.stress.campaign import draw, run_cells, table_rows
 from validation.stress.cells import difference, judge, judge_alone
 from validation.stress.checks import violations
 from validation.stress.finished import Finished
-from validation.stress.frame import REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Cell
+from validation.stress.frame import ANSWERS, REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Cell
+from validation.stress.hard_cells import tap_of
+from validation.stress.limits import limit
 from validation.stress.maps import SOURCES, hcm_maps
 from validation.stress.other_integrator import judge_other
+from validation.stress.page import write_stress_page
 from validation.stress.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
 from validation.stress.rigid_rod import closed_form, judge_rod
+from validation.stress.scipy_user import solve
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
 TAP = HcmScene(
@@ -265,6 +269,47 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     plane = replace(small, y=(0.75, 0.9))
     draw(tmp_path, plane, again)
     assert (tmp_path / f"{small.name}.png").stat().st_size > 1000
+
+
+def test_a_map_says_what_limits_it() -> None:
+    """Counts and places come from the cells."""
+    wanted = replace(next(m for m in hcm_maps(quick=True) if m.name == "stiffness-step"),
+                     x=(1.0, 2.0, 3.0), y=(4.0, 5.0), panels=(1.0,))  # fmt: skip
+    rows = [
+        {wanted.x_name: x, wanted.y_name: y, wanted.panel_name: 1.0, "reason": "",
+         "answer": STOPPED if x > 1 and y > 4 else RIGHT} for x in wanted.x for y in wanted.y
+    ]  # fmt: skip
+    assert limit(wanted, rows[:2]) == "every cell is right"
+    for row in rows:
+        row["reason"] = "work limit at t = 1 s"
+    told = "stopped: work limit (2 of 6, mostly at normal stiffness from 2, contact step 5)"
+    assert limit(wanted, rows) == told
+
+
+def test_the_page_shows_maps_and_peers(tmp_path: Path) -> None:
+    row = {"map": "plane", "solver": "hcm", "cells": 2, **dict.fromkeys(ANSWERS, 0), RIGHT: 2,
+           "what limits it": "every cell is right"}  # fmt: skip
+    write_stress_page(tmp_path, [row], [{"cell": "a hard one", "hcm": "completed"}])
+    text = (tmp_path / "index.html").read_text()
+    for words in (
+        "2 cells, <b>0</b> of them wrong and silent",
+        "a hard one",
+        "every cell is right",
+    ):
+        assert words in text
+
+
+def test_a_users_solve_ivp_taps() -> None:
+    """SciPy's defaults find the tap of a soft rod, a few per cent off."""
+    soft = replace(TAP, finger=hcm.Finger((replace(SOFT, youngs_modulus=1e7, elements=1),)),
+                   tip=hcm.Tip(1e4))  # fmt: skip
+    told, tap = solve(soft, 60.0, "RK45")
+    assert told == "completed"
+    own = tap_of(hcm.simulate(**soft.arguments()))
+    assert tap is not None
+    assert own is not None
+    assert tap.error(own) < 0.5
+    assert solve(soft, 1e-9, "RK45")[1] is None
 
 
 def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:

@@ -269,6 +269,7 @@ def stress(
     *,
     quick: Annotated[bool, cyclopts.Parameter(negative="")] = False,
     only: Literal["hcm", "reference", "fuzz"] | None = None,
+    peers: Annotated[bool, cyclopts.Parameter(negative="")] = False,
     out: Path = Path("out"),
 ) -> None:
     """Map where the models are right, refuse, or stop; no cell may be silently wrong.
@@ -281,11 +282,16 @@ def stress(
         Coarser maps and fewer random scenes: three minutes.
     only
         The maps of one model, or the random scenes.
+    peers
+        Ten of the hardest cells by SciPy's and Exudyn's means (extra bench) beside hcm instead.
     out
-        Folder for stress/full/ (quick/): a CSV and a figure per map, summary.csv.
+        Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
     """
-    from validation.stress_command import run_stress
+    from validation.stress_command import run_peers, run_stress
 
+    if peers:
+        run_peers(out)
+        return
     run_stress(quick, only, out)
 
 

@@ -1,19 +1,54 @@
 """``fingertap stress``: stability maps, every cell checked by what did not produce it."""
 
+import json
 import os
 from collections import Counter
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Any
 
 from validation.console import progress_bar
 from validation.errors import RunFailedError
-from validation.storage import output_folder
-from validation.stress.campaign import draw, limit, run_cells, table_rows
+from validation.storage import output_folder, write_json
+from validation.stress.campaign import draw, run_cells, table_rows
 from validation.stress.collection import all_maps
 from validation.stress.finished import Finished
 from validation.stress.frame import ANSWERS, WRONG
+from validation.stress.limits import limit
+from validation.stress.page import write_stress_page
 from validation.tables import write_table
 from validation.workers import workers
+
+
+def stored_peers(out: Path) -> list[dict[str, Any]]:
+    """The table that ``--peers`` left, empty if it never ran."""
+    path = out / "stress" / "peers.json"
+    if not path.exists():
+        return []
+    rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["rows"]
+    return rows
+
+
+def run_peers(out: Path) -> None:
+    """Run ten of the hardest cells by other solvers too; tabulate what came out.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    """
+    import pandas as pd
+
+    from validation.stress.peers import peers_table
+
+    folder = output_folder(out / "stress")
+    with progress_bar("stress --peers") as progress:
+        rows = peers_table(progress)
+    write_json(folder / "peers.json", {"rows": rows})
+    table = pd.DataFrame(rows)
+    write_table(folder, "peers", table, "Ten hard cells, the same equations")
+    print(table.to_markdown(index=False))
+    print(f"files in {folder}")
 
 
 def run_stress(quick: bool, only: str | None, out: Path) -> None:
@@ -53,8 +88,9 @@ def run_stress(quick: bool, only: str | None, out: Path) -> None:
             counts += own
             summary.append({"map": wanted.name, "solver": wanted.solver, "cells": len(rows),
                             **{answer: own[answer] for answer in ANSWERS},
-                            "what limits it": limit(rows)})  # fmt: skip
+                            "what limits it": limit(wanted, rows)})  # fmt: skip
         write_table(folder, "summary", pd.DataFrame(summary), "Answers by map")
+        write_stress_page(folder, summary, stored_peers(out))
     for line in summary:
         told = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])
         print(f"{line['map']:<28}{line['cells']:>6} cells: {told}")

@@ -47,7 +47,7 @@ class PeerTap:
 class _Finger:
     """Exudyn's system of the scene, and stepping it from where it is."""
 
-    def __init__(self, given: dict[str, Any]) -> None:
+    def __init__(self, given: dict[str, Any], adaptive: bool) -> None:
         sys.exudynFast = True  # type: ignore[attr-defined]  # before the import: no range checks
         exudyn: Any = importlib.import_module("exudyn")
         items: Any = importlib.import_module("exudyn.itemInterface")
@@ -56,7 +56,7 @@ class _Finger:
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()
         self.steps = 0
-        self.given = given
+        self.given, self.adaptive = given, adaptive
         self.tip = self._chain(items)
         self.contact = self.system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[self.tip], stiffnessMatrix=np.zeros((4, 4)),
@@ -132,7 +132,7 @@ class _Finger:
         stepping = settings.timeIntegration
         stepping.startTime, stepping.endTime = begin, begin + duration
         stepping.numberOfSteps = steps
-        stepping.adaptiveStep = False
+        stepping.adaptiveStep = self.adaptive
         stepping.verboseMode = 0
         stepping.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
         stepping.newton.relativeTolerance = relative
@@ -160,8 +160,9 @@ class _Finger:
 
 
 def tap(
-    given: dict[str, Any], flight_step: float, contact_step: float, located: bool, until: float
-) -> PeerTap:
+    given: dict[str, Any], flight_step: float, contact_step: float, located: bool, until: float,
+    adaptive: bool = False, window: float = CONTACT_WINDOW_S,
+) -> PeerTap:  # fmt: skip
     """Fall from rest and tap.
 
     Parameters
@@ -170,16 +171,18 @@ def tap(
     flight_step, contact_step : s.
     located : see the module.
     until : s, a time shortly before contact.
+    adaptive : whether Exudyn may shorten a step that fails.
+    window : s, time after contact in which the tap must end.
 
     Raises
     ------
     PeerFailedError
         Exudyn stopped, or the tap is not complete.
     """
-    finger = _Finger(given)
+    finger = _Finger(given, adaptive)
     contact = finger.fly(flight_step, contact_step, located, until)
     finger.touch()
-    steps = round(CONTACT_WINDOW_S / contact_step)
+    steps = round(window / contact_step)
     finger.advance(contact, steps * contact_step, steps, CONTACT_RELATIVE)
     rows = finger.system.GetSensorStoredData(finger.sensor)
     rows = rows[-(steps + 1) :]  # the contact's own, its start included

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from itertools import islice
 from pathlib import Path
@@ -12,7 +11,8 @@ from typing import Any
 
 from validation.stress.figures import draw_map
 from validation.stress.finished import Finished
-from validation.stress.frame import RIGHT, SMALLER, STOPPED, Cell, Map
+from validation.stress.frame import Cell, Map
+from validation.stress.limits import limit
 
 AHEAD = 4  # cells that wait, per process
 
@@ -67,17 +67,6 @@ def table_rows(wanted: Map, finished: Finished) -> list[dict[str, Any]]:
     return rows
 
 
-def limit(rows: Sequence[Mapping[str, Any]]) -> str:
-    """What ended the cells that have no right answer, as the cells themselves say."""
-    reasons = Counter(
-        str(row["reason"]).partition(" at t =")[0] if row["answer"] == STOPPED else row["answer"]
-        for row in rows
-        if row["answer"] not in (RIGHT, SMALLER)
-    )
-    told = [f"{reason} ({count} of {len(rows)})" for reason, count in reasons.most_common()]
-    return "limited by " + ", ".join(told) if told else "every cell is right"
-
-
 def draw(folder: Path, wanted: Map, finished: Finished) -> None:
     """A map's figure, unless it is a list of scenes rather than a plane."""
     if len(wanted.y) == 1:
@@ -87,4 +76,6 @@ def draw(folder: Path, wanted: Map, finished: Finished) -> None:
         for cell in wanted.cells()
         if (verdict := finished.get(cell)) is not None
     }
-    draw_map(folder / f"{wanted.name}.png", wanted, answers, limit(table_rows(wanted, finished)))
+    draw_map(
+        folder / f"{wanted.name}.png", wanted, answers, limit(wanted, table_rows(wanted, finished))
+    )

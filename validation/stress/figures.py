@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -57,12 +58,15 @@ def draw_map(path: Path, wanted: Map, answers: Answers, limit: str) -> None:
             axis.set_xticks(*_ticks(wanted.x))
             axis.set_yticks(*_ticks(wanted.y))
             axis.set_xlabel(wanted.x_name)
-            axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9, loc="left")
+            if wanted.panel_name:
+                axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9, loc="left")
         axes[0][0].set_ylabel(wanted.y_name)
         seen = [answer for answer in ANSWERS if answer in set(answers.values())]
         patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches) or 1)
-        figure.suptitle(f"{wanted.name}: {limit}", fontsize=9, x=0.01, ha="left")
+        width = int(22 * figure.get_figwidth())
+        title = textwrap.fill(f"{wanted.name}: {limit}", width)
+        figure.suptitle(title, fontsize=8, x=0.01, ha="left")
         with atomic(path) as temporary:
             figure.savefig(temporary, format="png")
         plt.close(figure)

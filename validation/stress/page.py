@@ -1,0 +1,45 @@
+"""The page of a campaign: counts, definition of right, maps with a sentence each, peers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from validation.page import write_page
+from validation.provenance import provenance
+from validation.stress.audit import ENERGY_SHARE, LARGEST_ERROR
+from validation.stress.frame import ANSWERS, WRONG
+
+
+def write_stress_page(
+    folder: Path, summary: Sequence[Mapping[str, Any]], peers: Sequence[Mapping[str, Any]]
+) -> None:
+    """Write ``index.html``: `summary` has a row a map, `peers` the table of ``--peers`` if run."""
+    counts: Counter[str] = Counter()
+    for row in summary:
+        counts.update({answer: int(row[answer]) for answer in ANSWERS})
+    figures = [
+        (folder / f"{row['map']}.png", f"{row['solver']}, {row['map']}: {row['what limits it']}.")
+        for row in summary
+        if (folder / f"{row['map']}.png").exists()
+    ]
+    lists = [row for row in summary if not (folder / f"{row['map']}.png").exists()]
+    write_page(
+        folder / "index.html",
+        "stress.html.j2",
+        {
+            "summary": summary,
+            "columns": ["map", "solver", "cells", *(a for a in ANSWERS if counts[a] or a == WRONG)],
+            "total": sum(counts.values()),
+            "counts": counts,
+            "wrong": counts[WRONG],
+            "figures": figures,
+            "lists": lists,
+            "peers": peers,
+            "largest_error": LARGEST_ERROR,
+            "energy_share": ENERGY_SHARE,
+            "provenance": provenance({}),
+        },
+    )

@@ -1,0 +1,78 @@
+"""``fingertap stress --peers``: ten of the hardest cells, by hcm, by SciPy's and by Exudyn's means.
+
+Exudyn gets the cells whose contact is a frictionless linear spring (its one-sided contact is put on
+by hand, see `validation.bench.exudyn_finger`), with adaptive steps, and is told when to look for
+contact and for how long. The others would need Python code in each of its steps.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Callable
+from typing import Any
+
+import hcm
+from validation.stress.hard_cells import HardCell, Tap, hard_cells, tap_of, truth_of
+from validation.stress.scipy_user import solve
+
+SECONDS = 30.0
+FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
+# Exudyn starts to look this share before contact, and looks for this multiple of its duration.
+BEFORE, WINDOW = 0.002, 1.3
+
+
+def _cell(answer: str, tap: Tap | None, truth: Tap | None, seconds: float) -> str:
+    if tap is None:
+        return f"{answer} ({seconds:.2g} s)"
+    error = "" if truth is None else f", off by {100 * tap.error(truth):.2g} %"
+    return f"{answer}{error} ({seconds:.2g} s)"
+
+
+def _timed(run: Callable[[], tuple[str, Tap | None]], truth: Tap | None) -> str:
+    begin = time.perf_counter()
+    answer, tap = run()
+    return _cell(answer, tap, truth, time.perf_counter() - begin)
+
+
+def _exudyn(cell: HardCell, result: hcm.TapResult) -> tuple[str, Tap | None]:
+    from validation.bench import exudyn_finger
+
+    if not cell.linear:
+        return "not expressible without Python in the step", None
+    own = result.summary
+    if own.contact_time_s is None or own.contact_duration_s is None:
+        return "no contact to look for", None
+    window = WINDOW * own.contact_duration_s
+    given = {name: value for name, value in cell.scene.arguments().items() if name != "settings"}
+    try:
+        tap = exudyn_finger.tap(
+            given, FLIGHT_STEP_S, window / CONTACT_STEPS, True,
+            (1 - BEFORE) * own.contact_time_s, adaptive=True, window=window,
+        )  # fmt: skip
+    except exudyn_finger.PeerFailedError as error:
+        return str(error), None
+    found = tap.quantities
+    return "completed", Tap(found.peak_normal_force_N, found.normal_impulse_N_s)
+
+
+def peers_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
+    """One row a cell; errors are the larger of peak F_n and impulse against a much tighter run."""
+    cells, rows = hard_cells(), []
+    warm = cells[0].scene
+    hcm.simulate(**warm.arguments())
+    for number, cell in enumerate(cells):
+        progress(number / len(cells), cell.name)
+        begin = time.perf_counter()
+        result = hcm.simulate(**cell.scene.arguments())
+        seconds = time.perf_counter() - begin
+        truth = truth_of(cell)
+        row = {
+            "cell": cell.name,
+            "hcm": _cell(result.status.value, tap_of(result), truth, seconds),
+            "SciPy RK45, defaults": _timed(lambda c=cell: solve(c.scene, SECONDS, "RK45"), truth),  # type: ignore[misc]
+        }
+        if importlib.util.find_spec("exudyn") is not None:
+            row["Exudyn, adaptive steps"] = _timed(lambda c=cell, r=result: _exudyn(c, r), truth)  # type: ignore[misc]
+        rows.append(row)
+    return rows

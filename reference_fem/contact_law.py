@@ -13,8 +13,7 @@ Contract for whoever adds a law (one file each, chosen by name in `contact_laws`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +29,8 @@ NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION, DAMPING = ran
 COLUMNS = 8
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Where the surface is and how it moves.
+class Motion(NamedTuple):
+    """Where the surface is and how it moves; compiled kernels take it as it is.
 
     Attributes
     ----------
@@ -55,8 +53,7 @@ class Motion:
     friction: float
 
 
-@dataclass(frozen=True)
-class Memory:
+class Memory(NamedTuple):
     """A law's history, s entries of its own meaning (nodes or quadrature points).
 
     Attributes

@@ -53,40 +53,12 @@ class ImpulseContact:
 
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `impulse_forces`."""
-        impulse_forces(
-            motion.points,
-            motion.displacement,
-            motion.velocity,
-            motion.inverse_mass,
-            motion.gravity,
-            motion.step,
-            self.nodes,
-            self.area,
-            motion.height,
-            motion.friction,
-            memory.touching,
-            memory.spring_force,
-            residual,
-            row,
-        )
+        impulse_forces(motion, memory, self.nodes, self.area, residual, row)
 
 
 @njit(cache=True)
 def impulse_forces(
-    points: Array,
-    displacement: Array,
-    velocity: Array,
-    inverse_mass: Array,
-    gravity: float,
-    step: float,
-    nodes: Index,
-    area: Array,
-    height: float,
-    friction: float,
-    touching: Flags,
-    spring_force: Array,
-    residual: Array,
-    row: Array,
+    motion: Motion, memory: Memory, nodes: Index, area: Array, residual: Array, row: Array
 ) -> None:
     """Forward-increment Lagrange multipliers (Carpenter, Taylor, Katona 1991, IJNME 32).
 
@@ -106,16 +78,19 @@ def impulse_forces(
 
     Parameters
     ----------
-    points, displacement, velocity : (n_points, dim)
-        Velocity of the half step that led to this displacement.
+    motion, memory
+        See `contact_law`; one site a node, without an anchor.
     nodes, area : (k,)
     residual : (n_points, dim)
         All forces on the surface's nodes but contact, internal minus external, without gravity.
     row : (COLUMNS,)
         Dissipation by the trapezoid rule over the motion of the last step.
     """
-    dim = points.shape[1]
-    planar = dim == 2
+    points, displacement, velocity = motion.points, motion.displacement, motion.velocity
+    height, friction, step, gravity = motion.height, motion.friction, motion.step, motion.gravity
+    inverse_mass = motion.inverse_mass
+    touching, spring_force = memory.touching, memory.spring_force
+    planar = points.shape[1] == 2
     row[:] = 0.0
     lowest = np.inf
     for j in range(nodes.size):

@@ -19,7 +19,7 @@ from reference_fem.contact_law import (
     Memory,
     Motion,
 )
-from reference_fem.friction import return_map
+from reference_fem.friction import drag, first_touch
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -55,36 +55,16 @@ class PenaltyContact:
 
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `contact_forces`."""
-        contact_forces(
-            motion.points,
-            motion.displacement,
-            motion.velocity,
-            self.nodes,
-            self.stiffness,
-            self.area,
-            motion.height,
-            motion.friction,
-            memory.touching,
-            memory.anchor,
-            memory.spring_force,
-            residual,
-            row,
-        )
+        contact_forces(motion, memory, self.nodes, self.stiffness, self.area, residual, row)
 
 
 @njit(cache=True)
 def contact_forces(
-    points: Array,
-    displacement: Array,
-    velocity: Array,
+    motion: Motion,
+    memory: Memory,
     nodes: Index,
     stiffness: Array,
     area: Array,
-    height: float,
-    friction: float,
-    touching: Flags,
-    anchor: Array,
-    spring_force: Array,
     residual: Array,
     row: Array,
 ) -> None:
@@ -98,23 +78,21 @@ def contact_forces(
     of the springs, Σ (f_n² + |f_t|²)/2k, and the dissipation, -Σ ½(f_t + f_t')·Δa (trapezoid
     over the slip increment), come from gaps and slips, not from the work of the sum of forces.
 
-    Explicit steps accept every evaluation, so the history is committed here: `touching` (k,),
-    `anchor` (k, dim-1) and `spring_force` (k, dim-1) are updated in place, once per step.
+    Explicit steps accept every evaluation, so the history is committed here, in place.
 
     Parameters
     ----------
-    points, displacement, velocity : (n_points, dim)
-        Velocity of the half step that led to this displacement.
+    motion, memory
+        See `contact_law`; one site a node.
     nodes, stiffness, area : (k,)
-    height, friction
-        H, m, and μ.
     residual : (n_points, dim)
         Internal minus external force, N; changed in place.
     row : (COLUMNS,)
         Filled with this evaluation's totals; DISSIPATION holds the increment.
     """
-    dim = points.shape[1]
-    planar = dim == 2
+    points, displacement, velocity = motion.points, motion.displacement, motion.velocity
+    height, friction, touching = motion.height, motion.friction, memory.touching
+    planar = points.shape[1] == 2
     row[:] = 0.0
     lowest = np.inf
     for j in range(nodes.size):
@@ -127,24 +105,11 @@ def contact_forces(
         x = points[i, 0] + displacement[i, 0]
         z = 0.0 if planar else points[i, 2] + displacement[i, 2]
         if not touching[j]:
-            speed = velocity[i, 1]
-            since = gap / speed if speed < 0.0 else 0.0
-            anchor[j, 0] = x - since * velocity[i, 0]
-            if not planar:
-                anchor[j, 1] = z - since * velocity[i, 2]
-            spring_force[j] = 0.0
-        old_x = spring_force[j, 0]
-        old_z = 0.0 if planar else spring_force[j, 1]
-        offset_x = x - anchor[j, 0]
-        offset_z = 0.0 if planar else z - anchor[j, 1]
+            v_z = 0.0 if planar else velocity[i, 2]
+            first_touch(memory, j, gap, x, z, velocity[i, 0], velocity[i, 1], v_z)
         normal = max(0.0, -k * gap)
-        force_x, force_z, slip_x, slip_z = return_map(k, offset_x, offset_z, friction * normal)
-        anchor[j, 0] += slip_x
-        spring_force[j, 0] = force_x
-        if not planar:
-            anchor[j, 1] += slip_z
-            spring_force[j, 1] = force_z
-        row[DISSIPATION] -= 0.5 * ((old_x + force_x) * slip_x + (old_z + force_z) * slip_z)
+        force_x, force_z, loss = drag(memory, j, k, x, z, friction * normal)
+        row[DISSIPATION] += loss
         touching[j] = gap < 0.0
         if gap >= 0.0:
             continue

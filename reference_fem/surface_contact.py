@@ -30,7 +30,7 @@ from reference_fem.contact_law import (
     Motion,
 )
 from reference_fem.facet_quadrature import FacetQuadrature
-from reference_fem.friction import return_map
+from reference_fem.friction import drag, first_touch
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -73,20 +73,13 @@ class SurfaceContact:
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `surface_forces`."""
         surface_forces(
-            motion.points,
-            motion.displacement,
-            motion.velocity,
+            motion,
+            memory,
             self.quadrature.facets,
             self.quadrature.shape,
             self.quadrature.weight,
             self.modulus,
             self.viscosity,
-            motion.step,
-            motion.height,
-            motion.friction,
-            memory.touching,
-            memory.anchor,
-            memory.spring_force,
             residual,
             row,
         )
@@ -116,20 +109,13 @@ def contact_modulus(factor: float, plane_modulus: float, radius: float) -> float
 
 @njit(cache=True)
 def surface_forces(
-    points: Array,
-    displacement: Array,
-    velocity: Array,
+    motion: Motion,
+    memory: Memory,
     facets: Index,
     shape: Array,
     weight: Array,
     modulus: float,
     viscosity: float,
-    step: float,
-    height: float,
-    friction: float,
-    touching: Flags,
-    anchor: Array,
-    spring_force: Array,
     residual: Array,
     row: Array,
 ) -> None:
@@ -145,21 +131,21 @@ def surface_forces(
 
     Parameters
     ----------
-    points, displacement, velocity : (n_points, dim)
+    motion, memory
+        See `contact_law`; one site a point, tangential forces are tractions times w_q, N.
     facets : (n_facets, n)
     shape : (q, n)
     weight : (n_facets, q)
         m².
     modulus, viscosity
         κ, Pa/m, and c, Pa s/m.
-    touching : (n_facets * q,)
-    anchor, spring_force : (n_facets * q, dim - 1)
-        Tangential forces are tractions times w_q, N.
     residual : (n_points, dim)
     row : (COLUMNS,)
     """
-    dim = points.shape[1]
-    planar = dim == 2
+    points, displacement, velocity = motion.points, motion.displacement, motion.velocity
+    height, friction, step = motion.height, motion.friction, motion.step
+    touching = memory.touching
+    planar = points.shape[1] == 2
     n_q, n = shape.shape
     row[:] = 0.0
     lowest = np.inf
@@ -194,26 +180,12 @@ def surface_forces(
                 if not planar:
                     v_z += shape[q, a] * velocity[i, 2]
             if not touching[j]:
-                since = gap / v_y if v_y < 0.0 else 0.0
-                anchor[j, 0] = x - since * v_x
-                if not planar:
-                    anchor[j, 1] = z - since * v_z
-                spring_force[j] = 0.0
+                first_touch(memory, j, gap, x, z, v_x, v_y, v_z)
             k = modulus * weight[f, q]
-            old_x = spring_force[j, 0]
-            old_z = 0.0 if planar else spring_force[j, 1]
-            offset_z = 0.0 if planar else z - anchor[j, 1]
             spring = max(0.0, -k * gap)
             normal = max(0.0, spring - viscosity * weight[f, q] * v_y) if spring > 0.0 else 0.0
-            force_x, force_z, slip_x, slip_z = return_map(
-                k, x - anchor[j, 0], offset_z, friction * normal
-            )
-            anchor[j, 0] += slip_x
-            spring_force[j, 0] = force_x
-            if not planar:
-                anchor[j, 1] += slip_z
-                spring_force[j, 1] = force_z
-            row[DISSIPATION] -= 0.5 * ((old_x + force_x) * slip_x + (old_z + force_z) * slip_z)
+            force_x, force_z, loss = drag(memory, j, k, x, z, friction * normal)
+            row[DISSIPATION] += loss
             touching[j] = gap < 0.0
             if gap >= 0.0:
                 continue

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numba
 import numpy as np
 import pytest
-from reference_fem_boxes import one_thread  # noqa: F401  the fixture is used by all
+from reference_fem_boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
 
+import reference_fem as rf
 from reference_fem.elements import (
     hex8,
     hex8_one_point,
@@ -150,3 +151,23 @@ def test_inverted_and_lost_elements_are_seen(kind: str) -> None:
     assert np.isnan(k.min_det_F(u))
     assert np.isnan(force(k, u)).any()
     assert np.isnan(k.strain_energy(u))
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one core")
+@pytest.mark.parametrize("element", ["hex8-sri", "hex8-one-point"])
+def test_a_run_on_two_threads_repeats_to_the_bit(element: str) -> None:
+    """And on one thread it differs by round-off, which the tap of a soft brick hardly magnifies."""
+    brick = boxes((0.02,), (0.005, 0.005), (6, 2, 2))
+    soft = rf.Material(youngs_modulus=1e7, poisson_ratio=0.3, density=1000.0)
+    runs = [
+        rf.simulate(
+            brick, (soft,), rf.Surface(height=0.01, friction=0.2), rf.Drive(gravity=9.8),
+            rf.Settings(element=element, threads=threads),
+        )
+        for threads in (2, 2, 1)
+    ]  # fmt: skip
+    first, again, alone = (r.forces.normal_force_N for r in runs)
+    assert np.array_equal(first, again)
+    assert np.array_equal(runs[0].history.strain_energy_J, runs[1].history.strain_energy_J)
+    assert np.array_equal(runs[0].snapshots[-1].displacement, runs[1].snapshots[-1].displacement)
+    assert np.allclose(alone, first, rtol=0, atol=1e-6 * first.max())

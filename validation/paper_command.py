@@ -20,7 +20,13 @@ from validation.paper import (
 )
 from validation.paper.cases import experiments, undriven_cases
 from validation.paper.driven_cases import NUMERICS, PRINTED_TORQUES, driven_cases
-from validation.paper.driven_figures import figure_13, figure_14, figure_15, figure_16
+from validation.paper.driven_figures import (
+    DRAWN_TWICE,
+    figure_13,
+    figure_14,
+    figure_15,
+    figure_16,
+)
 from validation.paper.driven_rows import Identified
 from validation.paper.finding import Runs
 from validation.paper.identify_torque import alone, identify
@@ -152,6 +158,8 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
             "settled": settled,
             "total": total,
             "factor": found.common,
+            "found": found,
+            "lasting": [driven_rows.duration_ms(runs[name]) for name in DRAWN_TWICE],
             "figures": drawn,
             "with_reference": bool(references.judged),
             "provenance": provenance({}),

@@ -18,6 +18,7 @@ CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
 SHARE = 0.05
 # Inside the factor's uncertainty case 3 has two kinds of contact: the other one is drawn too.
 OTHER = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
+DRAWN_TWICE = (THREE, OTHER[0])
 
 
 def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:

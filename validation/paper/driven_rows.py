@@ -74,7 +74,8 @@ def _first_tangential_peak(run: CaseRun) -> float:
     return float(np.abs(force[time <= turn]).max())
 
 
-def _duration(run: CaseRun) -> float:
+def duration_ms(run: CaseRun) -> float:
+    """How long the first tap lasts."""
     return 1e3 * (run.record.value("contact_duration_s") or float("nan"))
 
 
@@ -138,8 +139,8 @@ def measure(runs: Runs, found: Identified) -> dict[str, Finding]:
         transitions(three),
         f"{counting(three)}; with variations:"
         f" {_varied(runs, lambda s: transitions(runs[THREE + s]))}; the contact lasts"
-        f" {_duration(three):.2f} ms, on either side of a jump inside the factor's uncertainty"
-        f" ({_varied(runs, lambda s: _duration(runs[THREE + s]))}); fig. 14 shows about 0.9 ms",
+        f" {duration_ms(three):.2f} ms, which jumps inside the factor's band"
+        f" ({_varied(runs, lambda s: duration_ms(runs[THREE + s]))}); fig. 14 shows about 0.9 ms",
     )
     for id_, case in (("F14.5", ONE), ("F14.6", TWO), ("F14.7", THREE)):
         read = _stress(runs, case)

@@ -13,6 +13,9 @@ from validation.efficiency import efficiency_rows
 from validation.execute import Job, failed, keep
 from validation.headline import costs, differences, sentences
 from validation.ladder.climb import Ladder
+from validation.ladder.own_checks import Check
+from validation.ladder.row import SAME, Row
+from validation.ladder.rungs import Cause
 from validation.models.adapter import Outcome
 from validation.plan import Runs, groups
 from validation.record import RunRecord
@@ -245,3 +248,35 @@ def test_headline_inside_the_band(make_record: Make) -> None:
 )
 def test_numbers_for_people(value: object, text: str) -> None:
     assert rounded(value) == text
+
+
+def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
+    fake_runs: Callable[..., None], make_record: Make, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    fake_runs()
+    best = make_record("soft", "fem3d", "preset converged", peak=95.0)
+    best.history["contact_area_m2"] = 1e-8 * best.history["normal_force_N"]
+    best.history["peak_pressure_Pa"] = 1e6 * best.history["normal_force_N"]
+    cause = Cause("soft", "that spring at the sphere's lowest point", 95.0, 200.0, 10.0)
+    check = Check("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
+    row = Row(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
+    predicted = make_record("soft", peak=81.0)
+    ladder = Ladder((row,), (cause, cause), (), (), True, (best,), (predicted,), (check,))
+    monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full, store: ladder)
+    folder = validated(tmp_path)
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    section = text[text.index('id="ladder"') : text.index('id="efficiency"')]
+    for part in (
+        "soft: hcm, identified k",
+        "soft: fem3d preset converged",
+        "soft, ls-dyna-like: shaft holes instead of plain hinges",
+        "soft, fast: whole event",
+        "\N{MINUS SIGN}0.020 %",
+        "largest pressure",
+        "173.1",  # the paper's Table 2, hard finger
+        "21473",  # its Table 3
+    ):
+        assert part in section, part
+    for name in ("table_2", "table_3", "reference_checks", "accuracy_cost", "contact_patch"):
+        assert len(pd.read_csv(folder / f"{name}.csv")) > 0, name

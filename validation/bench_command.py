@@ -27,6 +27,7 @@ from validation.storage import output_folder
 if TYPE_CHECKING:
     from validation.models.adapter import Progress
 
+LEDGER = "What each shortcut saves, and what it costs"
 QUICK_BUDGET_S, BUDGET_S = 0.15, 0.5  # for the repeats of one setting
 
 
@@ -133,8 +134,11 @@ def run_skips(out: Path, quick: bool) -> None:
     folder = output_folder(out / "bench")
     save_machine(folder, "machine-skips", {"quick": quick})
     with progress_bar("skips") as progress, threadpool_limits(1, user_api="blas"):
-        entries = skips.measure_all(quick, progress)
-    save(folder, "skips", ledger.table(entries), "What each shortcut saves, and what it costs")
+        entries = []
+        for entry in skips.measure_all(quick, progress):
+            entries.append(entry)  # a ledger that is stopped keeps its lines
+            save(folder, "skips", ledger.table(entries), LEDGER, show=False)
+    save(folder, "skips", ledger.table(entries), LEDGER)
     figures.skips(folder / "skips.png", entries)
     print(f"figures and tables: {page(folder)}")
 

@@ -96,8 +96,8 @@ def machine(extra: Mapping[str, object]) -> dict[str, object]:
     return {**where, "load_average_at_start": load, **extra}
 
 
-def save(folder: Path, name: str, table: "pd.DataFrame", caption: str) -> None:
-    """Write CSV, with the machine in every row, and Markdown; print the latter."""
+def save(folder: Path, name: str, table: "pd.DataFrame", caption: str, show: bool = True) -> None:
+    """Write CSV, with the machine in every row, and Markdown; print the latter where `show`."""
     where = provenance({})
     labelled = table.assign(
         processor=where["processor"], versions=json.dumps(where["versions"], sort_keys=True)
@@ -105,7 +105,8 @@ def save(folder: Path, name: str, table: "pd.DataFrame", caption: str) -> None:
     write_text(folder / f"{name}.csv", labelled.to_csv(index=False, float_format="%.10g"))
     people = for_people(table).to_markdown(index=False, disable_numparse=True)
     write_text(folder / f"{name}.md", f"{caption}. {where['processor']}.\n\n{people}\n")
-    print(f"\n{caption}\n{people}")
+    if show:
+        print(f"\n{caption}\n{people}")
 
 
 def save_machine(folder: Path, name: str, extra: Mapping[str, object]) -> None:

@@ -25,29 +25,30 @@ from .kinds import Bench, Kind, Tally
 SMALL_DISKS_K = (4, 8, 40, 100, 200, 300, 400, 600, 800, 1000)
 
 
-def plan(faults: int, only: Sequence[str]) -> list[tuple[str, Kind]]:
-    """Kinds of faults with their share, cheap ones first."""
+def plan(faults: int, only: Sequence[str], count: int | None) -> list[tuple[str, Kind]]:
+    """Kinds of faults with their share or a count of each, cheap ones first."""
 
     def share(part: float) -> int:
-        return max(1, round(part * faults))
+        return count or max(1, round(part * faults))
 
     sizes = SMALL_DISKS_K[:: max(1, len(SMALL_DISKS_K) // share(0.05))]
     everything: list[tuple[str, Kind]] = [
-        ("run", lambda b: kinds.signals(b, RUN, share(0.15), 1.5, each=True)),
-        ("plane", lambda b: kinds.signals(b, PLANE, share(0.05), 2.0, each=True)),
+        ("run", lambda b: kinds.signals(b, RUN, share(0.1), 1.1, each=True)),
+        ("run-on", lambda b: kinds.signals(b, RUN, share(0.1), 1.1, each=False)),
+        ("plane", lambda b: kinds.signals(b, PLANE, share(0.05), 1.1, each=True)),
         ("store", lambda b: kinds.damaged_store(b, RUN, share(0.08))),
         ("store-fields", lambda b: kinds.damaged_store(b, PLANE, share(0.07))),
-        ("two", lambda b: kinds.two_processes(b, RUN, share(0.05), 1.5)),
+        ("two", lambda b: kinds.two_processes(b, RUN, share(0.05))),
         ("limit", lambda b: kinds.file_limit(b, PLANE, share(0.07))),
         ("full", lambda b: kinds.full_disk(b, PLANE, sizes)),
         ("read-only", lambda b: kinds.read_only(b, (RUN, PLANE))),
         ("mesh", lambda b: kinds.damaged_mesh(b, share(0.05))),
         ("restart", lambda b: kinds.damaged_restart(b, share(0.03))),
-        ("long", lambda b: kinds.signals(b, LONG, share(0.05), 4.0, each=True)),
-        ("solid", lambda b: kinds.signals(b, SOLID, share(0.02), 8.0, each=True)),
-        ("paper", lambda b: kinds.signals(b, PAPER, share(0.18), 8.0, each=False)),
-        ("stress", lambda b: kinds.signals(b, STRESS, share(0.15), 8.0, each=False)),
-        ("validate", lambda b: kinds.signals(b, VALIDATE, share(0.06), 60.0, each=False)),
+        ("long", lambda b: kinds.signals(b, LONG, share(0.04), 1.1, each=True)),
+        ("solid", lambda b: kinds.signals(b, SOLID, share(0.02), 1.1, each=True)),
+        ("paper", lambda b: kinds.signals(b, PAPER, share(0.15), 0.2, each=False)),
+        ("stress", lambda b: kinds.signals(b, STRESS, share(0.12), 0.1, each=False)),
+        ("validate", lambda b: kinds.signals(b, VALIDATE, share(0.06), 0.3, each=False)),
     ]
     return [(name, kind) for name, kind in everything if not only or name in only]
 
@@ -64,11 +65,11 @@ def report(tally: Tally, seconds: float) -> None:
     sys.stdout.flush()
 
 
-def run(faults: int, only: Sequence[str], seed: int, folder: Path) -> list[Tally]:
+def run(given: argparse.Namespace, folder: Path) -> list[Tally]:
     """Inject the faults of a plan, and report them as they come."""
-    bench = Bench(folder, random.Random(seed))
+    bench = Bench(folder, random.Random(given.seed))
     tallies = []
-    for name, kind in plan(faults, only):
+    for name, kind in plan(given.faults, given.only, given.count):
         if name in ("full", "read-only") and os.geteuid() != 0:
             print(f"{name}: left out, a file system of its own needs root")
             continue
@@ -82,13 +83,14 @@ def main() -> None:
     """Read the command line, run, and sum up."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else "")
     parser.add_argument("--faults", type=int, default=200, help="about how many to inject")
+    parser.add_argument("--count", type=int, help="of every kind in --only, instead of its share")
     parser.add_argument("--only", nargs="*", default=[], help="kinds, by the names in plan()")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", action="store_true", help="keep the folder")
     given = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="faults-"))
     try:
-        tallies = run(given.faults, given.only, given.seed, folder)
+        tallies = run(given, folder)
     finally:
         if not given.keep:
             shutil.rmtree(folder, ignore_errors=True)

@@ -75,17 +75,18 @@ class Bench:
         return ended
 
 
-def signals(bench: Bench, arguments: Arguments, count: int, longest_s: float, each: bool) -> Tally:
+def signals(bench: Bench, arguments: Arguments, count: int, reach: float, each: bool) -> Tally:
     """Ctrl-C and SIGKILL at random moments.
 
     Parameters
     ----------
-    longest_s : signals come after a time between 0 and this.
+    reach : signals come at any moment up to this share of an undisturbed run's time.
     each : whether the command completes after every fault; else faults follow one another in one
         folder, and the command goes on from where the last one left it.
     """
     tally = Tally(f"SIGINT, SIGKILL: {' '.join(arguments[:4])}")
     bench.undisturbed(arguments)
+    longest_s = reach * bench.seconds[arguments]
     out = bench.fresh()
     had: dict[str, tuple[int, int]] = {}
     for number in range(count):
@@ -283,7 +284,7 @@ def read_only(bench: Bench, several: tuple[Arguments, ...]) -> Tally:
     return tally
 
 
-def two_processes(bench: Bench, arguments: Arguments, count: int, longest_s: float) -> Tally:
+def two_processes(bench: Bench, arguments: Arguments, count: int) -> Tally:
     """Two of the same command on one folder at once; every other time one of them is killed."""
     tally = Tally(f"two processes: {' '.join(arguments[:4])}")
     bench.undisturbed(arguments)
@@ -292,7 +293,7 @@ def two_processes(bench: Bench, arguments: Arguments, count: int, longest_s: flo
         one, two = start(arguments, out), start(arguments, out)
         if number % 2:
             try:
-                two.wait(bench.dice.uniform(0.0, longest_s))
+                two.wait(bench.dice.uniform(0.0, bench.seconds[arguments]))
             except subprocess.TimeoutExpired:
                 two.kill()
         ended = finish(one)

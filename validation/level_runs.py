@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from validation.console import say
 from validation.errors import RunFailedError, UserError
 from validation.ladders import QUANTITIES, Overrides
 from validation.models import solid
@@ -80,8 +81,8 @@ class LevelRuns:
         run = identity(**inputs, settings=settings, start=self._start)
         name = hashlib.sha256(json.dumps(run, sort_keys=True).encode()).hexdigest()[:16]
         path = self._folder / f"{name}.json"
-        if path.is_file():
-            kept: Values = json.loads(path.read_text(encoding="utf-8"))["values"]
+        kept = _kept(path)
+        if kept is not None:
             return kept
         result = reference_fem.simulate(
             mesh, materials, surface, drive, settings, progress, start=self._start
@@ -91,5 +92,25 @@ class LevelRuns:
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
         values: dict[str, Any] = {key: plain(getattr(result.summary, key)) for key in KEPT}
-        write_json(path, {"level": dict(level), "values": values, "identity": run})
+        content = {"level": dict(level), "values": values, "identity": run}
+        write_json(path, content | {"digest": _digest(values)})
         return values
+
+
+def _digest(values: Values) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+def _kept(path: Path) -> Values | None:
+    """The values in a file of an earlier study; None if there is none, or not as it was written."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        values: Values = content["values"]
+        if content["digest"] == _digest(values):
+            return values
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError, TypeError):
+        pass
+    say(f"{path}: truncated or altered; this level is run again")
+    return None

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from reference_fem.model import Model
 from reference_fem.parameters import Settings
-from reference_fem.result import ForceRecord, History
+from reference_fem.result import ForceRecord, History, Snapshot
 
 Array = NDArray[np.float64]
 
@@ -16,6 +16,14 @@ Array = NDArray[np.float64]
 # this share is that of 26 steps or cells a wave length, which central differences and linear
 # elements carry with errors of (ω τ)²/24 to (ω τ)²/8, less than 1 %.
 SPIKE = 0.02
+# Steps of a tap. A node arrives, sticks and leaves within a step: errors of some Δt over the tap's
+# duration, up to five of them on the stability maps, so 5 % at this number.
+FEWEST_STEPS = 100
+# Open part of the energy over the largest kinetic energy: the impulse of a rebound changes by some
+# half of it.
+OPEN = 0.02
+# Volume at which St. Venant-Kirchhoff's law softens under confined compression: d/dλ λ(λ² - 1) = 0.
+CRUSHED = 3.0**-0.5
 # Share of the elastic energy at which springs in series with the body change its force and its
 # duration by half of that.
 SPRINGS = 0.1
@@ -24,11 +32,18 @@ HOURGLASS = 0.1
 
 
 def cautions(
-    forces: ForceRecord, history: History, model: Model, settings: Settings
+    forces: ForceRecord,
+    history: History,
+    snapshots: tuple[Snapshot, ...],
+    model: Model,
+    settings: Settings,
 ) -> tuple[str, ...]:
     """One sentence for each reason to doubt a number, most often none.
 
     - the peak force stands out so much that step or mesh have not resolved it
+    - the tap is so short that a step is a noticeable part of it
+    - more of the energy is open than a rebound's impulse should depend on
+    - an element is crushed to where its material law is no model of a solid any more
     - penalty springs hold so much of the elastic energy that they, not the body, make the contact
     - hourglass control holds so much of the strain energy that it is part of the answer
     """
@@ -39,8 +54,31 @@ def cautions(
             "mesh changes (impulse and duration are sound): use contact = 'impulse', a softer "
             "contact, or a finer mesh where it touches"
         )
+    steps = int(np.count_nonzero(forces.normal_force_N > 0.0))
+    if 0 < steps < FEWEST_STEPS:
+        found.append(
+            f"the surface is touched in {steps} steps only: halve step_factor and see what it "
+            "changes, or refine the mesh"
+        )
     if not history.time_s.size:
         return tuple(found)
+    residual = _share(
+        float(np.abs(history.energy_balance_J).max()), float(history.kinetic_energy_J.max())
+    )
+    if residual > OPEN:
+        found.append(
+            f"{100 * residual:.3g} % of the largest kinetic energy is missing or too much: lower "
+            "step_factor, and refine the mesh where it touches (contact = 'impulse' stops nodes "
+            "as plastic impacts do)"
+        )
+    smallest = min(
+        (model.kernel.min_det_F(s.displacement) for s in snapshots if s.at_peak), default=1.0
+    )
+    if smallest < CRUSHED:
+        found.append(
+            f"an element is crushed to {100 * smallest:.3g} % of its volume, where the material "
+            "law (St. Venant-Kirchhoff) softens: use a stiffer material or a slower impact"
+        )
     strain = float(history.strain_energy_J.max())
     elastic = history.strain_energy_J + history.contact_energy_J
     springs = _share(float(history.contact_energy_J.max()), float(elastic.max()))

@@ -164,15 +164,9 @@ def follow(
         message = f"{message}: {status.advice}"
     if restart is not None and restart.problem:
         message = f"{message}; {restart.problem}"
-    return TapResult(
-        status,
-        message,
-        history,
-        forces,
-        recorder.snapshots(model),
-        summary,
-        cautions(forces, history, model, settings),
-    )
+    snapshots = recorder.snapshots(model)
+    doubts = cautions(forces, history, snapshots, model, settings)
+    return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 
 def audit_interval(model: Model) -> int:

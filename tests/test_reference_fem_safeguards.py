@@ -133,6 +133,8 @@ def test_cautions() -> None:
     assert any("springs hold" in c and "penalty_factor" in c for c in soft.cautions)
     stiff, _ = fall(contact="surface", surface_factor=1e4)
     assert any("spike" in c for c in stiff.cautions)
+    assert any("steps only" in c for c in fall(contact="impulse")[0].cautions)
+    assert not any("steps only" in c for c in (*soft.cautions, *stiff.cautions))
     bent, _ = fall(element="hex8-one-point", contact="impulse")
     share = bent.history.hourglass_energy_J.max() / bent.history.strain_energy_J.max()
     assert any("hourglass" in c for c in bent.cautions) == (share > 0.1)

@@ -54,6 +54,8 @@ def run_scene(
         record = outcome.record
         if not record.ok:
             keep(output_folder(folder), outcome)
+    if record.ok and record.message:
+        say(f"caution: {record.message}")
     print(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record), flush=True)
     if not record.ok:
         raise RunFailedError(

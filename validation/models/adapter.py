@@ -87,7 +87,9 @@ def to_record(
     status = result.status
     ok = status.name == "COMPLETED"
     advice = "" if status.advice in result.message else status.advice
-    message = "" if ok else " ".join(filter(None, (result.message, advice)))
+    message = " ".join(filter(None, (result.message, advice)))
+    if ok:
+        message = "; ".join(getattr(result, "cautions", ()))
     return RunRecord(
         scene=scene.name,
         model=model,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from validation.stress.frame import Map
 from validation.stress.maps import hcm_maps
+from validation.stress.reference_maps import reference_maps
 
 
 def all_maps(quick: bool) -> tuple[Map, ...]:
     """Every map of ``fingertap stress``; `quick` takes the axes coarser."""
-    return (*hcm_maps(quick),)
+    return (*hcm_maps(quick), *reference_maps(quick))

@@ -1,0 +1,65 @@
+"""Small bodies for the reference's stability maps: a block, even or distorted, a short finger."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+import meshes
+
+SIDE = 0.02  # m, of the block
+FINGER_LENGTH, FINGER_DIAMETER = 0.03, 0.015  # m
+# The coarsest finger whose section and tip still have a core and a ring.
+FINGER_SIZES = meshes.Sizing(section_size=5e-3, axial_size=5e-3, tip_size=5e-3)
+
+_SIDES = {
+    2: ((0, 1), (1, 2), (2, 3), (3, 0)),
+    3: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+
+
+@lru_cache(maxsize=64)
+def block(dim: int, divisions: int, distortion: float = 0.0, seed: int = 0) -> meshes.FingerMesh:
+    """A cube (half of it, Z >= 0) or a square plate about the origin, all of its outside touching.
+
+    Interior nodes are moved in each direction by up to the share `distortion` of an edge, evenly
+    distributed; those on the outside stay.
+    """
+    axes = [np.linspace(-SIDE / 2, SIDE / 2, divisions + 1)] * 2
+    if dim == 3:
+        axes = [*axes, np.linspace(0.0, SIDE / 2, divisions // 2 + 1)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    number = np.arange(grid[..., 0].size).reshape(grid.shape[:-1])
+    low = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    if dim == 3:
+        low = [n[..., :-1] for n in low] + [n[..., 1:] for n in low]
+    cells = np.stack(low, axis=-1).reshape(-1, 2**dim)
+    points = grid.reshape(-1, dim)
+    limits = [(axis[0], axis[-1]) for axis in axes]
+    inside = np.all(
+        [(x > a + 1e-9) & (x < b - 1e-9) for x, (a, b) in zip(points.T, limits, strict=True)],
+        axis=0,
+    )
+    moves = np.random.default_rng(seed).uniform(-1.0, 1.0, points.shape) * SIDE / divisions
+    points = points + distortion * moves * inside[:, None]
+    sets = {"pole": np.array([number[0, divisions // 2].flat[0]])}
+    facets = cells[:, _SIDES[dim]].reshape(-1, 2 * dim - 2)
+    _, first, count = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    skin = facets[first[count == 1]]
+    if dim == 3:
+        sets["symmetry"] = np.flatnonzero(points[:, 2] == 0.0)
+        skin = skin[~(points[skin][..., 2] == 0.0).all(axis=1)]
+    return meshes.FingerMesh(
+        points, cells, sets, {"surface": skin}, {"phalanx_1": np.arange(len(cells))}
+    )
+
+
+@lru_cache(maxsize=4)
+def finger(dim: int) -> meshes.FingerMesh:
+    """One phalanx with a round end, hinged at the origin."""
+    geometry = meshes.FingerGeometry((FINGER_LENGTH,), (FINGER_DIAMETER,))
+    build = meshes.finger_hexahedra if dim == 3 else meshes.finger_quadrilaterals
+    return build(geometry, FINGER_SIZES)

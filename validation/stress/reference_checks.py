@@ -1,0 +1,116 @@
+"""Invariants of a run of the reference, from its results and its fields.
+
+Momentum and energies are summed here over the fields that the run kept, by masses and stored
+strains alone; contact is judged from the record of every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from reference_fem import Snapshot, Status, TapResult
+from reference_fem.model import Model
+
+# What a COMPLETED run may leave open of its energy, over its largest kinetic energy: what it
+# promises (`Settings.energy_tolerance`).
+ENERGY_BOUND = 0.1
+# Sums of some hundred nodes over some thousand steps.
+ROUND_OFF = 1e-9
+
+
+def violations(result: TapResult, model: Model, free: bool) -> list[str]:
+    """What is wrong with a run, one sentence each; empty when all invariants hold.
+
+    `free` tells that nothing but weight and contact acts on the body.
+    """
+    found = list(_finite(result))
+    if found:
+        return found
+    found = [*_ending(result), *_contact(result, model)]
+    if result.status is Status.COMPLETED:
+        found += [*_energy(result, model), *(_momentum(result, model) if free else ())]
+    return found
+
+
+def _finite(result: TapResult) -> Iterator[str]:
+    for source in (result.history, result.forces, result.summary, *result.snapshots):
+        for name, value in vars(source).items():
+            if value is not None and not np.isfinite(np.asarray(value, dtype=float)).all():
+                yield f"{name} is not finite"
+
+
+def _ending(result: TapResult) -> Iterator[str]:
+    if result.status is not Status.COMPLETED and not result.status.advice:
+        yield f"{result.status.name} without advice"
+    if not result.message:
+        yield f"{result.status.name} without a message"
+    if not len(result.history.time_s):
+        yield f"{result.status.name} and nothing is kept"
+
+
+def _contact(result: TapResult, model: Model) -> Iterator[str]:
+    """Fn >= 0 and |Ft| <= mu Fn in every step, no force above the surface, slip takes energy."""
+    f, h = result.forces, result.history
+    peak = float(f.normal_force_N.max(initial=0.0))
+    if f.normal_force_N.min(initial=0.0) < 0.0:
+        yield f"the surface pulls with {-f.normal_force_N.min():.3g} N"
+    excess = np.abs(f.tangential_force_N) - model.surface.friction * f.normal_force_N
+    if max(excess.max(initial=0.0), h.coulomb_excess.max(initial=0.0)) > ROUND_OFF * peak:
+        yield f"tangential force leaves the cone by {excess.max():.3g} N (peak Fn {peak:.3g} N)"
+    kinetic = float(h.kinetic_energy_J.max(initial=0.0))
+    # A slip that turns round within a step counts half of the old force: an error of the audit,
+    # which the balance shows.
+    noise = max(ROUND_OFF, result.summary.energy_residual or 0.0) * kinetic
+    for name in ("friction_dissipation_J", "contact_damping_J"):
+        fall = -np.diff(getattr(h, name)).min(initial=0.0)
+        if fall > noise:
+            yield f"{name} falls by {fall:.3g} J (kinetic {kinetic:.3g} J)"
+    for name in ("strain_energy_J", "contact_energy_J", "hourglass_energy_J"):
+        if getattr(h, name).min(initial=0.0) < -ROUND_OFF * kinetic:
+            yield f"{name} is negative"
+
+
+def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
+    """Kinetic energy, and all that the body holds without the contact's springs, J."""
+    u, v = snapshot.displacement, snapshot.velocity
+    kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.copies
+    height = float(model.mass @ u[:, 1]) * model.copies
+    stored = model.kernel.strain_energy(u) * model.copies + model.gravity * height
+    return kinetic, kinetic + stored
+
+
+def _energy(result: TapResult, model: Model) -> Iterator[str]:
+    """Before and after the tap, where no spring holds anything, and all along by the audit."""
+    first, last, h = result.snapshots[0], result.snapshots[-1], result.history
+    kinetic, before = body_energy(first, model)
+    _, after = body_energy(last, model)
+    ends = np.searchsorted(h.time_s, (first.time_s, last.time_s))
+    taken = h.friction_dissipation_J + h.contact_damping_J + h.contact_energy_J - h.drive_work_J
+    lost = float(taken[ends[1]] - taken[ends[0]])
+    scale = max(kinetic, float(h.kinetic_energy_J.max()))
+    open_part = after + lost - before
+    if abs(open_part) > ENERGY_BOUND * scale:
+        yield f"energy off by {open_part / scale:.3g} of the largest kinetic energy"
+    audited = float(np.abs(h.energy_balance_J).max())
+    if audited > ENERGY_BOUND * scale:
+        yield f"audited energy off by {audited / scale:.3g} of the largest kinetic energy"
+
+
+def _momentum(result: TapResult, model: Model) -> Iterator[str]:
+    """M (v2 - v1) = int F dt - m g (t2 - t1) between the first and the last field.
+
+    Central differences make it exact: the trapezoid over steps is what moved the nodes.
+    """
+    first, last, f = result.snapshots[0], result.snapshots[-1], result.forces
+    mass = float(model.mass.sum()) * model.copies
+    gained = (model.mass @ (last.velocity - first.velocity)[:, :2]) * model.copies
+    half = 0.5 * model.step_s
+    rows = (f.time_s >= first.time_s - half) & (f.time_s <= last.time_s + half)
+    given = np.array([np.trapezoid(force[rows], f.time_s[rows])
+                      for force in (f.tangential_force_N, f.normal_force_N)])  # fmt: skip
+    given[1] -= mass * model.gravity * (last.time_s - first.time_s)
+    scale = np.abs(given).max() + mass * float(np.abs(first.velocity).max())
+    if np.abs(gained - given).max() > 1e3 * ROUND_OFF * scale:
+        yield f"momentum off by {np.abs(gained - given).max() / scale:.3g}"

@@ -38,7 +38,7 @@ ANSWERS: list[tuple[ReferenceScene, str, str]] = [
         "",
     ),
     (
-        ReferenceScene(body="finger", contact="surface", stiffness=0.03),
+        ReferenceScene(body="finger", contact="surface", stiffness=0.01),
         SMALLER,
         "times shorter",
     ),

@@ -3,40 +3,14 @@
 import numpy as np
 import pytest
 from reference_fem_boxes import one_thread  # noqa: F401  the fixture is used by all
-from scipy.linalg import eigh
+from reference_fem_hexahedra import DENSITY, POISSON, YOUNG, force, grid, kernel, tangent
 from skfem import Basis, ElementHex1, ElementVector, MeshHex
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from reference_fem.elements import ElementKernel, hex8
-from reference_fem.elements.frequency import largest_eigenvalue
 from reference_fem.elements.geometry import CORNERS
 
-YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
 EPS = np.finfo(float).eps
-
-
-def grid(nx, ny, nz, size=1e-3, distortion=0.0, seed=0):
-    """Box of nx x ny x nz hexahedra, corners in VTK's order, nodes moved at random."""
-    shape = (nx + 1, ny + 1, nz + 1)
-    axes = [np.arange(n) * size for n in shape]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
-    index = np.arange(len(points)).reshape(shape)
-    first = np.stack(np.meshgrid(*(np.arange(n - 1) for n in shape), indexing="ij"), -1)
-    corners = first.reshape(-1, 1, 3) + CORNERS[3]
-    cells = index[corners[..., 0], corners[..., 1], corners[..., 2]]
-    rng = np.random.default_rng(seed)
-    return points + distortion * size * rng.uniform(-1, 1, points.shape), cells
-
-
-def kernel(points, cells, poisson=POISSON):
-    n = len(cells)
-    return hex8(points, cells, np.full(n, YOUNG), np.full(n, poisson), np.full(n, DENSITY))
-
-
-def force(k, displacement):
-    out = np.full((k.n_nodes, k.dim), np.nan)
-    k.internal_force(displacement, out)
-    return out
 
 
 def second_piola(gradient, poisson=POISSON):
@@ -149,19 +123,6 @@ def test_momentum_and_moment_of_the_forces_vanish(body):
     assert np.abs(moment.sum(axis=0)).max() < 1e-12 * np.abs(moment).sum()
 
 
-def tangent(k, points):
-    """Stiffness at the reference by central differences; exact up to step^2 and round-off."""
-    step = 1e-7 * 1e-3
-    n = points.size
-    matrix = np.empty((n, n))
-    for i in range(n):
-        displacement = np.zeros(n)
-        displacement[i] = step
-        up = force(k, displacement.reshape(points.shape))
-        matrix[:, i] = (up - force(k, -displacement.reshape(points.shape))).ravel() / (2 * step)
-    return 0.5 * (matrix + matrix.T)
-
-
 def test_small_strain_stiffness_is_scikit_fems():
     """At nu = 0 nothing is reduced, so an independent assembly must agree (FD noise 1e-8)."""
     points, cells = grid(3, 2, 2, distortion=0.15)
@@ -257,53 +218,6 @@ def test_mass_and_volume():
     box = kernel(*grid(4, 3, 2))
     assert box.cell_volume == pytest.approx(np.full(24, 1e-9), rel=1e-12)
     assert box.lumped_mass.min() == pytest.approx(DENSITY * 1e-9 / 8, rel=1e-12)
-
-
-@pytest.mark.parametrize(("poisson", "distortion"), [(0.0, 0.0), (0.4, 0.0), (0.4, 0.2)])
-def test_max_frequency_bounds_the_spectrum(poisson, distortion):
-    points, cells = grid(4, 3, 3, distortion=distortion)
-    k = kernel(points, cells, poisson)
-    mass = np.diag(np.repeat(k.lumped_mass, 3))
-    true = np.sqrt(eigh(tangent(k, points), mass, eigvals_only=True)[-1])
-    bound = k.max_frequency()
-    assert bound > true
-    assert bound < (1.5 if distortion == 0.0 else 2.5) * true
-
-
-def test_stiffness_behind_the_frequency_is_the_tangent():
-    """Element stiffness against central differences of the force (noise 1e-8), nu large."""
-    points, cells = grid(1, 1, 1, distortion=0.2)
-    k = kernel(points, cells, 0.49)
-    stiffness, mass = (part[0] for part in next(k._stiffness_and_mass()))
-    assert mass == pytest.approx(k.lumped_mass[cells[0]], rel=1e-13)
-    dofs = (3 * cells[0][:, None] + np.arange(3)).ravel()
-    expected = tangent(k, points)[np.ix_(dofs, dofs)]
-    assert np.allclose(stiffness, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
-
-
-def test_bound_is_tight_where_all_eigenvalues_agree():
-    """The worst case of the Frobenius norm, 24^(1/2p) with p = 64, among lesser matrices."""
-    matrices = np.array([0.5, 2.0, 1.9])[:, None, None] * np.eye(24)
-    assert largest_eigenvalue(matrices, 0.0) == pytest.approx(2.0 * 24 ** (1 / 128), rel=1e-12)
-    assert largest_eigenvalue(matrices, 3.0) == 3.0
-
-
-def test_max_frequency_of_one_element_is_its_own():
-    """On one element the theorem's bound is the eigenvalue itself, up to the norm's 1.2 %."""
-    points, cells = grid(1, 1, 1, distortion=0.1)
-    k = kernel(points, cells)
-    mass = np.diag(np.repeat(k.lumped_mass, 3))
-    true = np.sqrt(eigh(tangent(k, points), mass, eigvals_only=True)[-1])
-    assert true * (1 - 1e-7) <= k.max_frequency() <= 24 ** (1 / 256) * true
-
-
-def test_max_frequency_is_that_of_the_worst_element():
-    points, cells = grid(6, 2, 2)
-    flat = points.copy()
-    flat[points[:, 0] > 5.5e-3, 0] -= 0.8e-3  # the last layer is 0.2 mm thick
-    worst = np.flatnonzero(cells.max(axis=1) == len(points) - 1)
-    alone = kernel(flat, cells[worst]).max_frequency()
-    assert kernel(flat, cells).max_frequency() == pytest.approx(alone, rel=1e-9)
 
 
 def test_stress_of_chosen_cells(body):

@@ -30,6 +30,7 @@ NAMES = {
     "peak_normal_force_N": "peak_normal_force_N",
     "normal_impulse_N_s": "normal_impulse_N_s",
 }
+ROOM = 6.0  # above the highest point, for the crosses of failed runs
 SMALLEST = 1e-12  # what is drawn of an error that is zero
 
 
@@ -98,6 +99,7 @@ def draw(path: Path, points: Sequence[Point], known: Mapping[str, Known]) -> Non
                           fontsize=7, color="#555555")  # fmt: skip
             axis.set_xscale("log")
             axis.set_yscale("log")
+            axis.set_ylim(top=ROOM * axis.get_ylim()[1])
             axis.set_title(title, fontsize=10, loc="left")
             axis.set_xlabel("time of a run (s)")
         axes[0][0].legend(fontsize=8)

@@ -106,13 +106,18 @@ def scaling(path: Path, sizes: Sequence[Size]) -> None:
 
 def kernels(path: Path, speeds: Sequence[Speed]) -> None:
     """Updates per second of the reference's kernels."""
-    with panels(path, 1, width=5.0) as axes:
+    with panels(path, 1, width=5.6) as axes:
         axis = axes[0][0]
-        names = [f"{s.element}\n{s.threads} thread{'s' if s.threads > 1 else ''}" for s in speeds]
-        axis.bar(range(len(speeds)), [s.updates_per_s / 1e6 for s in speeds], color=COLORS[2])
-        axis.set_xticks(range(len(speeds)), names, fontsize=7)
-        axis.set_yscale("log")
-        axis.set_ylabel("million element updates/s")
+        names = [f"{s.element}, {s.threads} thread{'s' if s.threads > 1 else ''}" for s in speeds]
+        values = [s.updates_per_s / 1e6 for s in speeds]
+        axis.barh(range(len(speeds)), values, color=COLORS[2])
+        for number, value in enumerate(values):
+            axis.annotate(f" {value:.3g}", (value, number), va="center", fontsize=8)
+        axis.set_yticks(range(len(speeds)), names, fontsize=7)
+        axis.invert_yaxis()
+        axis.set_axisbelow(True)
+        axis.margins(x=0.12)
+        axis.set_xlabel("million element updates/s")
         axis.set_title("force kernels, 60,000 elements", fontsize=10, loc="left")
 
 

@@ -309,16 +309,26 @@ def test_identify_torque_prints_the_factor_and_the_times(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from validation.identify import torque_command
-    from validation.paper.identify_torque import TorqueFactor
+    from validation.paper.identify_torque import Alone, TorqueFactor
 
     found = TorqueFactor(7.2e-5, 1e-6, {"driven-1": 0.1}, {"driven-1": 0.101})
-    monkeypatch.setattr(torque_command, "identify", lambda pool: found)
+    alone = {
+        "driven-2": Alone(6.9e-5, 2e-7, 6.9e-5, 0.1), "driven-3": Alone(None, None, 7e-5, 0.0105)
+    }  # fmt: skip
+    values = {"driven-1": {label: {"slip_to_stick": 3} for label in ("low", "best", "high")}}
+    made = torque_command.Study(found, alone, {"printed steps": found}, values)
+    monkeypatch.setattr(torque_command, "study", lambda: made)
     main(["identify", "torque", "--json"])
     printed = json.loads(capsys.readouterr().out)
     assert printed["factor_N_m_per_unit"] == 7.2e-5
     assert printed["arrival_times_s"]["driven-1"] == {"printed": 0.1, "computed": 0.101}
+    assert printed["alone"]["driven-3"]["factor"] is None
+    assert printed["numerics"]["printed steps"]["misfit_percent"] == pytest.approx(1.0)
+    assert printed["predictions"] == values
     main(["identify", "torque"])
-    assert "+1.00 %" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    for words in ("+1.00 %", "driven-2 alone: 6.9e-05", "no factor", "slip_to_stick 3, 3, 3"):
+        assert words in text
 
 
 @pytest.mark.parametrize(

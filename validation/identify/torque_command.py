@@ -2,22 +2,40 @@
 
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, NamedTuple
 
 from validation.paper.driven_cases import NUMERICS, PRINTED_TORQUES
 from validation.paper.identify_torque import Alone, TorqueFactor, alone, identify, predict
 from validation.workers import workers
 
 
-def run_identify_torque(as_json: bool) -> None:
-    """Identify, predict and print."""
+class Study(NamedTuple):
+    """The common factor, each case's own, those under other numerics, and predictions."""
+
+    found: TorqueFactor
+    by_case: Mapping[str, Alone]
+    fitted: Mapping[str, TorqueFactor]
+    predicted: Mapping[str, Mapping[str, Mapping[str, object]]]
+
+
+def study() -> Study:
+    """Identify and predict."""
     with workers(max(1, min(3, os.cpu_count() or 1))) as pool:
         single = {scene: pool.submit(alone, scene) for scene in PRINTED_TORQUES}
         found = identify(pool)
-        by_case = {scene: job.result() for scene, job in single.items()}
-        fitted = {name: identify(pool, numerics) for name, numerics in NUMERICS.items()}
-        predicted = predict(found, pool)
+        return Study(
+            found,
+            {scene: job.result() for scene, job in single.items()},
+            {name: identify(pool, numerics) for name, numerics in NUMERICS.items()},
+            predict(found, pool),
+        )
+
+
+def run_identify_torque(as_json: bool) -> None:
+    """Identify, predict and print."""
+    found, by_case, fitted, predicted = study()
     if as_json:
         more = {
             "alone": {scene: asdict(one) for scene, one in by_case.items()},

@@ -4,9 +4,9 @@ import contextlib
 import random
 
 import pytest
-from faults import kinds
+from faults import damage, signals
+from faults.bench import Bench
 from faults.commands import RUN, complete
-from faults.kinds import Bench, damage
 from faults.results import collect, differences
 
 
@@ -16,12 +16,12 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 def test_interrupts_and_kills_lose_nothing(bench: Bench) -> None:
-    tally = kinds.signals(bench, RUN, 2, 1.0, each=True)
+    tally = signals.signals(bench, RUN, 2, 1.0, each=True)
     assert (tally.injected, tally.lost) == (2, [])
 
 
 def test_damaged_results_are_made_again(bench: Bench) -> None:
-    tally = kinds.damaged_store(bench, RUN, 1)
+    tally = damage.damaged_store(bench, RUN, 1)
     assert (tally.injected, tally.lost) == (1, [])
 
 
@@ -30,6 +30,6 @@ def test_the_campaign_sees_a_loss(bench: Bench) -> None:
     assert complete(RUN, out).code == 0
     before = collect(out)
     assert differences(before, bench.undisturbed(RUN)) == []
-    damage(out / "run" / "soft-hcm" / "history.nc", random.Random(1))
+    damage.damage(out / "run" / "soft-hcm" / "history.nc", random.Random(1))
     with contextlib.suppress(OSError):  # HDF5 may not open it at all
         assert differences(collect(out), before) == ["run/soft-hcm/history.nc"]

@@ -2,6 +2,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from validation import level_runs, store_key
 from validation import store as store_module
-from validation import store_key
 from validation.models.adapter import Outcome
+from validation.paper.cases import Case
+from validation.paper.stored_cases import CaseRun, case_store
 from validation.record import RunRecord
 from validation.scenes.load import load_scene
 from validation.store import MANIFEST, TEMPORARY, Store, key
@@ -289,3 +292,79 @@ def test_processes_share_a_store(tmp_path: Path) -> None:
         _, error = process.communicate(timeout=60)
         assert (process.returncode, error) == (0, "")
     assert len(list(tmp_path.iterdir())) == 5
+
+
+def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) -> None:
+    import hcm
+
+    blocks = tuple(np.random.default_rng(w).normal(size=(3, 2)) for w in range(2))
+    shape = hcm.Posture(0.1, blocks, blocks)
+    moving = hcm.Posture(0.2, blocks, blocks, blocks, blocks)
+    case = Case("soft mu=0.7", "soft", ("surface.friction=0.7",), (0.1, 0.2))
+    stored = case_store(Store(tmp_path))
+    assert stored.load(case) is None
+    stored.keep(CaseRun(case, make_record(), (moving,), (shape, moving)))
+    found = stored.load(case)
+    assert found is not None
+    assert found.record.variant == case.name
+    assert "friction = 0.7" in found.record.provenance["scene_toml"]
+    for one, two in zip((moving, shape, moving), (*found.event_postures, *found.frames),
+                        strict=True):  # fmt: skip
+        assert one.time_s == two.time_s
+        for name in ("positions_m", "slopes", "velocities_m_per_s", "slope_rates_per_s"):
+            for a, b in zip(getattr(one, name), getattr(two, name), strict=True):
+                assert a.tobytes() == b.tobytes()
+    assert stored.load(Case("soft", "soft", (), (0.1, 0.2))) is None
+    flight = Case("driven-1 flight", "driven-1", ("solver.hcm.max_contact_time=1e-9",))
+    for status, kept in (("INTERRUPTED", False), ("STILL_IN_CONTACT", True)):
+        stored.keep(CaseRun(flight, make_record(ok=False, status=status), (), ()))
+        assert (stored.load(flight) is not None) == kept
+    assert stored.load(Case(case.name, "soft", case.overrides, (0.1,))) is None
+
+
+def test_a_level_that_was_altered_is_run_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, values = tmp_path / "level.json", {"peak": 64.1, "area": None}
+    assert level_runs._kept(path) is None
+    assert capsys.readouterr().err == ""
+    good = json.dumps({"values": values, "digest": level_runs._digest(values)})
+    path.write_text(good)
+    assert level_runs._kept(path) == values
+    for text in (good.replace("64.1", "64.2"), good[:30], "", "[]"):
+        path.write_text(text)
+        assert level_runs._kept(path) is None
+        assert "run again" in capsys.readouterr().err
+
+
+def test_a_worker_ends_with_its_command(tmp_path: Path) -> None:
+    code = """
+import os, sys, time
+from validation.workers import workers
+if __name__ == "__main__":
+    with workers(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        time.sleep(60)
+"""
+    script = tmp_path / "command.py"
+    script.write_text(code)
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(script)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment,
+                          stderr=subprocess.DEVNULL) as process:  # fmt: skip
+        assert process.stdout is not None
+        worker = int(process.stdout.readline())
+        process.kill()
+        process.wait()
+        deadline = time.monotonic() + 20
+        while time.monotonic() < deadline and _alive(worker):
+            time.sleep(0.05)
+    assert not _alive(worker)
+
+
+def _alive(number: int) -> bool:
+    try:
+        status = Path(f"/proc/{number}/stat").read_text()
+    except OSError:
+        return False
+    return status.rpartition(")")[2].split()[0] != "Z"

@@ -15,12 +15,14 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from . import kinds
+from . import damage, disks, signals
+from .bench import Bench, Tally
 from .commands import LONG, PAPER, PLANE, RUN, SOLID, STRESS, VALIDATE
-from .kinds import Bench, Kind, Tally
+
+Kind = Callable[[Bench], Tally]
 
 SMALL_DISKS_K = (4, 8, 40, 100, 200, 300, 400, 600, 800, 1000)
 
@@ -33,22 +35,22 @@ def plan(faults: int, only: Sequence[str], count: int | None) -> list[tuple[str,
 
     sizes = SMALL_DISKS_K[:: max(1, len(SMALL_DISKS_K) // share(0.05))]
     everything: list[tuple[str, Kind]] = [
-        ("run", lambda b: kinds.signals(b, RUN, share(0.1), 1.1, each=True)),
-        ("run-on", lambda b: kinds.signals(b, RUN, share(0.1), 1.1, each=False)),
-        ("plane", lambda b: kinds.signals(b, PLANE, share(0.05), 1.1, each=True)),
-        ("store", lambda b: kinds.damaged_store(b, RUN, share(0.08))),
-        ("store-fields", lambda b: kinds.damaged_store(b, PLANE, share(0.07))),
-        ("two", lambda b: kinds.two_processes(b, RUN, share(0.05))),
-        ("limit", lambda b: kinds.file_limit(b, PLANE, share(0.07))),
-        ("full", lambda b: kinds.full_disk(b, PLANE, sizes)),
-        ("read-only", lambda b: kinds.read_only(b, (RUN, PLANE))),
-        ("mesh", lambda b: kinds.damaged_mesh(b, share(0.05))),
-        ("restart", lambda b: kinds.damaged_restart(b, share(0.03))),
-        ("long", lambda b: kinds.signals(b, LONG, share(0.04), 1.1, each=True)),
-        ("solid", lambda b: kinds.signals(b, SOLID, share(0.02), 1.1, each=True)),
-        ("paper", lambda b: kinds.signals(b, PAPER, share(0.15), 0.2, each=False)),
-        ("stress", lambda b: kinds.signals(b, STRESS, share(0.12), 0.1, each=False)),
-        ("validate", lambda b: kinds.signals(b, VALIDATE, share(0.06), 0.3, each=False)),
+        ("run", lambda b: signals.signals(b, RUN, share(0.1), 1.1, each=True)),
+        ("run-on", lambda b: signals.signals(b, RUN, share(0.1), 1.1, each=False)),
+        ("plane", lambda b: signals.signals(b, PLANE, share(0.05), 1.1, each=True)),
+        ("store", lambda b: damage.damaged_store(b, RUN, share(0.08))),
+        ("store-fields", lambda b: damage.damaged_store(b, PLANE, share(0.07))),
+        ("two", lambda b: signals.two_processes(b, RUN, share(0.05))),
+        ("limit", lambda b: disks.file_limit(b, PLANE, share(0.07))),
+        ("full", lambda b: disks.full_disk(b, PLANE, sizes)),
+        ("read-only", lambda b: disks.read_only(b, (RUN, PLANE))),
+        ("mesh", lambda b: damage.damaged_mesh(b, share(0.05))),
+        ("restart", lambda b: damage.damaged_restart(b, share(0.03))),
+        ("long", lambda b: signals.signals(b, LONG, share(0.04), 1.1, each=True)),
+        ("solid", lambda b: signals.signals(b, SOLID, share(0.02), 1.1, each=True)),
+        ("paper", lambda b: signals.signals(b, PAPER, share(0.15), 0.2, each=False)),
+        ("stress", lambda b: signals.signals(b, STRESS, share(0.12), 0.1, each=False)),
+        ("validate", lambda b: signals.signals(b, VALIDATE, share(0.06), 0.3, each=False)),
     ]
     return [(name, kind) for name, kind in everything if not only or name in only]
 

@@ -51,8 +51,8 @@ class CaseStore:
         return self.store.load(self._inputs(case), lambda entry: _read(entry, case))
 
     def keep(self, run: CaseRun) -> None:
-        """Store a case that completed."""
-        if run.record.ok:
+        """Store a case that came to its own end; a flight that stops at the touch is one."""
+        if run.record.status != "INTERRUPTED":
             self.store.keep(self._inputs(run.case), lambda entry: _write(entry, run))
 
     def _inputs(self, case: Case) -> Inputs:

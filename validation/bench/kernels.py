@@ -19,7 +19,7 @@ SHEET = (300, 200)
 SIZE_M = 1e-3
 YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
 THREADS = (1, 2)
-BUDGET_S = 8.0
+BUDGET_S = 5.0
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -28,6 +28,9 @@ ITERATIONS = 20
 # Kept factors are given up once an iteration shrinks the change by less than this factor: a fresh
 # factorization costs about as much as three iterations.
 SLOW = 0.1
+# Iterations that a factorization costs. Once kept factors have taken so many more than they did in
+# the step that they were made in, new ones are made.
+WORTH = 2
 
 
 class Coefficients(NamedTuple):
@@ -66,8 +69,9 @@ class Workspace(NamedTuple):
     factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), dF_c/dq (3), and the
     matrix entry outside the factors. border : (w + n,) the factors' solution for that entry's row.
     right : (w + n,) right-hand side. increment : (n,) change of q over the step. rate : (1,) last
-    contraction that the factors gave, 1 while unknown. cost : (2,) iterations and factorizations
-    so far.
+    contraction that the factors gave, 1 while unknown. age : (2,) iterations of the first step with
+    these factors (0 before its end), and those beyond that in later steps. cost : (2,) iterations
+    and factorizations so far.
     """
 
     factors: Floats
@@ -76,6 +80,7 @@ class Workspace(NamedTuple):
     right: Floats
     increment: Floats
     rate: Floats
+    age: Ints
     cost: Ints
 
 
@@ -122,6 +127,7 @@ def workspace(n: int) -> Workspace:
         np.empty(n),
         np.ones(1),
         np.zeros(2, dtype=np.int64),
+        np.zeros(2, dtype=np.int64),
     )
 
 
@@ -143,6 +149,7 @@ def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrat
     key[1], key[2], key[3] = contact_tangent(contact, law)
     key[0], key[4] = weight, skew
     work.rate[0] = 1.0
+    work.age[0] = work.age[1] = 0
     work.cost[1] += 1
     return True
 
@@ -224,6 +231,18 @@ def is_finite(x: Floats) -> bool:
 
 
 @kernel
+def keep_count(iterations: int, work: Workspace) -> None:
+    """Note a step's iterations, and drop factors that have become dearer than new ones."""
+    age = work.age
+    if age[0] == 0:
+        age[0] = iterations
+    else:
+        age[1] += max(iterations - age[0], 0)
+        if age[1] > WORTH:
+            work.key[0] = np.nan
+
+
+@kernel
 def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator) -> bool:
     """Advance `old` by h into `new`, the contact staying in its mode.
 
@@ -237,7 +256,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
         new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
     if not co.reuse:
         work.key[0] = np.nan
-    previous, fast, factorizations = np.inf, False, work.cost[1]
+    previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for _ in range(ITERATIONS):
         update(h, co, old, new, chain, work.increment)
         residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
@@ -271,6 +290,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     else:
         return False
     update(h, co, old, new, chain, work.increment)
+    keep_count(work.cost[0] - iterations, work)
     for i in range(n):
         new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
     return True

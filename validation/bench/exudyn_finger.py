@@ -24,7 +24,6 @@ import numpy as np
 
 from validation.bench.measured import Quantities
 
-SPECTRAL_RADIUS = 0.8
 RELATIVE, ABSOLUTE = 1e-5, 1e-8  # Newton; tighter ones fail to converge at round-off
 CONTACT_RELATIVE = 1e-6
 LOCATED_M = 1e-13
@@ -47,7 +46,7 @@ class PeerTap:
 class _Finger:
     """Exudyn's system of the scene, and stepping it from where it is."""
 
-    def __init__(self, given: dict[str, Any], adaptive: bool) -> None:
+    def __init__(self, given: dict[str, Any], adaptive: bool, spectral_radius: float) -> None:
         sys.exudynFast = True  # type: ignore[attr-defined]  # before the import: no range checks
         exudyn: Any = importlib.import_module("exudyn")
         items: Any = importlib.import_module("exudyn.itemInterface")
@@ -57,6 +56,7 @@ class _Finger:
         self.system = self.container.AddSystem()
         self.steps = 0
         self.given, self.adaptive = given, adaptive
+        self.spectral_radius, self.touched = spectral_radius, False
         self.tip = self._chain(items)
         self.contact = self.system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[self.tip], stiffnessMatrix=np.zeros((4, 4)),
@@ -113,6 +113,7 @@ class _Finger:
 
     def touch(self) -> None:
         """Switch the contact on, as linear terms in the tip's displacement from rest."""
+        self.touched = True
         stiffness, mu = self.given["tip"].normal_stiffness, self.given["surface"].friction
         matrix = np.zeros((4, 4))
         matrix[0, 1], matrix[1, 1] = -mu * stiffness, stiffness
@@ -128,13 +129,14 @@ class _Finger:
             self.system.systemData.SetSystemState(state, configuration=configuration.Initial)
         settings = self.exu.SimulationSettings()
         settings.solution.file.write = False
-        settings.solution.sensors.writePeriod = 1e-12  # every step
+        # every step in contact; none in flight, which it is not charged for
+        settings.solution.sensors.writePeriod = 1e-12 if self.touched else 1.0
         stepping = settings.timeIntegration
         stepping.startTime, stepping.endTime = begin, begin + duration
         stepping.numberOfSteps = steps
         stepping.adaptiveStep = self.adaptive
         stepping.verboseMode = 0
-        stepping.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+        stepping.generalizedAlpha.spectralRadius = self.spectral_radius
         stepping.newton.relativeTolerance = relative
         stepping.newton.absoluteTolerance = ABSOLUTE
         stepping.newton.useModifiedNewton = True
@@ -161,7 +163,7 @@ class _Finger:
 
 def tap(
     given: dict[str, Any], flight_step: float, contact_step: float, located: bool, until: float,
-    adaptive: bool = False, window: float = CONTACT_WINDOW_S,
+    adaptive: bool = False, window: float = CONTACT_WINDOW_S, spectral_radius: float = 0.8,
 ) -> PeerTap:  # fmt: skip
     """Fall from rest and tap.
 
@@ -173,13 +175,14 @@ def tap(
     until : s, a time shortly before contact.
     adaptive : whether Exudyn may shorten a step that fails.
     window : s, time after contact in which the tap must end.
+    spectral_radius : of Exudyn's generalized-alpha method.
 
     Raises
     ------
     PeerFailedError
         Exudyn stopped, or the tap is not complete.
     """
-    finger = _Finger(given, adaptive)
+    finger = _Finger(given, adaptive, spectral_radius)
     contact = finger.fly(flight_step, contact_step, located, until)
     finger.touch()
     steps = round(window / contact_step)

@@ -23,6 +23,14 @@ def _driven(torque: float, gravity: float, repeat: bool) -> hcm.TapResult:
 # (torque, gravity) of cells that completed with peak or impulse off by 17 and 64 % in silence
 @pytest.mark.parametrize(("torque", "gravity"), [(0.00631, 1.233), (0.001848, 0.231)])
 def test_a_chaotic_tap_says_so(torque: float, gravity: float) -> None:
+    """Two runs of chaos may agree by chance, and which do changes with a rounding: most differ."""
+    torques = [torque * (1.0 + 1e-4 * nudge) for nudge in range(5)]
+    unsafe = [
+        tau for tau in torques
+        if _driven(tau, gravity, repeat=True).status is hcm.Status.UNREPEATABLE
+    ]  # fmt: skip
+    assert len(unsafe) >= 3
+    torque = unsafe[0]
     silent = _driven(torque, gravity, repeat=False)
     assert silent.status is hcm.Status.COMPLETED
     told = _driven(torque, gravity, repeat=True)

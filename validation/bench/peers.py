@@ -36,9 +36,9 @@ class PeerSetting:
         )
 
 
-# Cheapest first. Tried and left out: its dense solver (0.9 times the sparse one's time at 2 elements,
-# 1.3 at 5) and full Newton (1.5 times more), xi of 0.6 and 0.95 (the same time and error), Newton
-# tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
+# Cheapest first. Tried and left out: its dense solver (0.9 times the time of the sparse one at 2
+# elements, 1.3 at 5) and full Newton (1.5 times more), xi of 0.6 and 0.95 (same time and error),
+# Newton tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
 SETTINGS = (
     *(PeerSetting(n, 1e-3, 5e-6) for n in (2, 3, 4, 5)),
     PeerSetting(2, 1e-3, 1e-5),

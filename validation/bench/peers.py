@@ -127,7 +127,12 @@ def _tap(given: dict[str, Any], setting: PeerSetting) -> Any:
     # a helping hand: it is told when to look for contact
     look = truths.TAP.values.contact_time_s - LOOK_BEFORE_S
     return exudyn_finger.tap(
-        given, setting.flight, setting.contact, setting.located, look, setting.radius
+        given,
+        setting.flight,
+        setting.contact,
+        setting.located,
+        look,
+        spectral_radius=setting.radius,
     )
 
 

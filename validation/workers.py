@@ -2,6 +2,7 @@
 
 import multiprocessing
 import signal
+import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -9,6 +10,8 @@ from contextlib import contextmanager
 
 from validation.errors import RunFailedError
 from validation.orphan import end_with_parent
+
+GRACE_S = 0.5  # for idle workers to end by themselves
 
 
 def _begin() -> None:
@@ -33,9 +36,14 @@ def workers(count: int) -> Iterator[Executor]:
     try:
         yield pool
     except BaseException as error:
-        for child in multiprocessing.active_children():
-            child.terminate()
+        # first what waits is dropped and the idle end: the pool's own thread stumbles over
+        # cancelled work of processes that die
+        children = multiprocessing.active_children()
         pool.shutdown(wait=False, cancel_futures=True)
+        deadline = time.monotonic() + GRACE_S
+        for child in children:
+            child.join(max(0.0, deadline - time.monotonic()))
+            child.terminate()
         if isinstance(error, BrokenProcessPool):
             raise RunFailedError(
                 "a worker process died (killed, or out of memory); what was finished is kept:"

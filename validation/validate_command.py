@@ -28,7 +28,7 @@ HIDDEN = ("reduced_model", "reference_model", "scene")  # said once above the pa
 CAPTIONS = {
     "stress": "von Mises stress at peak force, cut along the plane of motion",
     "velocity": "Speed at peak force",
-    "pressure": "Contact pressure at peak force, drawn on the deformed tip",
+    "pressure": "Contact pressure at peak force, seen from below",
     "sequence": "The tap: von Mises stress, cut along the plane of motion, one colour scale",
 }
 

@@ -33,11 +33,6 @@ def test_the_full_maps_hold_a_thousand_different_cells() -> None:
 ANSWERS: list[tuple[ReferenceScene, str, str]] = [
     (ReferenceScene(), RIGHT, ""),
     (
-        ReferenceScene(poisson=0.0, slide=0.0, tilt=0.0, speed=0.5, divisions=8, step_factor=0.5),
-        RIGHT,
-        "",
-    ),
-    (
         ReferenceScene(body="finger", contact="surface", stiffness=0.01),
         SMALLER,
         "times shorter",

@@ -20,7 +20,9 @@ def collect(out: Path) -> dict[str, str]:
     found = {}
     for path in sorted(out.rglob("*")):
         name = path.relative_to(out).as_posix()
-        if path.is_file() and path.suffix in readers and not name.startswith("store/"):
+        # hidden: what a kill left half written, under a name that nothing reads
+        hidden = path.name.startswith(".") or name.startswith("store/")
+        if path.is_file() and path.suffix in readers and not hidden:
             found[name] = hashlib.sha256(readers[path.suffix](path)).hexdigest()
     return found
 

@@ -5,7 +5,8 @@ included: a run may complete, keep its energy and be nothing like the motion. Wh
 shows is that such a chain's tip has first come close to the fixed hinge; a finger on its way to the
 surface stays stretched. So only a run whose tip has come closer than `FOLDED` of the finger's
 length is repeated at `COARSER` tolerances, and says so when its first tap depends on them. In a
-motion that converges the coarser run is COARSER^(2/3) times as wrong as the run itself.
+motion that converges the coarser run is COARSER^(2/3) times as wrong as the run itself; in one that
+doesn't, two runs may agree by chance, so a `TIGHTER` one must agree as well.
 
 A tap that *grazes* ends, or nearly ended before it went on, with a tip that hardly moves away: an
 error of the size of `GRAZE` decides whether it is over or whether half of its impulse is to come. A
@@ -25,8 +26,8 @@ FOLDED = 0.5
 COARSER, TIGHTER = 10.0, 0.1
 # Share of the peak F_n at which the tip turned back, and of the speed of approach at which it left.
 GRAZE = 0.01
-# Largest relative change of the first tap's numbers that a run may show against the coarser one.
-LARGEST_CHANGE = 0.02
+# Largest relative change of the first tap's numbers that a repetition may show.
+LARGEST_CHANGE = 0.01
 
 
 def folded(history: History, summary: Summary, length: float) -> bool:
@@ -55,13 +56,13 @@ def grazes(history: History, events: tuple[Event, ...], summary: Summary) -> boo
     return False
 
 
-def factor(
+def factors(
     history: History, events: tuple[Event, ...], summary: Summary, length: float
-) -> float | None:
-    """Factor of the tolerances at which a run is to be repeated; None if it need not be."""
+) -> tuple[float, ...]:
+    """Factors of the tolerances at which a run is to be repeated; none if it need not be."""
     if folded(history, summary, length):
-        return COARSER
-    return TIGHTER if grazes(history, events, summary) else None
+        return (COARSER, TIGHTER)
+    return (TIGHTER,) if grazes(history, events, summary) else ()
 
 
 def repetition(settings: Settings, tolerances: float) -> Settings:

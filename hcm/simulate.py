@@ -31,7 +31,7 @@ from hcm.parameters import (
     check_scene,
 )
 from hcm.posture import posture
-from hcm.repeatable import LARGEST_CHANGE, change, factor, repetition
+from hcm.repeatable import LARGEST_CHANGE, change, factors, repetition
 from hcm.result import (
     EVENT_KINDS,
     Event,
@@ -230,18 +230,16 @@ def _repeated(
     events: tuple[Event, ...],
 ) -> tuple[Status, str]:  # fmt: skip
     """COMPLETED, or why a completed run can't be relied on, with what changes."""
-    tolerances = factor(history, events, summary, finger.length)
-    if tolerances is None:
-        return Status.COMPLETED, ""
-    again = repetition(settings, tolerances)
-    other = simulate(finger, surface, tip, drive, again, progress, start)
-    if other.status is Status.INTERRUPTED:
-        return Status.INTERRUPTED, " while it was repeated"
-    what, share = change(summary, other)
-    if share <= LARGEST_CHANGE:
-        return Status.COMPLETED, ""
-    by = f" by {100 * share:.2g} %" if share < math.inf else ""
-    return Status.UNREPEATABLE, f"; {tolerances:g} times the tolerances change {what}{by}"
+    for tolerances in factors(history, events, summary, finger.length):
+        again = repetition(settings, tolerances)
+        other = simulate(finger, surface, tip, drive, again, progress, start)
+        if other.status is Status.INTERRUPTED:
+            return Status.INTERRUPTED, " while it was repeated"
+        what, share = change(summary, other)
+        if share > LARGEST_CHANGE:
+            by = f" by {100 * share:.2g} %" if share < math.inf else ""
+            return Status.UNREPEATABLE, f"; {tolerances:g} times the tolerances change {what}{by}"
+    return Status.COMPLETED, ""
 
 
 def _plan(settings: Settings) -> Plan:

@@ -141,7 +141,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
               _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
               (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges),
         plane("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
-              _powers(1e2, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
+              _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
               (0.002,) if quick else (0.002, 0.02), _rod, judge_rod),
         plane("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
               (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),

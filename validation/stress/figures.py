@@ -64,7 +64,7 @@ def draw_map(path: Path, wanted: Map, answers: Answers, limit: str) -> None:
         seen = [answer for answer in ANSWERS if answer in set(answers.values())]
         patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches) or 1)
-        width = int(22 * figure.get_figwidth())
+        width = int(16 * figure.get_figwidth())
         title = textwrap.fill(f"{wanted.name}: {limit}", width)
         figure.suptitle(title, fontsize=8, x=0.01, ha="left")
         with atomic(path) as temporary:

@@ -9,16 +9,13 @@ import math
 from dataclasses import dataclass, replace
 
 from meshes.errors import MeshError
+from meshes.estimate import require_bearable
 from meshes.geometry import FingerGeometry
 from meshes.grading import count_even, count_graded, progression
 from meshes.o_grid import CONTACT_DEPTH, CORE_SIDE, HINGE_DEPTH, RING_WIDTH, contact_arc
 from meshes.sizing import Sizing
 
 _MM = 1e3
-# For the estimate that refuses absurd sizes: what mesh and model of 83,000 hexahedra took beyond
-# one of 3,700, with the fields that a run keeps; the updates of one thread; and ten transits of a
-# wave over the longest phalanx in steps of half an element's.
-BYTES_PER_ELEMENT, UPDATES_PER_S, STEPS_A_TAP = 4000.0, 1e7, 20.0
 
 
 @dataclass(frozen=True)
@@ -163,7 +160,7 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
     Raises
     ------
     MeshError
-        If a size exceeds the body, or the mesh would have more than ``sizing.max_elements``.
+        If a size exceeds the body, or mesh or tap would be too large: see `estimate`.
     """
     for w, (length, diameter) in enumerate(
         zip(geometry.lengths, geometry.diameters, strict=True), start=1
@@ -194,15 +191,7 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
         for w in range(geometry.phalanges)
     )
     total = sum(plan.elements(dim) for plan in plans)
-    if total > sizing.max_elements:
-        smallest = min(sizing.section_size, sizing.axial_size, sizing.tip_size)
-        steps = STEPS_A_TAP * max(geometry.lengths) / smallest
-        raise MeshError(
-            f"these sizes give {total:.3g} elements, above max_elements = "
-            f"{sizing.max_elements:g}: some {1e-9 * BYTES_PER_ELEMENT * total:.3g} GB, and "
-            f"{total * steps / UPDATES_PER_S / 3600.0:.3g} hours for a tap; enlarge section_size, "
-            "axial_size or tip_size"
-        )
+    require_bearable(geometry, sizing, total)
     return plans
 
 

@@ -36,6 +36,10 @@ class Sizing:
     max_elements
         Meshes with more elements (as built, that is in the half model) are refused before
         anything is allocated.
+    max_updates
+        Elements times time steps of a tap, by the estimate of `estimate.require_bearable`; more
+        are refused likewise. The default, three hours of one thread, is some ten times what
+        `max_elements` even ones take in the paper's finger.
 
     Raises
     ------
@@ -49,6 +53,7 @@ class Sizing:
     contact_angle: float = math.radians(52.0)
     growth: float = 1.25
     max_elements: int = 2_000_000
+    max_updates: float = 1e11
 
     def __post_init__(self) -> None:
         for key in ("section_size", "axial_size", "tip_size"):
@@ -62,6 +67,8 @@ class Sizing:
             raise MeshError(f"growth = {self.growth!r}: must be above 1 and at most 2")
         if self.max_elements < 1:
             raise MeshError(f"max_elements = {self.max_elements!r}: must be at least 1")
+        if not self.max_updates > 0.0:
+            raise MeshError(f"max_updates = {self.max_updates!r}: must be above 0")
 
     @property
     def block_angle(self) -> float:

@@ -346,6 +346,7 @@ def test_bad_sizes_are_refused_by_name(key: str, bad: float) -> None:
         ({"growth": 1.0}, "growth"),
         ({"growth": NAN}, "growth"),
         ({"max_elements": 0}, "max_elements"),
+        ({"max_updates": NAN}, "max_updates"),
     ],
 )
 def test_bad_sizing_options(keywords: dict[str, float], message: str) -> None:
@@ -382,5 +383,15 @@ def test_size_above_the_body(dim: int, key: str) -> None:
 
 @pytest.mark.parametrize("dim", [3, 2])
 def test_absurd_counts_are_refused_with_an_estimate_at_once(dim: int) -> None:
-    with pytest.raises(meshes.MeshError, match=r"give \d.*e\+\d+ elements, .* GB, .* hours"):
+    with pytest.raises(meshes.MeshError, match=r"give \d.*e\+\d+ elements .* GB, .* hours"):
         BUILD[dim](PAPER, meshes.Sizing(1e-7, 1e-7, 1e-7))
+
+
+def test_a_tip_so_fine_that_its_steps_take_hours_is_refused_with_an_estimate() -> None:
+    fine = dataclasses.replace(FINE_TIP, tip_size=1e-6)
+    with pytest.raises(meshes.MeshError, match=r"e\+05 steps.*max_updates.* GB, .* hours"):
+        meshes.finger_hexahedra(PAPER, fine)
+    # The finest tip that the converged truths need (0.05 mm) keeps away from the limit.
+    needed = dataclasses.replace(FINE_TIP, tip_size=5e-5, growth=1.25**0.5)
+    roomy = dataclasses.replace(needed, max_updates=needed.max_updates / 10)
+    assert meshes.count_elements(PAPER, roomy) > 100_000

@@ -43,6 +43,13 @@ def estimate(finger: Finger, settings: Settings) -> Estimate:
     return Estimate(elements, steps, float(memory), SECONDS_A_STEP * steps * elements)
 
 
+def most_steps(finger: Finger) -> int:
+    """Largest `max_steps` that `check_size` accepts for a finger without frames or an end time."""
+    one = estimate(finger, Settings(max_steps=1)).memory_bytes
+    row = estimate(finger, Settings(max_steps=2)).memory_bytes - one
+    return 1 + int(max(MEMORY_LIMIT - one, 0.0) / row)
+
+
 def check_size(finger: Finger, settings: Settings) -> None:
     """Refuse what can't end well.
 

@@ -65,41 +65,56 @@ def factors(
     return (TIGHTER,) if grazes(history, events, summary) else ()
 
 
-def repetition(settings: Settings, tolerances: float) -> Settings:
+def repetition(settings: Settings, tolerances: float, own: Summary, most_steps: int) -> Settings:
     """Settings of the repetition: one tap, tolerances changed by a factor, not repeated itself.
 
     Steps that no tolerance bounds are changed as its third root would: the error's order is 2.
+    A first tap that an end time cut short is repeated as far as that and a little further, for it
+    may come later; any other gets at least the flight that it took in the run itself (`own`), where
+    an end time lifts the limit. At most `most_steps` are asked for, so that a completed run is
+    never refused for its repetition's sake.
     """
+    end_time = None
+    if settings.end_time is not None and own.contact_duration_s is None:
+        end_time = settings.end_time * (1.0 + LARGEST_CHANGE)
     steps = tolerances ** (1 / 3)
+    more_steps = max(settings.max_steps, min(4 * settings.max_steps, most_steps))
     return replace(
         settings,
         flight_step=settings.flight_step * (1.0 if settings.flight_tolerance else steps),
         contact_step=settings.contact_step * (1.0 if settings.contact_tolerance else steps),
         flight_tolerance=tolerances * settings.flight_tolerance,
         contact_tolerance=tolerances * settings.contact_tolerance,
-        max_steps=settings.max_steps * (1 if tolerances > 1 else 4),
+        max_steps=settings.max_steps if tolerances > 1 else more_steps,
+        max_flight_time=max(settings.max_flight_time, 2.0 * (own.contact_time_s or 0.0)),
         taps=1,
-        end_time=None,
+        end_time=end_time,
         frame_times=(),
         repeat=False,
     )
 
 
 def change(own: Summary, other: TapResult) -> tuple[str, float]:
-    """The number of the first tap that changes most, and by which share; inf without a tap."""
+    """The number of the first tap that changes most, and by which share; inf without a tap.
+
+    Of a tap that an end time cut short only the arrival counts: what of its force falls before a
+    given time changes with any delay.
+    """
     told = other.summary
-    if other.status is not Status.COMPLETED:
-        return f"the tap ({other.status.value} then)", float("inf")
+    if other.status is not Status.COMPLETED or told.tip_velocity_at_contact_m_per_s is None:
+        ending = other.status if other.status is not Status.COMPLETED else Status.NOT_REACHED
+        return f"the tap ({ending.value} then)", float("inf")
     assert own.tip_velocity_at_contact_m_per_s is not None
-    assert told.tip_velocity_at_contact_m_per_s is not None
     velocity = np.array(own.tip_velocity_at_contact_m_per_s)
     apart = float(np.abs(velocity - told.tip_velocity_at_contact_m_per_s).max())
     changes = {"the velocity at contact": apart / max(abs(float(velocity[1])), 1e-300)}
-    for name, words in (
-        ("contact_time_s", "the time of contact"),
-        ("peak_normal_force_N", "the peak normal force"),
-        ("normal_impulse_N_s", "the normal impulse"),
-    ):
+    compared = [("contact_time_s", "the time of contact")]
+    if own.contact_duration_s is not None:
+        compared += [
+            ("peak_normal_force_N", "the peak normal force"),
+            ("normal_impulse_N_s", "the normal impulse"),
+        ]
+    for name, words in compared:
         a, b = getattr(own, name), getattr(told, name)
         changes[words] = abs(b - a) / max(abs(a), 1e-300)
     largest = max(changes, key=lambda words: changes[words])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcm import tap
 from hcm.clock import Clock, Plan
-from hcm.estimate import check_size
+from hcm.estimate import check_size, most_steps
 from hcm.generalized_alpha import (
     Integrator,
     coefficients,
@@ -176,7 +176,9 @@ def simulate(
             )
             kinetic_J = max(kinetic_J, float(newest.kinetic_energy_J.max()))
             off = float(np.abs(newest.energy_balance_J).max())
-            if status is Status.COMPLETED and off > LARGEST_RESIDUAL * kinetic_J + roundoff_J:
+            # a NaN compares false and is no balance either
+            balanced = off <= LARGEST_RESIDUAL * kinetic_J + roundoff_J
+            if status is Status.COMPLETED and not balanced:
                 status = Status.UNBALANCED
             if progress is not None:
                 progress(*_fraction(clock, contact, settings))
@@ -231,7 +233,7 @@ def _repeated(
 ) -> tuple[Status, str]:  # fmt: skip
     """COMPLETED, or why a completed run can't be relied on, with what changes."""
     for tolerances in factors(history, events, summary, finger.length):
-        again = repetition(settings, tolerances)
+        again = repetition(settings, tolerances, summary, most_steps(finger))
         other = simulate(finger, surface, tip, drive, again, progress, start)
         if other.status is Status.INTERRUPTED:
             return Status.INTERRUPTED, " while it was repeated"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 import hcm
+from hcm.estimate import check_size, most_steps
 from hcm.repeatable import LARGEST_CHANGE, change, factors, folded, repetition
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
@@ -13,10 +14,16 @@ SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 FINGER = hcm.Finger((SOFT,) * 3)
 
 
-def _driven(torque: float, gravity: float, repeat: bool) -> hcm.TapResult:
+@pytest.fixture(scope="module")
+def one() -> hcm.TapResult:
+    """A tap that ends, of one phalanx."""
+    return hcm.simulate(hcm.Finger((SOFT,)), hcm.Surface(0.03, 0.5), hcm.Tip(0.78e6))
+
+
+def _driven(torque: float, gravity: float, repeat: bool, **settings: float) -> hcm.TapResult:
     return hcm.simulate(
         FINGER, hcm.Surface(0.1, 0.5), hcm.Tip(0.78e6), hcm.Drive((torque,) * 3, gravity),
-        hcm.Settings(repeat=repeat),
+        hcm.Settings(repeat=repeat, **settings),  # type: ignore[arg-type]
     )  # fmt: skip
 
 
@@ -67,8 +74,7 @@ def test_the_papers_fingers_stay_stretched(name: str) -> None:
     assert factors(result.history, result.events, result.summary, length) == ()
 
 
-def test_what_changes_is_named() -> None:
-    one = hcm.simulate(hcm.Finger((SOFT,)), hcm.Surface(0.03, 0.5), hcm.Tip(0.78e6))
+def test_what_changes_is_named(one: hcm.TapResult) -> None:
     assert change(one.summary, one)[1] == 0.0
     stronger = replace(one, summary=replace(one.summary, normal_impulse_N_s=1.0))
     assert change(one.summary, stronger)[0] == "the normal impulse"
@@ -80,6 +86,8 @@ def test_what_changes_is_named() -> None:
     assert share == pytest.approx(0.1)
     lost = replace(one, status=hcm.Status.NOT_REACHED)
     assert change(one.summary, lost)[1] > LARGEST_CHANGE
+    early = replace(one, summary=replace(one.summary, tip_velocity_at_contact_m_per_s=None))
+    assert change(one.summary, early) == ("the tap (not reached then)", float("inf"))
 
 
 def test_a_tap_that_barely_ends_says_so() -> None:
@@ -93,11 +101,37 @@ def test_a_tap_that_barely_ends_says_so() -> None:
     assert "0.1 times the tolerances change the normal impulse by 65 %" in told.message
 
 
-def test_the_repetition_differs_in_any_case() -> None:
+def test_the_repetition_differs_in_any_case(one: hcm.TapResult) -> None:
     settings = hcm.Settings(flight_tolerance=0.0, end_time=1.0)
-    fixed = repetition(settings, 8.0)
+    fixed = repetition(settings, 8.0, one.summary, 10**6)
     assert fixed.flight_step == pytest.approx(2 * settings.flight_step)
     assert fixed.contact_tolerance == 8 * settings.contact_tolerance
     assert fixed.end_time is None
+    cut = replace(one.summary, contact_duration_s=None)
+    assert repetition(settings, 8.0, cut, 10**6).end_time == pytest.approx(1.0 + LARGEST_CHANGE)
     assert not fixed.repeat
-    assert repetition(hcm.Settings(), 0.1).flight_tolerance == 0.1 * hcm.Settings().flight_tolerance
+    tighter = repetition(hcm.Settings(), 0.1, one.summary, 10**6)
+    assert tighter.flight_tolerance == 0.1 * hcm.Settings().flight_tolerance
+
+
+def test_a_completed_run_is_not_refused_for_its_repetition(one: hcm.TapResult) -> None:
+    """Four times its steps would need more memory than allowed: as many as fit are asked for."""
+    most = most_steps(FINGER)
+    check_size(FINGER, hcm.Settings(max_steps=most))
+    with pytest.raises(hcm.ParameterError):
+        check_size(FINGER, hcm.Settings(max_steps=most + 1))
+    assert repetition(hcm.Settings(max_steps=most), 0.1, one.summary, most).max_steps == most
+    assert repetition(hcm.Settings(max_steps=10), 0.1, one.summary, most).max_steps == 40
+    result = _driven(0.04, 1.2, repeat=True, max_steps=most)
+    assert result.status is hcm.Status.COMPLETED
+
+
+def test_an_end_time_is_no_sensitivity() -> None:
+    """In a first tap that it cuts short, or after a flight longer than others may be."""
+    whole = _driven(0.04, 1.2, repeat=False).summary
+    assert whole.contact_time_s is not None
+    assert whole.contact_duration_s is not None
+    for share, patience in ((0.01, 2.0), (0.5, 2.0), (1.5, 0.9 * whole.contact_time_s)):
+        end = whole.contact_time_s + share * whole.contact_duration_s
+        cut = _driven(0.04, 1.2, repeat=True, end_time=end, max_flight_time=patience)
+        assert cut.status is hcm.Status.COMPLETED, cut.message

@@ -1,4 +1,4 @@
-"""Commands under fault: started in a process group of their own, ended by a signal, completed."""
+"""Commands under fault: started in a process group of their own, completed."""
 
 import os
 import signal
@@ -71,19 +71,6 @@ def finish(process: "subprocess.Popen[str]") -> Ended:
 def complete(arguments: tuple[str, ...], out: Path, **popen: Any) -> Ended:
     """Run a command to its end."""
     return finish(start(arguments, out, **popen))
-
-
-def disturbed(arguments: tuple[str, ...], out: Path, after_s: float, how: signal.Signals) -> Ended:
-    """Run a command until a signal ends it: Ctrl-C reaches its whole group, a kill itself alone."""
-    process = start(arguments, out)
-    try:
-        process.wait(after_s)
-    except subprocess.TimeoutExpired:
-        if how is signal.SIGINT:
-            os.killpg(process.pid, how)
-        else:
-            process.send_signal(how)
-    return finish(process)
 
 
 def orphans(group: int) -> bool:

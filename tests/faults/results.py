@@ -11,6 +11,7 @@ import h5py
 
 MEASURED = ("wall_time_s", "peak_memory_MB", "measured", "mesh_time_s", "provenance", "digest")
 MEASURED_CLAIMS = "T3."  # the ledger's rows about time and memory (the paper's Table 3)
+UNREADABLE = b"unreadable"
 
 
 def collect(out: Path) -> dict[str, str]:
@@ -23,7 +24,11 @@ def collect(out: Path) -> dict[str, str]:
         # hidden: what a kill left half written, under a name that nothing reads
         hidden = path.name.startswith(".") or name.startswith("store/")
         if path.is_file() and path.suffix in readers and not hidden:
-            found[name] = hashlib.sha256(readers[path.suffix](path)).hexdigest()
+            try:
+                content = readers[path.suffix](path)
+            except (OSError, ValueError, KeyError):  # HDF5 and JSON may not open a damaged file
+                content = UNREADABLE
+            found[name] = hashlib.sha256(content).hexdigest()
     return found
 
 

@@ -143,6 +143,7 @@ def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
             end_time_s=fem.end_time,
             max_flight_time_s=fem.max_flight_time,
             max_contact_time_s=fem.max_contact_time,
+            max_steps=fem.max_steps,
         ),
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)

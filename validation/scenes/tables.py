@@ -123,6 +123,7 @@ class FemTable(Table):
     end_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
     max_flight_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
     max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
+    max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
     section_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
     axial_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
     tip_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None

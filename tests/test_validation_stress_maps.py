@@ -143,11 +143,17 @@ def test_a_map_says_what_limits_it() -> None:
 def test_the_page_shows_maps_and_peers(tmp_path: Path) -> None:
     row = {"map": "plane", "solver": "hcm", "cells": 2, **dict.fromkeys(ANSWERS, 0), RIGHT: 2,
            "what limits it": "every cell is right"}  # fmt: skip
-    write_stress_page(tmp_path, [row], [{"cell": "a hard one", "hcm": "completed"}])
+    write_stress_page(
+        tmp_path,
+        [row],
+        [{"cell": "a hard one", "hcm": "completed"}],
+        [{"cell": "a stiff one", "CalculiX: answer": "not converged"}],
+    )
     text = (tmp_path / "index.html").read_text()
     for words in (
         "2 cells, <b>0</b> of them wrong and silent",
         "a hard one",
+        "not converged",
         "every cell is right",
     ):
         assert words in text

@@ -283,7 +283,8 @@ def stress(
     only
         The maps of one model, or the random scenes.
     peers
-        Ten of the hardest cells by SciPy's and Exudyn's means (extra bench) beside hcm instead.
+        Hard cells by SciPy's and Exudyn's means (extra bench) beside hcm, and by CalculiX
+        (apt-get install calculix-ccx) beside the reference instead; absent peers are named.
     out
         Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
     """

@@ -20,9 +20,9 @@ from validation.tables import write_table
 from validation.workers import workers
 
 
-def stored_peers(out: Path) -> list[dict[str, Any]]:
-    """The table that ``--peers`` left, empty if it never ran."""
-    path = out / "stress" / "peers.json"
+def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
+    """A table that ``--peers`` left, empty if it never ran."""
+    path = out / "stress" / f"{name}.json"
     if not path.exists():
         return []
     rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["rows"]
@@ -30,7 +30,7 @@ def stored_peers(out: Path) -> list[dict[str, Any]]:
 
 
 def run_peers(out: Path) -> None:
-    """Run ten of the hardest cells by other solvers too; tabulate what came out.
+    """Run hard cells by other solvers too, one that is absent is named; tabulate what came out.
 
     Raises
     ------
@@ -40,14 +40,24 @@ def run_peers(out: Path) -> None:
     import pandas as pd
 
     from validation.stress.peers import peers_table
+    from validation.stress.reference_peers import ABSENT, calculix_table
 
     folder = output_folder(out / "stress")
     with progress_bar("stress --peers") as progress:
-        rows = peers_table(progress)
-    write_json(folder / "peers.json", {"rows": rows})
-    table = pd.DataFrame(rows)
-    write_table(folder, "peers", table, "Ten hard cells, the same equations")
-    print(table.to_markdown(index=False))
+        rows = peers_table(lambda share, text: progress(0.6 * share, text))
+        reference = calculix_table(lambda share, text: progress(0.6 + 0.4 * share, text))
+    tables = {
+        "peers": (rows, "Ten hard cells, the same equations"),
+        "peers-reference": (reference, "Hard cells of the reference, CalculiX' automatic step"),
+    }
+    for name, (found, caption) in tables.items():
+        if not found:
+            print(ABSENT)
+            continue
+        write_json(folder / f"{name}.json", {"rows": found})
+        table = pd.DataFrame(found)
+        write_table(folder, name, table, caption)
+        print(table.to_markdown(index=False, disable_numparse=True))
     print(f"files in {folder}")
 
 
@@ -90,7 +100,8 @@ def run_stress(quick: bool, only: str | None, out: Path) -> None:
                             **{answer: own[answer] for answer in ANSWERS},
                             "what limits it": limit(wanted, rows)})  # fmt: skip
         write_table(folder, "summary", pd.DataFrame(summary), "Answers by map")
-        write_stress_page(folder, summary, stored_peers(out))
+        found = [stored_peers(out, name) for name in ("peers", "peers-reference")]
+        write_stress_page(folder, summary, *found)
     for line in summary:
         told = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])
         print(f"{line['map']:<28}{line['cells']:>6} cells: {told}")

@@ -14,9 +14,12 @@ from validation.stress.frame import ANSWERS, WRONG
 
 
 def write_stress_page(
-    folder: Path, summary: Sequence[Mapping[str, Any]], peers: Sequence[Mapping[str, Any]]
+    folder: Path,
+    summary: Sequence[Mapping[str, Any]],
+    peers: Sequence[Mapping[str, Any]],
+    reference_peers: Sequence[Mapping[str, Any]],
 ) -> None:
-    """Write ``index.html``: `summary` has a row a map, `peers` the table of ``--peers`` if run."""
+    """Write ``index.html``: `summary` has a row a map, the peers' are the tables of ``--peers``."""
     counts: Counter[str] = Counter()
     for row in summary:
         counts.update({answer: int(row[answer]) for answer in ANSWERS})
@@ -38,6 +41,7 @@ def write_stress_page(
             "figures": figures,
             "lists": lists,
             "peers": peers,
+            "reference_peers": reference_peers,
             "largest_error": LARGEST_ERROR,
             "energy_share": ENERGY_SHARE,
             "provenance": provenance({}),

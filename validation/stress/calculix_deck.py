@@ -1,20 +1,12 @@
-"""The reference's hardest cells in CalculiX: the same block, law and contact, its own steps.
+"""A block of the reference's maps as CalculiX' input: same mesh, law and contact, own steps.
 
 CalculiX (GPL-2 or later) solves the same equations implicitly: St. Venant-Kirchhoff (``*ELASTIC``
-with NLGEOM), C3D8 elements on our mesh, surface-to-surface contact with a linear pressure on a
-fixed floor, ``*DYNAMIC`` with automatic increments from the step that it is given.
+with NLGEOM), C3D8 elements on our mesh, surface-to-surface contact with a linear pressure of the
+same modulus on a fixed floor, ``*DYNAMIC`` with automatic increments. Its mass is consistent where
+the reference's is lumped, and its contact has no dashpots.
 """
 
 from __future__ import annotations
-
-import os
-import re
-import shutil
-import subprocess
-import tempfile
-import time
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,34 +16,23 @@ from reference_fem.surface_contact import SurfaceContact
 from validation.stress.reference_bodies import SIDE
 from validation.stress.reference_scene import DENSITY, ReferenceScene
 
-PROGRAM = "ccx"
 # Increments that its first step would make of the tap; it refines and coarsens from there.
 INCREMENTS = 200
 MOST_INCREMENTS = 20_000
-TOTAL = re.compile(r"total force.*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE)
-TIME = re.compile(r"total force .* time\s+(\S+)")
-
-
-@dataclass(frozen=True)
-class PeerRun:
-    """What CalculiX answered: how it ended, and the tap's scalars for the full body."""
-
-    answer: str
-    peak_normal_force_N: float | None = None
-    normal_impulse_N_s: float | None = None
-    increments: int = 0
-    wall_time_s: float = 0.0
-
-
-def available() -> bool:
-    """Whether CalculiX is installed (apt-get install calculix-ccx)."""
-    return shutil.which(PROGRAM) is not None
 
 
 def deck(
     scene: ReferenceScene, model: Model, displacement: NDArray[np.float64], end_s: float
 ) -> str:
-    """Its input file: the block where it starts, a floor under it, `end_s` of motion."""
+    """Its input file: the block where it starts, a floor under it, `end_s` of motion.
+
+    It prints the floor's force and the block's velocities after every increment.
+
+    Raises
+    ------
+    ValueError
+        The contact law is one that CalculiX has not.
+    """
     if not isinstance(model.contact, SurfaceContact):
         raise ValueError(f"contact = {scene.contact!r}: only 'surface' is a law of CalculiX too")
     points = model.points + displacement
@@ -81,7 +62,8 @@ def deck(
               f"*STEP,NLGEOM,INC={MOST_INCREMENTS}", "*DYNAMIC",
               f"{end_s / INCREMENTS:.6g},{end_s:.6g}",
               "*DLOAD", f"BLOCK,GRAV,{model.gravity},0,-1,0",
-              "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF", "*END STEP"]  # fmt: skip
+              "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
+              "*NODE PRINT,NSET=BODY", "V", "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 
@@ -111,47 +93,3 @@ def _floor(height: float) -> NDArray[np.float64]:
     square = [(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)]
     # Local Z of the element is up: its second face, S2, is the top.
     return np.array([(x, y, -z) for y in (low, -height) for x, z in square])
-
-
-def run_calculix(
-    scene: ReferenceScene, model: Model, displacement: NDArray[np.float64], end_s: float,
-    timeout_s: float,
-) -> PeerRun:  # fmt: skip
-    """Run in a folder and a process of its own, for a bounded time."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "tap"
-        path.with_suffix(".inp").write_text(
-            deck(scene, model, displacement, end_s), encoding="ascii"
-        )
-        start = time.perf_counter()
-        try:
-            done = subprocess.run(
-                [PROGRAM, "tap"], cwd=folder, capture_output=True, text=True, timeout=timeout_s,
-                check=False, env={**os.environ, "OMP_NUM_THREADS": "1"},
-            )  # fmt: skip
-            ended = done.stdout
-            complete = done.returncode == 0 and "Job finished" in ended
-        except subprocess.TimeoutExpired as error:
-            raw = error.stdout or b""
-            ended = raw.decode(errors="replace") if isinstance(raw, bytes) else raw
-            complete = False
-        seconds = time.perf_counter() - start
-        data = path.with_suffix(".dat")
-        text = data.read_text(encoding="ascii", errors="replace") if data.exists() else ""
-    forces = np.array([float(found[1]) for found in TOTAL.findall(text)])
-    times = np.array([float(found) for found in TIME.findall(text)])
-    answer = "finished" if complete else _reason(ended, seconds, timeout_s)
-    if not forces.size:
-        return PeerRun(answer, wall_time_s=seconds)
-    normal = model.copies * forces
-    impulse = float(np.trapezoid(np.append(0.0, normal), np.append(0.0, times)))
-    return PeerRun(answer, float(normal.max()), impulse, len(times), seconds)
-
-
-def _reason(said: str, seconds: float, timeout_s: float) -> str:
-    if seconds >= timeout_s:
-        return f"stopped after {timeout_s:g} s"
-    errors = [
-        line.strip() for line in said.splitlines() if "*ERROR" in line or "best solution" in line
-    ]
-    return errors[-1] if errors else "failed without a reason"

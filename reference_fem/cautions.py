@@ -1,4 +1,4 @@
-"""What a completed run's numbers should not be trusted for, judged from its own record."""
+"""What a run's numbers should not be trusted for, judged from its own record."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def cautions(
     if spike(forces.normal_force_N, max(1, round(model.grain_s / model.step_s))) > SPIKE:
         found.append(
             "the peak normal force is a spike of a few steps or elements, which another step or "
-            "mesh changes (impulse and duration are sound): use contact = 'impulse', a softer "
-            "contact, or a finer mesh where it touches"
+            "mesh changes: use contact = 'impulse', a softer contact, or a finer mesh where it "
+            "touches"
         )
     steps = int(np.count_nonzero(forces.normal_force_N > 0.0))
     if 0 < steps < FEWEST_STEPS:

@@ -59,19 +59,19 @@ def spread(s: Floats, o: int, m: Modes) -> None:
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def dot(a: Three, b: Three) -> float:
-    """A . b."""
+    """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def scaled(c: float, a: Three) -> Three:
-    """C a."""
+    """Return c a."""
     return c * a[0], c * a[1], c * a[2]
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def crosses(a: Three, b: Three, c: Three, d: Three) -> Three:
-    """A x b + c x d."""
+    """Return a x b + c x d."""
     return (
         a[1] * b[2] - a[2] * b[1] + c[1] * d[2] - c[2] * d[1],
         a[2] * b[0] - a[0] * b[2] + c[2] * d[0] - c[0] * d[2],

@@ -17,7 +17,7 @@ eight and h^n is a unit vector. b and G are not stored but found again in each c
 corners: 150 operations cost less than the 288 bytes that they would be read from.
 
 Layout: `reference[block, row*LANES + lane]` holds V mu, V lambda (J) and k (N/m).
-Scratch rows: 24 of displacements (later forces), 24 of reference corners, one of energies or dets.
+Scratch rows: 24 of displacements (later forces), 24 of reference corners, two of energies or dets.
 """
 
 import numpy as np

@@ -16,8 +16,9 @@ Integers = NDArray[np.int64]
 # The faces of VTK's cells that look down, outward oriented.
 LOWER = {2: [0, 1], 3: [0, 1, 5, 4]}
 FALL_M_PER_S = 1.0
-# Of all velocities, m/s. In a body that moves along Y alone numbers before a wave are denormal,
-# which take ten times as long; a finger has turned and has none.
+# Of all velocities, m/s: a finger has turned, and none of its numbers is zero as before the wave in
+# a body that moves along Y alone. (That costs nothing: with 240 layers of cells a step without
+# noise took 0.95 to 0.98 of the time of one with it.)
 NOISE = 1e-3
 
 

@@ -20,8 +20,8 @@ CHOSEN = 0.5
 NUDGE, CHAOTIC = 1e-6, 0.01
 # Share of the impulse after which a tap counts as over: the last node to leave may linger.
 DELIVERED = 0.99
-# Against another law, element or mesh of four to six elements an edge: not the same equations.
-# 26 % is the largest that was seen where either is known to be sound (README).
+# Against another law, element or mesh of four to six elements an edge: not the same equations. A
+# choice, not a measurement: it finds gross errors only.
 OTHER = 0.3
 # Against the limit of an elastic bar: what its vibration keeps of the impulse on four elements.
 BAR = 0.05

@@ -27,8 +27,8 @@ Ints = NDArray[np.int64]
 ITERATIONS = 20
 # Kept factors are given up once an iteration shrinks the change by less than this factor.
 SLOW = 0.1
-# Once kept factors have taken more iterations than this beyond those of the step that they were made
-# in, new ones are made: a factorization costs 2.6 to 2.7 (measured at 2 to 20 elements a phalanx).
+# Once kept factors have taken more iterations than this beyond those of the step that they were
+# made in, new ones are made: one costs 2.6 to 2.7 (measured at 2 to 20 elements a phalanx).
 WORTH = 2
 
 

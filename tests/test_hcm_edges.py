@@ -65,7 +65,7 @@ def test_nothing_moves_without_gravity() -> None:
     # the slopes' round-off strains the bar by 1e-16
     assert np.abs(result.history.tip_position_m[:, 1]).max() < 1e-12
     # two round-offs, one over the other, say nothing: the audit's error counts against what strains
-    # of 1e-6 would hold, as `simulate` does when it judges a run
+    # of 1e-8 would hold, as `simulate` does when it judges a run
     assert result.summary.energy_residual < 1e-9
     assert_finite(result)
 

@@ -72,7 +72,9 @@ def test_driven_finger_moves_as_its_rigid_chain(model: Model) -> None:
 
 def test_whole_tap_keeps_joints_and_energy(mesh: meshes.FingerMesh) -> None:
     settings = rf.Settings(flight="explicit")
-    result = rf.simulate(mesh, MATERIALS, rf.Surface(0.02, 0.5), DRIVE, settings)
+    # torques under which the last phalanx, which alone may touch, arrives first
+    drive = rf.Drive(torques=(0.005, 0.005, 0.004))
+    result = rf.simulate(mesh, MATERIALS, rf.Surface(0.02, 0.5), drive, settings)
     assert result.status is rf.Status.COMPLETED
     assert result.summary.energy_residual is not None
     assert result.summary.energy_residual < 1e-3

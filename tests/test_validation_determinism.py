@@ -50,5 +50,5 @@ def test_reduced_model_gives_the_same_bits_at_any_number_of_threads() -> None:
 
 def test_reference_gives_the_same_bits_at_a_fixed_number_of_threads() -> None:
     for threads in (1, 2):
-        scene = ("surface.height=0.01", f"solver.fem.threads={threads}")
+        scene = ("surface.height=0.06", f"solver.fem.threads={threads}")
         assert bits(threads, "fem2d", *scene) == bits(threads, "fem2d", *scene)

@@ -5,6 +5,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 from validation.renders import LIBRARIES
 from validation.scenes.load import validate
@@ -61,8 +62,6 @@ def test_pictures_and_files_named_in_the_readme_exist() -> None:
 
 def test_dependencies_have_lower_bounds_that_are_met_here() -> None:
     extras = PROJECT["optional-dependencies"]
-    for requirement in PROJECT["dependencies"] + extras["test"]:
-        name, bound = requirement.split(">=")
-        have = tuple(int(part) for part in metadata.version(name).split(".")[:3])
-        need = tuple(int(part) for part in bound.split("."))
-        assert have >= need, requirement
+    for requirement in map(Requirement, PROJECT["dependencies"] + extras["test"]):
+        assert any(bound.operator == ">=" for bound in requirement.specifier), requirement
+        assert metadata.version(requirement.name) in requirement.specifier, requirement

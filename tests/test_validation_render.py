@@ -12,7 +12,7 @@ from validation.render_worker import read_steps
 from validation.renders import PICTURES, Renders, missing_libraries
 
 COARSE = (
-    *("--set", "surface.height=0.01", "--set", "solver.fem.section_size=4e-3"),
+    *("--set", "surface.height=0.06", "--set", "solver.fem.section_size=4e-3"),
     *("--set", "solver.fem.axial_size=8e-3", "--set", "solver.fem.tip_size=4e-3"),
 )
 

@@ -15,14 +15,14 @@ PATIENCE_S = 900.0
 ORPHAN_S = 10.0  # within which every process of a command that was killed has to be gone
 
 RUN = ("run", "soft", "--model", "hcm")
-PLANE = ("run", "soft", "--model", "fem2d", "--set", "surface.height=0.01")
+PLANE = ("run", "soft", "--model", "fem2d", "--set", "surface.height=0.06")
 LONG = (  # the whole fall by explicit steps
     *("run", "soft", "--model", "fem2d", "--set", "solver.fem.flight=explicit"),
-    *("--set", "surface.height=0.03", "--resume"),
+    *("--set", "surface.height=0.07", "--resume"),
 )
 SOLID = (
     *("run", "soft", "--model", "fem3d", "--set", "solver.fem.flight=explicit"),
-    *("--set", "surface.height=0.008", "--set", "solver.fem.tip_size=4e-3"),
+    *("--set", "surface.height=0.06", "--set", "solver.fem.tip_size=4e-3"),
     *("--set", "solver.fem.section_size=4e-3", "--set", "solver.fem.axial_size=8e-3", "--resume"),
 )
 PAPER = ("paper", "--no-reference")

@@ -21,7 +21,7 @@ PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are mea
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
 WARM_UP = (
-    "surface.height=0.01",
+    "surface.height=0.06",
     "solver.fem.section_size=5e-3",
     "solver.fem.axial_size=1e-2",
     "solver.fem.tip_size=5e-3",
@@ -203,5 +203,5 @@ def solve(
 
 
 def warm_up(model: str, dimension: Dimension) -> None:
-    """Tap once with a coarse mesh from 2.5 mm: every kernel is loaded."""
+    """Tap once with a coarse mesh from 52.5 mm: every kernel is loaded."""
     solve(load_scene("soft", WARM_UP), model, dimension, None)

@@ -14,6 +14,7 @@ from validation.bench import (
     reference_precision,
     reference_truths,
     scaling,
+    truth_runs,
     truths,
     work_precision,
 )
@@ -140,6 +141,25 @@ def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
     found = None if error is None else Errors(error, error, error, error)
     status = "COMPLETED" if error is not None else "UNSTABLE"
     return Point(model, model, "mesh", "", status, time, 2, 10, found)
+
+
+def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
+    """The tip of twice the edge: what the truth's own error is read from."""
+    known = reference_truths.PLANE
+    found = errors(truth_runs.tap("fem2d", 0.5, 0.5), known.values)
+    assert 0.5 * known.own_error < found.largest < known.own_error
+
+
+def test_truth_is_the_finest_run_with_the_shafts_change_and_the_flights_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    peaks = {(2.0, 0.5): 95.0, (2.0, 1.0): 94.0, (1.0, 1.0): 94.25}
+    monkeypatch.setattr(truth_runs, "tap", lambda _, shaft, tip: Quantities(
+        0.1, 1e-4, 2e-4, peaks[shaft, tip], 0.01))  # fmt: skip
+    monkeypatch.setattr(truth_runs, "_flight", lambda _, edge: 0.13 + edge**2)
+    found = truth_runs.truth("fem3d")
+    assert found.peak_normal_force_N == pytest.approx(95.25, rel=1e-14)
+    assert found.contact_time_s == pytest.approx(0.13, rel=1e-14)
 
 
 def test_front_is_what_no_setting_beats() -> None:

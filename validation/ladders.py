@@ -39,7 +39,7 @@ class Ladder:
     levels: tuple[Level, ...]
 
 
-def _mesh(scale: float, shaft: float, tip: float) -> dict[str, float | str]:
+def mesh_sizes(scale: float, shaft: float, tip: float) -> dict[str, float | str]:
     """Sizes at refinements `shaft` and `tip` (times the sizes above).
 
     An edge split in two halves its size and takes the root of the growth: with both, and not the
@@ -84,14 +84,14 @@ def ladders(scale: float, quick: bool) -> tuple[Ladder, ...]:
         return tuple(Level(size, {**impulse, **at[size]}) for size in sizes)
 
     millimetres = 1e3 * scale * TIP
-    tip = {t * millimetres: _mesh(scale, 2.0, t) for t in tips}
-    shaft = {1e3 * scale * SECTION * s: _mesh(scale, s, for_shaft) for s in shafts}
+    tip = {t * millimetres: mesh_sizes(scale, 2.0, t) for t in tips}
+    shaft = {1e3 * scale * SECTION * s: mesh_sizes(scale, s, for_shaft) for s in shafts}
     pressure: dict[str, float | str] = {
-        **_mesh(scale, 2.0, for_penalty),
+        **mesh_sizes(scale, 2.0, for_penalty),
         "solver.fem.contact": "surface",
     }
     penalty = {1.0 / f: {**pressure, "solver.fem.surface_factor": f} for f in factors}
-    step = {s: {**_mesh(scale, 2.0, for_step), "solver.fem.step_factor": s} for s in steps}
+    step = {s: {**mesh_sizes(scale, 2.0, for_step), "solver.fem.step_factor": s} for s in steps}
     return (
         Ladder(TIP_MESH, "edge at the contact, mm", 2.0, levels(tuple(tip), tip)),
         Ladder("penalty", "1 / penalty factor", 1.0, levels(tuple(penalty), penalty)),

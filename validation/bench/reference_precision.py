@@ -12,7 +12,7 @@ from validation.bench.kept import Kept
 from validation.bench.measured import Point, Quantities, errors
 from validation.bench.reference_truths import KNOWN
 from validation.bench.timing import shortest
-from validation.ladders import AXIAL, GROWTH, ROOT, SECTION, TIP
+from validation.ladders import ROOT, mesh_sizes
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 
@@ -44,13 +44,7 @@ class Rung:
 
 def _tip(tip: float) -> Overrides:
     """`ladders`' tip at this refinement: its edge and the growth behind it."""
-    return {
-        **IMPULSE,
-        "solver.fem.section_size": SECTION * SHAFT,
-        "solver.fem.axial_size": AXIAL * SHAFT,
-        "solver.fem.tip_size": TIP * tip,
-        "solver.fem.growth": GROWTH**tip,
-    }
+    return {**IMPULSE, **mesh_sizes(1.0, SHAFT, tip)}
 
 
 def ladders(model: str, quick: bool) -> tuple[Rung, ...]:

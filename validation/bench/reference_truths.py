@@ -1,8 +1,10 @@
 """The converged limits that the reference's errors are taken against, on the soft scene.
 
+Stored, from runs of 2026-11-21; `truth_runs` makes them anew, in a quarter of an hour.
 From rest, with contact by impulses (`reference_fem.impulse_contact`). Peak, impulse, duration and
 time of the peak: the tip's edge refined alone from 0.28 mm down to `tip_mm`, on shafts of 1.5 mm
-(0.4 mm in 2D), plus what shafts of half the edge change on the finest tip that both were run on.
+(0.4 mm in 2D); in 3D plus what shafts of half the edge change with a tip of 0.1 mm, the finest
+that both were run with.
 Contact time: the rigid flight on even meshes of 1.5 to 0.375 mm (0.125 mm in 2D), extrapolated.
 
 `own_error` is the spread of peak, impulse and duration over the last three tips (two in 2D),
@@ -37,7 +39,7 @@ SOLID = Known(
         normal_impulse_N_s=9.8946e-3,
     ),
     own_error=3e-3,
-    source="tip of 0.05 mm (331,000 elements), contact by impulses, from rest",
+    source="stored (2026-11-21): tip of 0.05 mm (331,000 elements), contact by impulses, from rest",
 )
 PLANE = Known(
     Quantities(
@@ -48,7 +50,7 @@ PLANE = Known(
         normal_impulse_N_s=9.7731e-3,
     ),
     own_error=2e-3,
-    source="tip of 0.025 mm (32,000 elements), contact by impulses, from rest",
+    source="stored (2026-11-21): tip of 0.025 mm (32,000 elements), contact by impulses, from rest",
 )
 KNOWN: Mapping[str, Known] = {"fem3d": SOLID, "fem2d": PLANE}
 EVENT_ERROR_S = 2e-6  # of the truths' own event times: that of the extrapolated contact time

@@ -58,13 +58,13 @@ def judge(scene: ReferenceScene) -> Verdict:
         error = difference(result, other)
         if name == HALF:
             found = replace(found, error=error)
-        if error is None or error > bound:
+        if error is None or not error <= bound:  # NaN agrees with nothing
             return _doubtful(scene, result, found, name, error)
         found = replace(found, checked_by=f"{found.checked_by}, {name}")
     limit = bar_impulse(scene, model)
     if limit is not None:
         error = abs((summary.normal_impulse_N_s or 0.0) / limit - 1.0)
-        if error > BAR:
+        if not error <= BAR:
             return _doubtful(scene, result, found, "elastic bar", error)
         found = replace(found, checked_by=f"{found.checked_by}, elastic bar")
     ratio = own_step(scene, model) / model.step_s

@@ -73,6 +73,6 @@ def judge_rod(scene: HcmScene) -> Verdict:
     }
     worst = max(errors, key=lambda name: errors[name])
     found = replace(found, error=errors[worst])
-    if errors[worst] > LARGEST_ERROR:
+    if not errors[worst] <= LARGEST_ERROR:
         return replace(found, answer=WRONG, reason=f"{worst} differs from the closed form")
     return found

@@ -7,6 +7,7 @@ from validation.bench import (
     bar_peers,
     combined,
     figures,
+    integrators,
     kernels,
     ledger,
     measured,
@@ -60,8 +61,12 @@ def run_bench(out: Path, quick: bool, resume: bool) -> None:
         save(folder, "kernels", kernels.table(speeds), "Element updates of the reference's kernels")
         figures.kernels(folder / "kernels.png", speeds)
         points = work_precision.measure_all(
-            work_precision.ladders(quick), known, budget, kept, part(progress, 0.15, 0.3)
+            work_precision.ladders(quick), known, budget, kept, part(progress, 0.15, 0.28)
         )
+        points += integrators.measure_all(
+            integrators.ladder(quick), known[integrators.STUDY], budget, kept,
+            part(progress, 0.28, 0.3),
+        )  # fmt: skip
         floors = {study: truth.own_error for study, truth in known.items()}
         figures.work_precision(folder / "work-precision-hcm.png", points, floors)
         sizes = scaling.measure_all(quick, budget, part(progress, 0.3, 0.45))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.compiled import kernel
-from hcm.generalized_alpha import Motion
+from hcm.integrator import Motion
 from hcm.joint_torque import turned_angle
 from hcm.layout import Chain, Law
 from hcm.lumped_contact import (

@@ -14,7 +14,8 @@ import math
 
 from hcm.compiled import kernel
 from hcm.contact_events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
-from hcm.generalized_alpha import Integrator, Motion, step
+from hcm.generalized_alpha import step
+from hcm.integrator import Integrator, Motion
 from hcm.lumped_contact import Contact
 
 TRIALS = 80

@@ -12,13 +12,8 @@ from numpy.typing import NDArray
 from hcm import tap
 from hcm.clock import Clock, Plan
 from hcm.estimate import check_size, most_steps
-from hcm.generalized_alpha import (
-    Integrator,
-    coefficients,
-    initial_acceleration,
-    motion,
-    workspace,
-)
+from hcm.generalized_alpha import initial_acceleration
+from hcm.integrator import Integrator, coefficients, motion, workspace
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
 from hcm.parameters import (

@@ -10,7 +10,8 @@ from hcm.clock import Clock, Plan
 from hcm.compiled import kernel
 from hcm.contact_events import Triple
 from hcm.event_search import NO_EVENT, first_event, overshot
-from hcm.generalized_alpha import Integrator, Motion, local_error, step
+from hcm.generalized_alpha import local_error, step
+from hcm.integrator import Integrator, Motion
 from hcm.layout import Law
 from hcm.lumped_contact import FLIGHT, STICK, Contact, normal_slope
 

@@ -16,7 +16,8 @@ from hcm.clock import Clock, Plan, account
 from hcm.compiled import kernel
 from hcm.contact_events import LIFT_OFF, TOUCH, transition
 from hcm.event_search import NO_EVENT
-from hcm.generalized_alpha import Integrator, Motion, change_step
+from hcm.generalized_alpha import change_step
+from hcm.integrator import Integrator, Motion
 from hcm.layout import Probe
 from hcm.lumped_contact import (
     FLIGHT,

@@ -9,14 +9,8 @@ import hcm
 from hcm import tap
 from hcm.banded_ldl import HALF_BANDWIDTH
 from hcm.clock import Clock, Plan
-from hcm.generalized_alpha import (
-    Integrator,
-    Motion,
-    coefficients,
-    initial_acceleration,
-    motion,
-    workspace,
-)
+from hcm.generalized_alpha import initial_acceleration
+from hcm.integrator import Integrator, Motion, coefficients, motion, workspace
 from hcm.layout import Chain, Law, Probe, build_chain
 from hcm.lumped_contact import Contact
 from hcm.result import EVENT_KINDS, Event

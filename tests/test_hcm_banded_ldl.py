@@ -7,7 +7,8 @@ from hcm_cases import dense_of
 import hcm
 from hcm.banded_ldl import HALF_BANDWIDTH, factorize, solve, storage
 from hcm.equations import residual, tangent
-from hcm.generalized_alpha import Integrator, coefficients, solve_linear, workspace
+from hcm.generalized_alpha import solve_linear
+from hcm.integrator import Integrator, coefficients, workspace
 from hcm.layout import Law, build_chain
 from hcm.lumped_contact import COMPRESSION, RESTITUTION, SLIP, STICK, Contact
 

@@ -12,16 +12,8 @@ from hcm_cases import (
     straight_links,
 )
 
-from hcm.generalized_alpha import (
-    Integrator,
-    change_step,
-    coefficients,
-    initial_acceleration,
-    local_error,
-    motion,
-    step,
-    workspace,
-)
+from hcm.generalized_alpha import change_step, initial_acceleration, local_error, step
+from hcm.integrator import Integrator, coefficients, motion, workspace
 from hcm.layout import Law, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
 from hcm.truth import solve_chain

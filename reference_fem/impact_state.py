@@ -6,12 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 import meshes
 from reference_fem.model import build_model
 from reference_fem.parameters import Drive, Material, Settings, Surface
-from reference_fem.rigid_chain import ChainState, fly
+from reference_fem.rigid_chain import ChainState, chain_and_start, fly
 from reference_fem.simulate import surface_gap
 
 
@@ -39,10 +37,7 @@ def impact_state(
     """
     above = replace(surface, height=surface.height - clearance_m)
     model = build_model(mesh, materials, above, drive, Settings())
-    chain = model.chain
-    if chain is None:
-        raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
-    rest = ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
+    chain, rest = chain_and_start(model.chain, None)
     state_at, time_s = fly(chain, rest, surface_gap(model, chain), max_flight_time_s)
     return None if time_s is None else state_at(time_s)
 

@@ -36,7 +36,7 @@ from reference_fem.lumped_result import (
 )
 from reference_fem.model import Model, build_model
 from reference_fem.parameters import Drive, Material, Settings, Surface
-from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
 from reference_fem.status import Status
 
 Array = NDArray[np.float64]
@@ -83,16 +83,7 @@ def simulate_lumped(
     model = build_model(mesh, materials, surface, drive, settings)
     point = lumped_point(mesh, model.mass)
     model = replace(model, step_s=coupled_step(model, point, contact, settings.step_factor))
-    chain = model.chain
-    if chain is None:
-        raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
-    rest = ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
-    begin = rest if start is None else start
-    if begin.angles.shape != (chain.links,) or begin.rates.shape != (chain.links,):
-        raise ValueError(
-            f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
-            f"{chain.links} phalanges; give one of each per phalanx"
-        )
+    chain, begin = chain_and_start(model.chain, start)
     gap = _gap(model, point, chain)
     if (clearance := gap(begin.angles)) <= 0.0:
         raise ValueError(

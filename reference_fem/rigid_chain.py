@@ -134,6 +134,27 @@ def build_chain(
     return RigidChain(mass, inertia, arms, np.asarray(hinge_points), np.asarray(torques), gravity)
 
 
+def chain_and_start(
+    chain: RigidChain | None, start: ChainState | None
+) -> tuple[RigidChain, ChainState]:
+    """The chain of a mesh, and the state that its flight starts from: at rest unless given.
+
+    Raises
+    ------
+    ValueError
+        The mesh has no chain, or the state is that of another number of phalanges.
+    """
+    if chain is None:
+        raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
+    begin = start or ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
+    if begin.angles.shape != (chain.links,) or begin.rates.shape != (chain.links,):
+        raise ValueError(
+            f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
+            f"{chain.links} phalanges; give one of each per phalanx"
+        )
+    return chain, begin
+
+
 def fly(
     chain: RigidChain,
     start: ChainState,

@@ -18,7 +18,7 @@ from reference_fem.parameters import Drive, Material, Settings, Surface
 from reference_fem.recorder import Recorder
 from reference_fem.restart import Restart, RestartFile, identity
 from reference_fem.result import TapResult
-from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
 from reference_fem.status import Status
 from reference_fem.summary import Cost, summarize
 from reference_fem.workload import check_work
@@ -84,16 +84,7 @@ def simulate(
         model = build_model(mesh, materials, surface, drive, settings)
         if file is not None and archive is not None:
             return resume(model, settings, archive, progress, started, file)
-        chain = model.chain
-        if chain is None:
-            raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
-        rest = ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
-        begin = rest if start is None else start
-        if begin.angles.shape != (chain.links,) or begin.rates.shape != (chain.links,):
-            raise ValueError(
-                f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
-                f"{chain.links} phalanges; give one of each per phalanx"
-            )
+        chain, begin = chain_and_start(model.chain, start)
         clearance = surface_gap(model, chain)(begin.angles)
         if clearance <= 0.0:
             raise ValueError(

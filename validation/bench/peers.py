@@ -21,26 +21,33 @@ BUDGET_S = 0.8
 
 @dataclass(frozen=True)
 class PeerSetting:
-    """Elements a phalanx, flight and contact step (s), spectral radius: what Exudyn is given."""
+    """Elements a phalanx, flight and contact step (s), spectral radius: what Exudyn is given.
+
+    fresh : whether every step makes its Jacobian anew.
+    """
 
     elements: int
     flight: float
     contact: float
     radius: float = 0.8
     located: bool = True
+    fresh: bool = False
 
     def __str__(self) -> str:
         return (
             f"{self.elements} elements, flight step {self.flight:g}, contact step"
-            f" {self.contact:g}, xi {self.radius:g}"
+            f" {self.contact:g}, xi {self.radius:g}{', a Jacobian a step' if self.fresh else ''}"
         )
 
 
-# Cheapest first. Tried and left out: its dense solver (0.9 times the time of the sparse one at 2
-# elements, 1.3 at 5) and full Newton (1.5 times more), xi of 0.6 and 0.95 (same time and error),
-# Newton tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
+# Cheapest first; 2 ms steps are beyond 0.1 %, 3 ms beyond 10 %. Tried and left out: 1 element a
+# phalanx (5 % off), its dense solvers and full Newton (1.5 times more), xi of 0.6 and 0.95 (same
+# time and error), Newton tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
 SETTINGS = (
-    *(PeerSetting(n, 1e-3, 5e-6) for n in (2, 3, 4, 5)),
+    *(PeerSetting(2, f, c, fresh=True) for f in (2e-3, 1.5e-3, 1e-3) for c in (1e-5, 8e-6, 5e-6)),
+    *(PeerSetting(n, 1e-3, 5e-6, fresh=True) for n in (3, 4, 5)),
+    *(PeerSetting(n, 1.5e-3, 1e-5, fresh=True) for n in (3, 5)),
+    *(PeerSetting(n, 1e-3, 5e-6) for n in (2, 3, 5)),
     PeerSetting(2, 1e-3, 1e-5),
     PeerSetting(5, 1e-3, 3e-6),
     PeerSetting(5, 5e-4, 3e-6),
@@ -133,6 +140,7 @@ def _tap(given: dict[str, Any], setting: PeerSetting) -> Any:
         setting.located,
         look,
         spectral_radius=setting.radius,
+        jacobian_a_step=setting.fresh,
     )
 
 
@@ -149,6 +157,15 @@ def hcm_rungs(quick: bool) -> list[Rung]:
         for n in (2, 3, truths.TAP_ELEMENTS)
         for h in (8e-6, 5e-6, 3e-6)
     ]
+    rungs += [
+        Rung(STUDY, "fixed contact steps", n, {
+            **BASE, **loose, **fixed, "flight_tolerance": f, "contact_step": 8e-6,
+            "newton_tolerance": t, "spectral_radius": xi})
+        for n in (2, 3)
+        for f in (3e-6, 1e-6)
+        for t in (1e-4, 1e-5)
+        for xi in (0.4, 0.8)
+    ]  # fmt: skip
     pairs = [(1e-6, 1e-8), (3e-7, 3e-9), (1e-7, 1e-9), (1e-8, 1e-10)]
     rungs += [
         Rung(STUDY, "tolerances", n, {**BASE, "flight_tolerance": f, "contact_tolerance": c,

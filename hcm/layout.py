@@ -101,45 +101,46 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     chain : the finger as arrays.
     rest : (n,) nodal coordinates at rest along -X: positions (-s, 0), slopes (-1, 0).
     """
-    counts = np.array([p.elements for p in finger.phalanges])
+    phalanges = finger.phalanges
+    counts = np.array([p.elements for p in phalanges])
+    size = [p.length / p.elements for p in phalanges]
+    per_length = [p.density * p.area for p in phalanges]
+    mass = [mass_matrix(m, el) for m, el in zip(per_length, size, strict=True)]
+    bending = [
+        bending_matrix(p.youngs_modulus * p.second_moment, el)
+        for p, el in zip(phalanges, size, strict=True)
+    ]
+    # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
+    force = [m * drive.gravity * el / 2 for m, el in zip(per_length, size, strict=True)]
+    moment = [m * drive.gravity * el**2 / 12 for m, el in zip(per_length, size, strict=True)]
     # phalanx w takes its hinge's two multipliers, then its nodes' four coordinates each
-    hinge = np.concatenate([[0], np.cumsum(2 + 4 * (counts + 1))])
-    n, hinge = int(hinge[-1]), hinge[:-1]
+    ends = (2 + 4 * (counts + 1)).cumsum()
+    hinge, n = ends - (2 + 4 * (counts + 1)), int(ends[-1])
     outer, inner = hinge + 2, hinge - 4
     inner[0] = -1
+    phalanx = np.arange(counts.size)
+    # the phalanx of each element and of each node; w hinges and w last nodes lie before phalanx w's
+    on, at = phalanx.repeat(counts), phalanx.repeat(counts + 1)
+    first, node = 4 * np.arange(on.size) + (2 + 6 * on), 4 * np.arange(at.size) + (2 + 2 * at)
+    el = np.array(size)
     rest, scale, weight = np.zeros(n), np.ones(n), np.zeros(n)
-    first, length, axial = [], [], []
-    mass, bending = [], []
-    s = 0.0
-    for phalanx, begin in zip(finger.phalanges, outer.tolist(), strict=True):
-        count, el = phalanx.elements, phalanx.length / phalanx.elements
-        per_length, end = phalanx.density * phalanx.area, begin + 4 * (phalanx.elements + 1)
-        first.append(begin + 4 * np.arange(count))
-        length.append(np.full(count, el))
-        axial.append(np.full(count, phalanx.youngs_modulus * phalanx.area))
-        stiffness = bending_matrix(phalanx.youngs_modulus * phalanx.second_moment, el)
-        mass.append(np.tile(mass_matrix(per_length, el), (count, 1, 1)))
-        bending.append(np.tile(stiffness, (count, 1, 1)))
-        rest[begin:end:4] = -(s + el * np.arange(count + 1))
-        rest[begin + 2 : end : 4] = -1.0
-        scale[begin - 2 : begin] = per_length * el
-        scale[begin + 2 : end : 4] = scale[begin + 3 : end : 4] = 1.0 / el
-        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
-        force, moment = per_length * drive.gravity * el / 2, per_length * drive.gravity * el**2 / 12
-        weight[begin + 1 : end - 4 : 4] -= force
-        weight[begin + 5 : end : 4] -= force
-        weight[begin + 3] -= moment
-        weight[end - 1] += moment
-        s += phalanx.length
+    begin = np.array([0.0, *(p.length for p in phalanges[:-1])]).cumsum()
+    rest[node] = -(begin[at] + el[at] * ((node - outer[at]) // 4))
+    rest[node + 2] = -1.0
+    scale[hinge] = scale[hinge + 1] = np.array(per_length) * el
+    scale[node + 2] = scale[node + 3] = (1.0 / el)[at]
+    weight[first + 1] -= np.array(force)[on]
+    weight[first + 5] -= np.array(force)[on]
+    weight[outer + 3] -= moment
+    weight[ends - 1] += moment
     torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
-    starts = np.concatenate(first)
     chain = Chain(
-        starts,
-        starts + 4,
-        np.concatenate(length),
-        np.concatenate(axial),
-        np.concatenate(mass),
-        np.concatenate(bending),
+        first,
+        first + 4,
+        el[on],
+        np.array([p.youngs_modulus * p.area for p in phalanges])[on],
+        np.array(mass)[on],
+        np.array(bending)[on],
         hinge,
         inner,
         outer,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,16 +45,27 @@ class Posture:
         return bool(side.sum() > 0)
 
 
-def posture(chain: Chain, time_s: float, q: Floats, v: Floats | None = None) -> Posture:
-    """Read a posture off bordered nodal coordinates q (n,), with its rates off v (n,) if given."""
-    starts = [int(place) for place in chain.hinge_outer]
-    ends = [int(place) for place in chain.hinge[1:]] + [q.size]
+def postures(
+    chain: Chain, times: Sequence[float], q: Floats, v: Floats | None = None
+) -> tuple[Posture, ...]:
+    """Read postures off bordered nodal coordinates q (m, n), with their rates off v if given.
 
-    def split(bordered: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-        blocks = [bordered[a:b].reshape(-1, 4) for a, b in zip(starts, ends, strict=True)]
-        return (
-            tuple(block[:, :2].copy() for block in blocks),
-            tuple(block[:, 2:].copy() for block in blocks),
+    Their arrays are views of q and v.
+    """
+    ends = [*chain.hinge[1:].tolist(), q.shape[1]]
+    places = list(zip(chain.hinge_outer.tolist(), ends, strict=True))
+
+    def split(bordered: Floats) -> list[Floats]:
+        return [bordered[:, a:b].reshape(len(bordered), (b - a) // 4, 4) for a, b in places]
+
+    shapes, rates = split(q), split(v) if v is not None else []
+    return tuple(
+        Posture(
+            time,
+            tuple([nodes[i, :, :2] for nodes in shapes]),
+            tuple([nodes[i, :, 2:] for nodes in shapes]),
+            tuple([nodes[i, :, :2] for nodes in rates]),
+            tuple([nodes[i, :, 2:] for nodes in rates]),
         )
-
-    return Posture(time_s, *split(q), *(split(v) if v is not None else ((), ())))
+        for i, time in enumerate(times)
+    )

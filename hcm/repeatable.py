@@ -34,7 +34,8 @@ def folded(history: History, summary: Summary, length: float) -> bool:
     """Whether the tip came close to the fixed hinge before the first contact."""
     if summary.contact_time_s is None:
         return False
-    path = history.tip_position_m[history.time_s <= summary.contact_time_s]
+    arrived = np.searchsorted(history.time_s, summary.contact_time_s, side="right")
+    path = history.tip_position_m[: int(arrived)]
     return float((path**2).sum(axis=1).min()) < (FOLDED * length) ** 2
 
 

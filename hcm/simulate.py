@@ -25,7 +25,7 @@ from hcm.parameters import (
     Tip,
     check_scene,
 )
-from hcm.posture import posture
+from hcm.posture import postures
 from hcm.repeatable import LARGEST_CHANGE, change, factors, repetition
 from hcm.result import (
     EVENT_KINDS,
@@ -204,7 +204,7 @@ def simulate(
                 f" the last of {clock.step:.2g} s)"
             )
         message += sensitive
-    at_events = zip(events, np.concatenate(event_q), np.concatenate(event_v), strict=True)
+    reached = (frames.time >= begin) & (frames.time <= clock.time)
     return TapResult(
         status,
         message,
@@ -212,12 +212,10 @@ def simulate(
         tuple(events),
         statistics,
         summary,
-        tuple(posture(chain, e.time_s, q, v) for e, q, v in at_events),
-        tuple(
-            posture(chain, float(t), q)
-            for t, q in zip(frames.time, frames.q, strict=True)
-            if begin <= t <= clock.time
+        postures(
+            chain, [e.time_s for e in events], np.concatenate(event_q), np.concatenate(event_v)
         ),
+        postures(chain, frames.time[reached].tolist(), frames.q[reached]),
     )
 
 

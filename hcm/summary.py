@@ -12,7 +12,7 @@ def _peak(time: Floats, force: Floats) -> tuple[float, float]:
     """Vertex of the parabola through the largest sample and its neighbours: (time, force)."""
     i = int(np.argmax(force))
     if 0 < i < force.size - 1:
-        t, f = time[i - 1 : i + 2] - time[i], force[i - 1 : i + 2]
+        t, f = (time[i - 1 : i + 2] - time[i]).tolist(), force[i - 1 : i + 2].tolist()
         if t[0] < 0 < t[2]:
             slope_left, slope_right = (f[1] - f[0]) / -t[0], (f[2] - f[1]) / t[2]
             second = (slope_right - slope_left) / (t[2] - t[0])
@@ -20,7 +20,7 @@ def _peak(time: Floats, force: Floats) -> tuple[float, float]:
                 first = slope_left - second * t[0]
                 shift = -first / (2 * second)
                 if t[0] <= shift <= t[2]:
-                    return float(time[i] + shift), float(f[1] - first**2 / (4 * second))
+                    return float(time[i] + shift), f[1] - first * first / (4 * second)
     return float(time[i]), float(force[i])
 
 
@@ -40,7 +40,8 @@ def summarize(history: History, events: tuple[Event, ...], roundoff_J: float) ->
         return Summary(
             None, None, None, None, None, None, None, None, 0, 0, 0, False, None, residual
         )
-    tap = (history.time_s >= contact) & (history.time_s <= last)
+    begin = int(np.searchsorted(history.time_s, contact))
+    tap = slice(begin, int(np.searchsorted(history.time_s, last, side="right")))
     time, fn = history.time_s[tap], history.normal_force_N[tap]
     ft, tangential = history.tangential_force_N[tap], history.mode[tap] % 3
     slip_velocity = history.particle_velocity_m_per_s[tap][tangential == SLIP]

@@ -41,8 +41,8 @@ class PeerSetting:
 
 
 # Cheapest first; 2 ms steps are beyond 0.1 %, 3 ms beyond 10 %. Tried and left out: 1 element a
-# phalanx (5 % off), its dense solvers and full Newton (1.5 times more), xi of 0.6 and 0.95 (same
-# time and error), Newton tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
+# phalanx (5 % off), full Newton (1.4 times more), xi of 0.6 and 0.95 (same time and error), Newton
+# tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
 SETTINGS = (
     *(PeerSetting(2, f, c, fresh=True) for f in (2e-3, 1.5e-3, 1e-3) for c in (1e-5, 8e-6, 5e-6)),
     *(PeerSetting(n, 1e-3, 5e-6, fresh=True) for n in (3, 4, 5)),

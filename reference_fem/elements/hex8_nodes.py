@@ -3,6 +3,7 @@
 from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.hex8_vectors import WIDTH, add_rows, take_rows
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
 from reference_fem.elements.threads import FIRST, LAST, alone
 
@@ -10,13 +11,9 @@ from reference_fem.elements.threads import FIRST, LAST, alone
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
     """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s."""
-    for lane in range(LANES):
-        o = row * LANES + lane
+    for lane in range(0, LANES, WIDTH):
         for a in range(8):
-            n = nodes[lane, a]
-            s[o + a * LANES] = values[n, 0]
-            s[o + (8 + a) * LANES] = values[n, 1]
-            s[o + (16 + a) * LANES] = values[n, 2]
+            take_rows(values, nodes, lane * 8 + a, s, (row + a) * LANES + lane, 8 * LANES)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -35,9 +32,9 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
     """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes = blocks.nodes[block]
     if alone(blocks, block, share):
-        for lane in range(LANES):
+        for lane in range(0, LANES, WIDTH):
             for a in range(8):
-                add(s, a * LANES + lane, out, nodes[lane, a])
+                add_rows(s, a * LANES + lane, 8 * LANES, out, nodes, lane * 8 + a)
         return
     seam = blocks.buffers[t]
     for lane in range(LANES):

@@ -4,7 +4,7 @@
 
 In numba's Python each number is one load and one store, together longer than the arithmetic of a
 1-point hexahedron. Here, in LLVM's own vectors for which Python has no words, x and y of a node
-move as a pair and a row is stored at once (measured: its force takes 10 to 15 % less time). Any
+move as a pair and a row is stored at once (measured on one thread: 8 to 16 % less time). Any
 processor will do: where registers hold fewer than 8 numbers LLVM takes several.
 
 Arrays are contiguous and indices in bounds; neither is checked. Node numbers (LANES, 8) are taken

@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -52,15 +53,20 @@ def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(theirs, function, arguments))
-    # An interrupt waits until the process can answer it: it would print a trace of its start.
+    # An interrupt waits until the process can answer it: it would print a trace of its start. Where
+    # the tracker of `multiprocessing`'s resources is started, interrupts are let through.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         process.start()
-    finally:
+    except BaseException:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    theirs.close()  # so that the pipe ends when the process does
+        raise
     interrupted = False
     try:
+        # one that has waited comes now, and never came to the process: `_end` sends it another
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        theirs.close()  # so that the pipe ends when the process does
         done, answer = ours.recv()
     except EOFError:
         process.join()

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 
 MEASURED = ("wall_time_s", "peak_memory_MB", "measured", "mesh_time_s", "provenance", "digest")
+MEASURED_FILES = ("table_3.csv",)  # time and memory, and their ratios
 MEASURED_CLAIMS = "T3."  # the ledger's rows about time and memory (the paper's Table 3)
 UNREADABLE = b"unreadable"
 
@@ -23,7 +24,9 @@ def collect(out: Path) -> dict[str, str]:
         name = path.relative_to(out).as_posix()
         # hidden: what a kill left half written, under a name that nothing reads
         hidden = path.name.startswith(".") or name.startswith("store/")
-        if path.is_file() and path.suffix in readers and not hidden:
+        if path.name in MEASURED_FILES or hidden:
+            continue
+        if path.is_file() and path.suffix in readers:
             try:
                 content = readers[path.suffix](path)
             except (OSError, ValueError, KeyError):  # HDF5 and JSON may not open a damaged file

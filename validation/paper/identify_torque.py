@@ -12,7 +12,6 @@ with the standard uncertainty s/|J|, s^2 = sum r^2/(3 - 1), J = dr/dfactor (line
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +23,7 @@ from validation.paper.driven_cases import PRINTED_TORQUES, driven
 from validation.paper.ledger import printed_rounding
 from validation.paper.solve import solve_case, solve_cases
 from validation.paper.stored_cases import CaseRun, CaseStore
+from validation.workers import Workers
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
 BOUNDS = (5e-5, 1e-4)
@@ -96,7 +96,7 @@ def printed_arrivals() -> dict[str, float]:
 
 
 def identify(
-    pool: Executor, numerics: tuple[str, ...] = (), stored: CaseStore | None = None
+    pool: Workers, numerics: tuple[str, ...] = (), stored: CaseStore | None = None
 ) -> TorqueFactor:
     """Least squares on the three arrival times, with the scenes' numerics or others.
 
@@ -163,7 +163,7 @@ PREDICTED = (
 )
 
 
-def predict(found: TorqueFactor, pool: Executor) -> dict[str, dict[str, dict[str, object]]]:
+def predict(found: TorqueFactor, pool: Workers) -> dict[str, dict[str, dict[str, object]]]:
     """What the factor says of quantities that it was not fitted to.
 
     Returns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import replace
 
 from validation.models.adapter import to_record
@@ -11,6 +11,7 @@ from validation.models.hcm import translate
 from validation.paper.cases import Case
 from validation.paper.stored_cases import CaseRun, CaseStore
 from validation.scenes.load import load_scene
+from validation.workers import Workers
 
 Progress = Callable[[float, str], None]
 
@@ -37,7 +38,7 @@ def solve_case(case: Case, stored: CaseStore | None = None) -> CaseRun:
 
 
 def solve_cases(
-    cases: Sequence[Case], pool: Executor, progress: Progress, stored: CaseStore | None = None
+    cases: Sequence[Case], pool: Workers, progress: Progress, stored: CaseStore | None = None
 ) -> Mapping[str, CaseRun]:
     """Run all cases that are not stored; the result is in the order of the cases, by name."""
     done: dict[str, CaseRun] = {}

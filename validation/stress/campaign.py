@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from validation.stress.figures import draw_map
 from validation.stress.finished import Finished
 from validation.stress.frame import Cell, Map
 from validation.stress.limits import limit
+from validation.workers import Workers
 
 AHEAD = 4  # cells that wait, per process
 
@@ -25,7 +26,7 @@ def judge_cell(cell: Cell) -> dict[str, Any]:
 def run_cells(
     cells: Sequence[Cell],
     finished: Finished,
-    pool: Executor,
+    pool: Workers,
     progress: Callable[[float, str], None],
 ) -> None:
     """Judge what is not finished; progress is the share of cells that are done."""

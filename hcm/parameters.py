@@ -177,7 +177,8 @@ class Settings:
         20 Newton iterations a step.
     consistent_start : whether the motion starts with the acceleration that the equations ask for.
         False starts it from zero, as the paper's fig. 6 does: the first step then applies torques
-        gradually, and vibrations faster than the step are never excited.
+        gradually, and vibrations faster than the step are never excited. Where `flight_tolerance`
+        controls the steps the first one is at most `contact_step`: half its loads are left out.
     reuse_factors : whether a factorization serves as long as Newton's iteration shrinks the change
         tenfold with it; False makes a new one in every iteration, which changes no result beyond
         `newton_tolerance`.

@@ -26,8 +26,8 @@ COLORS = {RIGHT: GREEN, SMALLER: "#7fcfb5", REFUSED: GREY, STOPPED: BLUE, WRONG:
 Answers = Mapping[tuple[float, float, float], str]
 
 
-def _ticks(values: Sequence[float]) -> tuple[list[int], list[str]]:
-    every = max(1, (len(values) + 5) // 6)
+def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:
+    every = max(1, -(-len(values) // most))
     places = list(range(0, len(values), every))
     return places, [f"{values[i]:.2g}" for i in places]
 
@@ -55,8 +55,8 @@ def draw_map(path: Path, wanted: Map, answers: Answers, limit: str) -> None:
                         codes[j, i] = ANSWERS.index(answers[x, y, panel])
             axis.imshow(codes, origin="lower", aspect="auto", cmap=colors, vmin=-0.5,
                         vmax=len(ANSWERS) - 0.5, interpolation="nearest")  # fmt: skip
-            axis.set_xticks(*_ticks(wanted.x))
-            axis.set_yticks(*_ticks(wanted.y))
+            axis.set_xticks(*_ticks(wanted.x, 4))
+            axis.set_yticks(*_ticks(wanted.y, 6))
             axis.set_xlabel(wanted.x_name)
             if wanted.panel_name:
                 axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9, loc="left")

@@ -27,7 +27,7 @@ RIGHT, SMALLER, REFUSED, STOPPED, FLAGGED, WRONG = ANSWERS = (
     "right at a smaller step",
     "refused",
     "stopped",
-    "flagged as too sensitive",
+    "flagged as not reliable",
     "wrong and silent",
 )
 

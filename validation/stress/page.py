@@ -11,6 +11,7 @@ from validation.page import write_page
 from validation.provenance import provenance
 from validation.stress.audit import ENERGY_SHARE, LARGEST_ERROR
 from validation.stress.frame import ANSWERS, WRONG
+from validation.stress.reference_cells import OTHER
 
 
 def write_stress_page(
@@ -43,6 +44,7 @@ def write_stress_page(
             "peers": peers,
             "reference_peers": reference_peers,
             "largest_error": LARGEST_ERROR,
+            "other": OTHER,
             "energy_share": ENERGY_SHARE,
             "provenance": provenance({}),
         },

@@ -22,7 +22,7 @@ from validation.bench import (
 from validation.bench.kept import Kept
 from validation.bench.ledger import Entry
 from validation.bench.ledger import table as ledger_table
-from validation.bench.measured import Errors, Point, Quantities, errors, table
+from validation.bench.measured import Errors, Point, Quantities, errors, front, table
 from validation.bench.timing import shortest
 from validation.bench.whole_step import FALL_M_PER_S, falling_block
 
@@ -177,7 +177,7 @@ def test_two_integrators_of_one_mesh_leave_the_same_error() -> None:
 
 def test_front_is_what_no_setting_beats() -> None:
     points = [_solid(3.0, 1e-3), _solid(1.0, 1e-1), _solid(2.0, 2e-1), _solid(0.1, None)]
-    assert combined.front(points, "peak") == [(1.0, 1e-1), (3.0, 1e-3)]
+    assert front(points, "peak") == [(1.0, 1e-1), (3.0, 1e-3)]
 
 
 def test_both_models_on_one_plot_with_the_gap_between_their_truths(tmp_path: Path) -> None:

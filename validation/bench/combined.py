@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from validation.bench.figures import QUANTITIES, crosses
-from validation.bench.measured import Errors, Point, Quantities, errors
+from validation.bench.figures import QUANTITIES, SMALLEST, crosses
+from validation.bench.measured import Errors, Point, Quantities, errors, front
 from validation.bench.truths import Known
 from validation.figures import BLACK, BLUE, GREY, ORANGE
 from validation.paper.figure_panels import panels
@@ -31,17 +31,6 @@ NAMES = {
     "normal_impulse_N_s": "normal_impulse_N_s",
 }
 ROOM = 6.0  # above the highest point, for the crosses of failed runs
-SMALLEST = 1e-12  # what is drawn of an error that is zero
-
-
-def front(points: Sequence[Point], quantity: str) -> list[tuple[float, float]]:
-    """Time and error of the settings that no other one beats in both, by rising time."""
-    found: list[tuple[float, float]] = []
-    pairs = sorted((p.wall_time_s, float(getattr(p.errors, quantity))) for p in points if p.ok)
-    for time, error in pairs:
-        if not found or error < found[-1][1]:
-            found.append((time, error))
-    return found
 
 
 def gap(known: Mapping[str, Known]) -> Errors:

@@ -7,12 +7,14 @@ from typing import Any
 from validation.bench.bar_peers import Row
 from validation.bench.kernels import Speed
 from validation.bench.ledger import Entry
-from validation.bench.measured import Point
+from validation.bench.measured import Point, front
 from validation.bench.scaling import Size, exponent
 from validation.figures import GREY
 from validation.paper.figure_panels import COLORS, panels
 
 MARKERS = "osD^vP"
+SMALLEST = 1e-12  # what is drawn of an error that is zero
+MANY = 300.0  # times a range's low end: too wide for three ticks a decade
 PALETTE = (*COLORS, "#cc79a7", "#e69f00")
 QUANTITIES = (
     ("peak", r"error of peak $F_n$"),
@@ -36,26 +38,24 @@ def crosses(axis: Any, points: Sequence[Point], color: str, scale: float) -> Non
 
 
 def _ladder(axis: Any, points: Sequence[Point], quantity: str, style: dict[str, Any]) -> None:
-    good = sorted(
-        (p for p in points if p.ok), key=lambda p: (p.wall_time_s, getattr(p.errors, quantity))
-    )
-    axis.plot(
-        [p.wall_time_s * 1e3 for p in good],
-        [max(getattr(p.errors, quantity), 1e-12) for p in good],
-        linestyle="-" if points[0].solver in ("hcm", points[0].study) else "--",
-        linewidth=1.0,
-        markersize=4,
-        label=_label(points[0]),
-        **style,
-    )
+    """A line through the settings that no other of the series beats; the others pale."""
+    line = "-" if points[0].solver in ("hcm", points[0].study) else "--"
+    every = [(p.wall_time_s, float(getattr(p.errors, quantity))) for p in points if p.ok]
+    for pairs, given in (
+        (every, {"linestyle": "", "alpha": 0.35, "markeredgewidth": 0}),
+        (front(points, quantity), {"linestyle": line, "label": _label(points[0])}),
+    ):
+        times, errors = [1e3 * time for time, _ in pairs], [max(e, SMALLEST) for _, e in pairs]
+        axis.plot(times, errors, linewidth=1.0, markersize=4, **given, **style)
     crosses(axis, points, style["color"], 1e3)
 
 
 def plain_ticks(axis: Any) -> None:
-    """Ticks 1, 2, 5 of every decade, written plainly: times often span less than a decade."""
+    """Ticks written plainly; 1, 2, 5 of every decade where there is room: few decades."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < MANY * low else (1,)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
 

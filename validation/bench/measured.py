@@ -89,6 +89,16 @@ class Point:
         }
 
 
+def front(points: "Sequence[Point]", quantity: str) -> list[tuple[float, float]]:
+    """Time and error of the settings that no other one beats in both, by rising time."""
+    found: list[tuple[float, float]] = []
+    pairs = sorted((p.wall_time_s, float(getattr(p.errors, quantity))) for p in points if p.ok)
+    for time, error in pairs:
+        if not found or error < found[-1][1]:
+            found.append((time, error))
+    return found
+
+
 def table(points: "Sequence[Point]") -> "pd.DataFrame":
     """The points, one a row."""
     import pandas as pd

@@ -10,22 +10,24 @@ from pathlib import Path
 import pytest
 from faults.commands import orphans
 
+from validation.interrupts import heard_interrupts
+
 ROOT = Path(__file__).parent.parent
 SOON_S = 25.0  # two starts of Python, two imports and all the grace that is given
 
-# The workers' half second of grace ends while a large result is on its way, half of it sent.
+# The interrupt comes while a large result is on its way, part of it sent.
 SENDING = """
-import os, signal, time
+import os, signal, threading
 from validation.workers import workers
 def large():
     data = b"x" * 400_000_000
-    os.kill(os.getppid(), signal.SIGINT)
-    time.sleep(float(os.environ["AFTER_S"]))
+    later = (float(os.environ["AFTER_S"]), os.kill, (os.getppid(), signal.SIGINT))
+    threading.Timer(*later).start()
     return data
 if __name__ == "__main__":
     with workers(1) as pool:
         pool.submit(large).result()
-        time.sleep(60)
+        threading.Event().wait(60)
 """
 # The interrupt comes while the process starts, and waits until it has.
 STARTING = """
@@ -81,3 +83,35 @@ def test_a_process_that_starts_is_told_too(tmp_path: Path) -> None:
 
 def test_workers_end_in_their_work(tmp_path: Path) -> None:
     ends(tmp_path, WORKING)
+
+
+class Finalized:
+    """What raises where no exception can leave."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.error = error
+
+    def __del__(self) -> None:
+        raise self.error
+
+
+def _swallow(error: BaseException, seconds: float) -> None:
+    with heard_interrupts():
+        Finalized(error)
+        time.sleep(seconds)
+
+
+def test_an_interrupt_that_python_swallows_comes_again() -> None:
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        _swallow(KeyboardInterrupt(), 60.0)
+    assert time.monotonic() - began < SOON_S
+
+
+def test_other_errors_in_finalizers_are_reported_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    reported: list[type[BaseException]] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda args: reported.append(args.exc_type))
+    ordinary = sys.unraisablehook
+    _swallow(ZeroDivisionError(), 0.2)
+    assert reported == [ZeroDivisionError]
+    assert sys.unraisablehook is ordinary

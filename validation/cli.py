@@ -299,11 +299,13 @@ def stress(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
     from validation.console import say_error
+    from validation.interrupts import heard_interrupts
 
     # threads that spin while they wait make a shared machine many times slower
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     try:
-        app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        with heard_interrupts():
+            app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (UserError, RunFailedError) as error:
         say_error(str(error))
         sys.exit(error.exit_code)

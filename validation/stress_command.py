@@ -3,7 +3,6 @@
 import json
 import os
 from collections import Counter
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -82,14 +81,8 @@ def run_stress(quick: bool, only: str | None, out: Path) -> None:
         # a cell's time is one of its checks, and it must not pay for the compiler
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process()
-        try:
-            with workers(os.cpu_count() or 1) as pool:
-                run_cells(cells, finished, pool, lambda share, text: progress(0.95 * share, text))
-        except BrokenProcessPool as error:
-            raise RunFailedError(
-                f"a process of the campaign died; what was finished is kept in {folder}:"
-                " the same command goes on"
-            ) from error
+        with workers(os.cpu_count() or 1) as pool:
+            run_cells(cells, finished, pool, lambda share, text: progress(0.95 * share, text))
         counts: Counter[str] = Counter()
         summary = []
         for wanted in maps:

@@ -1,95 +1,142 @@
-"""A pool of worker processes that ends when its command does, however that ends."""
+"""Worker processes that end when their command does, however that ends.
+
+A thread each hands a process its jobs and waits for its answers, over a pipe that nobody else
+holds. Hence a process may be killed at any moment: of half a message its thread sees the end. With
+the standard library's pool all processes write to one pipe, which the command holds too; a process
+that is killed while it sends leaves that pool, and with it the command, to wait for ever.
+"""
 
 import multiprocessing
+import pickle
 import signal
-import time
+import threading
+import traceback
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import partial
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from typing import Any, ParamSpec, TypeVar
 
 from validation.errors import RunFailedError
 from validation.orphan import end_with_parent
 
-GRACE_S = 0.5  # for idle workers to end by themselves
-PATIENCE_S = 2.0  # for workers to hand over a result that they have begun to send
-
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def _begin() -> None:
-    """An interrupt from the keyboard reaches every process: the command alone answers it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+def _serve(jobs: Connection) -> None:
+    """In a worker process: answer jobs until there are no more."""
     end_with_parent()
+    while True:
+        try:
+            function, arguments, named = jobs.recv()
+        except EOFError:
+            return
+        try:
+            answer = pickle.dumps((True, function(*arguments, **named)))
+        except Exception as error:
+            error.add_note("".join(traceback.format_exception(error)))
+            answer = _told(error)
+        jobs.send_bytes(answer)
 
 
-def _job(call: Callable[[], R]) -> R:
-    """A call that may be terminated; what comes after it, sending its result, may not.
-
-    The pool's thread in the command reads results whole: of half a message it would wait for the
-    other half for ever, and the command for that thread.
-    """
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+def _told(error: Exception) -> bytes:
+    """An error for the command, by its text where it can't be sent as it is."""
     try:
-        return call()
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        answer = pickle.dumps((False, error))
+        pickle.loads(answer)
+        return answer
+    except Exception:
+        return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+
+
+def _begin_thread() -> None:
+    """The command alone answers an interrupt: threads, and what they start, leave it to that.
+
+    The tracker comes first: where it is started, interrupts are let through again.
+    """
+    resource_tracker.ensure_running()
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 class Workers:
-    """What hands out work."""
+    """What hands out work; a process starts when a job first waits for it."""
 
-    def __init__(self, pool: ProcessPoolExecutor) -> None:
-        self._pool = pool
+    def __init__(self, count: int) -> None:
+        self._threads = ThreadPoolExecutor(count, "worker", _begin_thread)
+        self._own = threading.local()
+        self._starting = threading.Lock()
+        self._processes: list[BaseProcess] = []
+        self._pipes: list[Connection] = []
+        self._ended = False
 
     def submit(self, function: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> Future[R]:
         """Call a module-level function in a worker."""
-        return self._pool.submit(_job, partial(function, *arguments, **named))
+        return self._threads.submit(self._call, (function, arguments, named))
 
+    def _call(self, job: tuple[Callable[..., R], tuple[Any, ...], dict[str, Any]]) -> R:
+        pipe = getattr(self._own, "pipe", None) or self._start()
+        try:
+            pipe.send(job)
+            done, answer = pipe.recv()
+        except (EOFError, OSError) as error:
+            raise RunFailedError(
+                "a worker process died (killed, or out of memory); what was finished is kept:"
+                " the same command goes on"
+            ) from error
+        if not done:
+            raise answer
+        result: R = answer
+        return result
 
-def _end(children: list[Any]) -> None:
-    """End processes: terminated while they work, killed if they outstay all patience."""
-    idle_until = time.monotonic() + GRACE_S
-    for child in children:
-        child.join(max(0.0, idle_until - time.monotonic()))
-    deadline = time.monotonic() + PATIENCE_S
-    while time.monotonic() < deadline and any(child.is_alive() for child in children):
-        for child in children:
-            child.terminate()
-            child.join(0.05)
-    for child in children:
-        child.kill()
+    def _start(self) -> Connection:
+        """The process of the thread that calls."""
+        context = multiprocessing.get_context("spawn")
+        with self._starting:
+            if self._ended:
+                raise RunFailedError("the command ends")
+            ours, theirs = context.Pipe()
+            process = context.Process(target=_serve, args=(theirs,))
+            process.start()
+            theirs.close()  # so that the pipe ends when the process does
+            self._processes.append(process)
+            self._pipes.append(ours)
+        self._own.pipe = ours
+        return ours
+
+    def finish(self) -> None:
+        """Wait for the jobs, then for the processes."""
+        self._threads.shutdown()
+        for pipe in self._pipes:
+            pipe.close()
+        for process in self._processes:
+            process.join()
+
+    def end(self) -> None:
+        """Drop what waits, kill what runs; a second interrupt waits until that is done."""
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        with self._starting:
+            self._ended = True
+        for process in self._processes:
+            process.kill()
+        self.finish()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
 def workers(count: int) -> Iterator[Workers]:
     """Processes that start afresh, so that none inherits another library's threads.
 
-    An error or an interrupt ends them at once; what they had stored by then is whole.
-
-    Raises
-    ------
-    RunFailedError
-        A process was killed or crashed.
+    An error or an interrupt ends them at once; what they had stored by then is whole. A job of a
+    process that was killed or crashed raises `RunFailedError`.
     """
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin)
+    pool = Workers(count)
     try:
-        yield Workers(pool)
-    except BaseException as error:
-        # first what waits is dropped and the idle end: the pool's own thread stumbles over
-        # cancelled work of processes that die
-        children = multiprocessing.active_children()
-        pool.shutdown(wait=False, cancel_futures=True)
-        _end(children)
-        if isinstance(error, BrokenProcessPool):
-            raise RunFailedError(
-                "a worker process died (killed, or out of memory); what was finished is kept:"
-                " the same command goes on"
-            ) from error
+        yield pool
+        pool.finish()
+    except BaseException:
+        pool.end()
         raise
-    pool.shutdown()

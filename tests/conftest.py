@@ -1,4 +1,5 @@
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,14 @@ from validation.record import Event, RunRecord
 from validation.scenes.load import load_scene
 
 PEAK, DURATION, CONTACT, FRICTION = 64.0, 2e-4, 0.136, 0.5
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interrupts_are_heard() -> Iterator[None]:
+    """A shell starts what runs in its background deaf to interrupts, and so are its children."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """An interrupt at the worst of moments: the command ends soon, and no process outlives it."""
 
+import importlib
 import os
 import signal
 import subprocess
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 from faults.commands import orphans
 
-from validation.interrupts import heard_interrupts
+from validation.interrupts import PATIENCE_S, heard_interrupts
 
 ROOT = Path(__file__).parent.parent
 SOON_S = 25.0  # two starts of Python, two imports and all the grace that is given
@@ -95,6 +96,12 @@ class Finalized:
         raise self.error
 
 
+def _import_and_sleep(name: str) -> None:
+    with heard_interrupts():
+        importlib.import_module(name)
+        time.sleep(60.0)
+
+
 def _swallow(error: BaseException, seconds: float) -> None:
     with heard_interrupts():
         Finalized(error)
@@ -115,3 +122,55 @@ def test_other_errors_in_finalizers_are_reported_as_ever(monkeypatch: pytest.Mon
     _swallow(ZeroDivisionError(), 0.2)
     assert reported == [ZeroDivisionError]
     assert sys.unraisablehook is ordinary
+
+
+# A library that takes whatever is raised for a part that is missing.
+SWALLOWS = """
+import os, signal, time
+os.kill(os.getpid(), signal.SIGINT)
+try:
+    time.sleep(0.5)
+    WHOLE = True
+except:
+    WHOLE = False
+"""
+HANGS = """
+import os, signal, time
+os.kill(os.getpid(), signal.SIGINT)
+time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("library", [SWALLOWS, HANGS])
+def test_an_interrupt_waits_for_an_import_but_not_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "interrupted_library.py").write_text(library)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        _import_and_sleep("interrupted_library")
+    took = time.monotonic() - began
+    module = sys.modules.pop("interrupted_library", None)
+    if library is SWALLOWS:
+        assert module is not None
+        assert module.WHOLE
+        assert took < PATIENCE_S
+    else:
+        assert PATIENCE_S < took < SOON_S
+
+
+def test_handlers_of_others_are_left_alone() -> None:
+    def theirs(number: int, frame: object) -> None:
+        raise AssertionError
+
+    for handler in (signal.SIG_IGN, theirs):
+        before = signal.signal(signal.SIGINT, handler)
+        try:
+            with heard_interrupts():
+                assert signal.getsignal(signal.SIGINT) is handler
+        finally:
+            signal.signal(signal.SIGINT, before)
+    with heard_interrupts():
+        assert signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

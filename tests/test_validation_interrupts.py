@@ -6,12 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
 from faults.commands import orphans
 
+import hcm
+from validation.bench.timing import shortest
 from validation.interrupts import PATIENCE_S, heard_interrupts
+from validation.models.hcm import translate, warm_up
+from validation.scenes.load import load_scene
 
 ROOT = Path(__file__).parent.parent
 SOON_S = 25.0  # two starts of Python, two imports and all the grace that is given
@@ -158,6 +163,32 @@ def test_an_interrupt_waits_for_an_import_but_not_for_ever(
         assert took < PATIENCE_S
     else:
         assert PATIENCE_S < took < SOON_S
+
+
+def test_an_interrupt_that_waits_until_the_end_is_not_forgotten(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("validation.interrupts.SOON_S", 60.0)
+    (tmp_path / "interrupted_library.py").write_text(SWALLOWS)
+    with pytest.raises(KeyboardInterrupt), heard_interrupts():
+        importlib.import_module("interrupted_library")
+    assert sys.modules.pop("interrupted_library").WHOLE
+
+
+def test_an_interrupted_run_is_neither_warmth_nor_measurement(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupt(fraction: float, doing: str) -> None:
+        raise KeyboardInterrupt
+
+    simulate = partial(hcm.simulate, **translate(load_scene("soft")), progress=interrupt)
+    assert simulate().status is hcm.Status.INTERRUPTED
+    with pytest.raises(KeyboardInterrupt):
+        shortest(simulate, 1.0)
+    monkeypatch.setattr(hcm, "simulate", lambda **given: simulate())
+    with pytest.raises(KeyboardInterrupt):
+        warm_up()
 
 
 def test_handlers_of_others_are_left_alone() -> None:

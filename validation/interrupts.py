@@ -14,15 +14,33 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import TypeVar
 
-SOON_S = 0.02  # between two looks whether an interrupt can be obeyed
+SOON_S = 0.005  # between two looks whether an interrupt can be obeyed
 PATIENCE_S = 3.0  # for imports and loading; compiling is then interrupted where it is
-# Parts of the names of files in whose calls an interrupt waits.
-UNSAFE = ("<frozen importlib.", "/numba/", "/llvmlite/")
+# Parts of the names of files in whose calls an interrupt waits: imports, compiled code, and result
+# files (one that is half open complains when it is dropped).
+UNSAFE = ("<frozen importlib.", "/numba/", "/llvmlite/", "/h5netcdf/")
+
+Result = TypeVar("Result")
+
+
+def unless_interrupted(result: Result) -> Result:
+    """A run's result. An interrupted solver returns what it has: who needs it whole does not go on.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        The run was interrupted.
+    """
+    status = getattr(result, "status", None)
+    if getattr(status, "name", status) == "INTERRUPTED":
+        raise KeyboardInterrupt
+    return result
 
 
 def _safe(frame: FrameType | None) -> bool:
-    """Whether nothing is being imported or loaded."""
+    """Whether nothing is being imported, loaded or written."""
     while frame is not None:
         if any(part in frame.f_code.co_filename for part in UNSAFE):
             return False
@@ -35,6 +53,11 @@ def heard_interrupts() -> Iterator[None]:
     """While it lasts, interrupts wait for imports, and one that was swallowed comes again.
 
     Where interrupts are ignored, or someone else's to answer, it changes nothing.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When that is safe; at the latest, of an interrupt that still waits, at the end.
     """
     on_main = threading.current_thread() is threading.main_thread()
     if not on_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
@@ -73,3 +96,5 @@ def heard_interrupts() -> Iterator[None]:
         sys.unraisablehook = ordinary
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGALRM, of_timer)
+    if waiting_since is not None:
+        raise KeyboardInterrupt

@@ -8,6 +8,7 @@ from typing import Any
 
 from validation.console import say
 from validation.errors import RunFailedError, UserError
+from validation.interrupts import unless_interrupted
 from validation.ladders import QUANTITIES, Overrides
 from validation.models import solid
 from validation.record import plain
@@ -84,11 +85,11 @@ class LevelRuns:
         kept = _kept(path)
         if kept is not None:
             return kept
-        result = reference_fem.simulate(
-            mesh, materials, surface, drive, settings, progress, start=self._start
+        result = unless_interrupted(
+            reference_fem.simulate(
+                mesh, materials, surface, drive, settings, progress, start=self._start
+            )
         )
-        if result.status is reference_fem.Status.INTERRUPTED:
-            raise KeyboardInterrupt
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
         values: dict[str, Any] = {key: plain(getattr(result.summary, key)) for key in KEPT}

@@ -9,6 +9,7 @@ import numpy as np
 
 from validation.bench.ledger import Entry
 from validation.bench.timing import shortest, shortest_in_turns
+from validation.interrupts import unless_interrupted
 from validation.models import ModelName, adapter
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
@@ -49,6 +50,7 @@ def stored(model: ModelName, budget_s: float) -> Entry:
     module.warm_up()
     start = time.perf_counter()
     outcome = module.run(scene)
+    unless_interrupted(outcome.record)
     without = time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder))

@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from validation.interrupts import unless_interrupted
+
 Result = TypeVar("Result")
 
 LEAST_RUNS = 3
@@ -25,11 +27,11 @@ def shortest(
 ) -> Timed[Result]:
     """Run once unmeasured (`warm_up`), then until `budget_s` is spent; at least `least` times."""
     if warm_up:
-        run()
+        unless_interrupted(run())
     best, runs, spent = float("inf"), 0, 0.0
     while runs < least or (spent < budget_s and runs < MOST_RUNS):
         start = time.perf_counter()
-        result = run()
+        result = unless_interrupted(run())
         elapsed = time.perf_counter() - start
         best, runs, spent = min(best, elapsed), runs + 1, spent + elapsed
     return Timed(result, best, runs)
@@ -40,7 +42,7 @@ def shortest_in_turns(
 ) -> list[Timed[Result]]:
     """`shortest` of runs that are compared: they take turns, so that a load hits all of them."""
     for run in runs:
-        run()
+        unless_interrupted(run())
     found: list[Timed[Result]] = []
     start = time.perf_counter()
     rounds = 0

@@ -12,6 +12,7 @@ from dataclasses import asdict
 from validation.bench.measured import Quantities
 from validation.bench.reference_precision import DIMENSIONS, IMPULSE, Rung, quantities
 from validation.bench.reference_truths import KNOWN
+from validation.interrupts import unless_interrupted
 from validation.ladders import mesh_sizes
 from validation.models.solid import build_mesh, inputs
 
@@ -36,7 +37,7 @@ def tap(model: str, shaft: float, tip: float) -> Quantities:
     overrides = {**IMPULSE, **mesh_sizes(1.0, shaft, tip)}
     tables = Rung(model, "truth", setting, overrides).scene().tables
     mesh = build_mesh(tables, DIMENSIONS[model])
-    result = reference_fem.simulate(mesh, *inputs(tables))
+    result = unless_interrupted(reference_fem.simulate(mesh, *inputs(tables)))
     found = quantities(result)
     if found is None:
         raise RuntimeError(f"{model}, {setting}: {result.message or result.status.name}")

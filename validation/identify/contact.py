@@ -24,6 +24,7 @@ import numpy as np
 from validation.errors import RunFailedError, UserError
 from validation.grid_convergence import Convergence, convergence
 from validation.impact import impact_of
+from validation.interrupts import unless_interrupted
 from validation.models.hcm import translate
 from validation.scenes.load import NamedScene
 
@@ -204,7 +205,7 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
 
     arguments = translate(scene)
     arguments["tip"] = dataclasses.replace(arguments["tip"], normal_stiffness=stiffness)
-    result = hcm.simulate(**arguments)
+    result = unless_interrupted(hcm.simulate(**arguments))
     peak = result.summary.peak_normal_force_N
     if peak is None:
         raise RunFailedError(

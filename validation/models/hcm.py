@@ -4,6 +4,7 @@ import time
 from typing import Any
 
 from validation.errors import UserError
+from validation.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
 from validation.scenes.load import NamedScene, load_scene
 
@@ -69,7 +70,7 @@ def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
 
 def warm_up() -> None:
     """Tap once with two elements a phalanx from 2 mm: every kernel is loaded."""
-    _solve(load_scene("soft", WARM_UP), None)
+    unless_interrupted(_solve(load_scene("soft", WARM_UP), None).record)
 
 
 def run(

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from validation.errors import UserError
 from validation.fields import Fields
+from validation.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
@@ -204,4 +205,4 @@ def solve(
 
 def warm_up(model: str, dimension: Dimension) -> None:
     """Tap once with a coarse mesh from 52.5 mm: every kernel is loaded."""
-    solve(load_scene("soft", WARM_UP), model, dimension, None)
+    unless_interrupted(solve(load_scene("soft", WARM_UP), model, dimension, None).record)

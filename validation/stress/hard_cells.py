@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import hcm
+from validation.interrupts import unless_interrupted
 from validation.stress.cells import tap_scalars, tighter
 from validation.stress.random_scenes import HcmScene
 
@@ -82,4 +83,6 @@ def tap_of(result: hcm.TapResult) -> Tap | None:
 def truth_of(cell: HardCell) -> Tap | None:
     """Hcm with tolerances a hundred times smaller and steps a fifth as long."""
     settings = tighter(cell.scene.settings, 5.0, 100.0)
-    return tap_of(hcm.simulate(**replace(cell.scene, settings=settings).arguments()))
+    return tap_of(
+        unless_interrupted(hcm.simulate(**replace(cell.scene, settings=settings).arguments()))
+    )

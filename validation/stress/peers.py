@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 import hcm
+from validation.interrupts import unless_interrupted
 from validation.stress.hard_cells import HardCell, Tap, hard_cells, tap_of, truth_of
 from validation.stress.scipy_user import solve
 
@@ -60,11 +61,11 @@ def peers_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
     """One row a cell; errors are the larger of peak F_n and impulse against a much tighter run."""
     cells, rows = hard_cells(), []
     warm = cells[0].scene
-    hcm.simulate(**warm.arguments())
+    unless_interrupted(hcm.simulate(**warm.arguments()))
     for number, cell in enumerate(cells):
         progress(number / len(cells), cell.name)
         begin = time.perf_counter()
-        result = hcm.simulate(**cell.scene.arguments())
+        result = unless_interrupted(hcm.simulate(**cell.scene.arguments()))
         seconds = time.perf_counter() - begin
         truth = truth_of(cell)
         row = {

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 import reference_fem as rf
 from reference_fem.model import Model
+from validation.interrupts import unless_interrupted
 from validation.stress import calculix_run
 from validation.stress.calculix_deck import deck
 from validation.stress.reference_bodies import SIDE
@@ -119,6 +120,7 @@ def row(name: str, scene: ReferenceScene) -> dict[str, Any]:
     """A cell by both."""
     begin = time.perf_counter()
     result, model = scene.simulate()
+    unless_interrupted(result)
     seconds = time.perf_counter() - begin
     completed = result.status is rf.Status.COMPLETED
     start, last = result.snapshots[0], result.snapshots[-1]
@@ -146,7 +148,7 @@ def calculix_table(progress: Callable[[float, str], None]) -> list[dict[str, Any
     """One row a cell; empty where CalculiX is not installed."""
     if not calculix_run.available():
         return []
-    _EASY.simulate()  # loads the compiled kernels: not charged
+    unless_interrupted(_EASY.simulate()[0])  # loads the compiled kernels: not charged
     rows = []
     for number, (name, scene) in enumerate(CELLS.items()):
         progress(number / len(CELLS), f"CalculiX, {name}")

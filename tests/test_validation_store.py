@@ -2,23 +2,19 @@ import json
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from validation import level_runs, store_key
+from validation import level_runs
 from validation import store as store_module
 from validation.models.adapter import Outcome
 from validation.paper.cases import Case
 from validation.paper.stored_cases import CaseRun, case_store
 from validation.record import RunRecord
-from validation.scenes.load import load_scene
 from validation.store import MANIFEST, TEMPORARY, Store, key
-from validation.store_key import program, run_inputs, source_digest
 from validation.store_run import HISTORY, RECORD, keep_run, load_run
 
 Make = Callable[..., RunRecord]
@@ -32,10 +28,6 @@ def text(folder: Path) -> str:
 
 def writing(value: str) -> Callable[[Path], None]:
     return lambda folder: (folder / "value.txt").write_text(value) and None
-
-
-def inputs(*overrides: str, model: str = "hcm", scene: str = "soft", **more: Any) -> dict[str, Any]:
-    return run_inputs(load_scene(scene, overrides).tables, model, program(model), **more)
 
 
 def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> None:
@@ -62,92 +54,6 @@ def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> No
 def test_a_run_that_did_not_complete_is_not_stored(make_record: Make, tmp_path: Path) -> None:
     keep_run(Store(tmp_path), INPUTS, Outcome(make_record(ok=False, status="INTERRUPTED")))
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    "change",
-    ["surface.friction=0.51", "surface.height=0.1000000000000001", "material.density=1401.0",
-     "solver.hcm.contact_tolerance=1e-10", "finger.elements=19", "drive.gravity=-9.8",
-     "tip.restitution=0.99"],
-)  # fmt: skip
-def test_a_changed_scene_has_another_name(change: str) -> None:
-    assert key(inputs(change)) != key(inputs())
-
-
-def test_what_a_model_does_not_read_changes_nothing() -> None:
-    assert key(inputs("solver.fem.preset=ls-dyna-like")) == key(inputs())
-    assert key(inputs("solver.hcm.taps=2", model="fem3d")) == key(inputs(model="fem3d"))
-    assert key(inputs("surface.friction=0.5")) == key(inputs())  # the scene's own value
-    assert key(inputs("solver.fem.preset=ls-dyna-like", model="fem3d")) != key(
-        inputs(model="fem3d")
-    )
-    assert len({key(inputs(model=m)) for m in ("hcm", "fem3d", "fem2d")}) == 3
-    assert key(inputs(start=[1.0])) != key(inputs(start=[1.1]))
-
-
-def test_a_mesh_file_counts_by_its_content(tmp_path: Path) -> None:
-    mesh = tmp_path / "a.vtu"
-    names = []
-    for content in (b"one", b"two"):
-        mesh.write_bytes(content)
-        names.append(key(inputs(f"solver.fem.mesh={mesh}", model="fem3d")))
-    assert names[0] != names[1]
-
-
-def test_another_program_or_machine_has_another_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = program("hcm")
-    for name in ("version", "processor", "source_digest"):
-        with monkeypatch.context() as patch:
-            patch.setattr(store_key, name, lambda *_: "other")
-            assert program("hcm") != before, name
-    with monkeypatch.context() as patch:
-        patch.setenv("NUMBA_NUM_THREADS", "7")
-        assert program("hcm") != before
-    assert program("hcm") == before
-    assert program("fem3d")["source"] != before["source"]
-
-
-def test_sources_count_by_name_and_content(tmp_path: Path) -> None:
-    package = tmp_path / "package"
-    (package / "inner").mkdir(parents=True)
-    (package / "inner" / "a.py").write_text("a = 1")
-    digests = [source_digest([package])]
-    (package / "inner" / "a.py").write_text("a = 2")
-    digests.append(source_digest([package]))
-    (package / "inner" / "a.py").rename(package / "inner" / "b.py")
-    digests.append(source_digest([package]))
-    (package / "inner" / "b.pyc").write_text("compiled code has no say")
-    assert len(set(digests)) == 3
-    assert source_digest([package]) == digests[-1]
-
-
-def test_no_module_between_scene_and_record_is_forgotten() -> None:
-    """What a run loads of this package is part of its name."""
-    code = """
-import sys
-from validation.execute import solve
-from validation.scenes.load import load_scene
-for model in ("hcm", "fem2d"):
-    solve(load_scene("soft", ["surface.height=0.06"]), model, None)
-print(*(m.__file__ for n, m in list(sys.modules.items()) if n.startswith("validation.")))
-"""
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
-                          env=environment)  # fmt: skip
-    loaded = {Path(name) for name in done.stdout.split()}
-    # words for people and processes: none of them has a part in a number
-    silent = {
-        "compiling.py",
-        "console.py",
-        "errors.py",
-        "isolated.py",
-        "memory.py",
-        "orphan.py",
-        "provenance.py",
-    }
-    for path in loaded:
-        known = any(path == root or root in path.parents for root in store_key.TRANSLATION)
-        assert known or path.name in silent, path
 
 
 def test_a_result_is_computed_once_unless_fresh(tmp_path: Path) -> None:
@@ -343,36 +249,3 @@ def test_a_level_that_was_altered_is_run_again(
         path.write_text(text)
         assert level_runs._kept(path) is None
         assert "run again" in capsys.readouterr().err
-
-
-def test_a_worker_ends_with_its_command(tmp_path: Path) -> None:
-    code = """
-import os, sys, time
-from validation.workers import workers
-if __name__ == "__main__":
-    with workers(1) as pool:
-        print(pool.submit(os.getpid).result(), flush=True)
-        time.sleep(60)
-"""
-    script = tmp_path / "command.py"
-    script.write_text(code)
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, str(script)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment,
-                          stderr=subprocess.DEVNULL) as process:  # fmt: skip
-        assert process.stdout is not None
-        worker = int(process.stdout.readline())
-        process.kill()
-        process.wait()
-        deadline = time.monotonic() + 20
-        while time.monotonic() < deadline and _alive(worker):
-            time.sleep(0.05)
-    assert not _alive(worker)
-
-
-def _alive(number: int) -> bool:
-    try:
-        status = Path(f"/proc/{number}/stat").read_text()
-    except OSError:
-        return False
-    return status.rpartition(")")[2].split()[0] != "Z"

@@ -51,8 +51,7 @@ def cautions(
     if spike(forces.normal_force_N, max(1, round(model.grain_s / model.step_s))) > SPIKE:
         found.append(
             "the peak normal force is a spike of a few steps or elements, which another step or "
-            "mesh changes: use contact = 'impulse', a softer contact, or a finer mesh where it "
-            "touches"
+            f"mesh changes: use {_smoother(settings)}"
         )
     steps = int(np.count_nonzero(forces.normal_force_N > 0.0))
     if 0 < steps < FEWEST_STEPS:
@@ -118,3 +117,11 @@ def _share(part: float, whole: float) -> float:
 
 def _stiffness_key(settings: Settings) -> str:
     return "penalty_factor" if settings.contact == "penalty" else "surface_factor"
+
+
+def _smoother(settings: Settings) -> str:
+    """What is left to try of a finer mesh, a softer contact, and impulses."""
+    finer = "a finer mesh where it touches"
+    if settings.contact == "impulse":
+        return finer
+    return f"contact = 'impulse', a softer contact, or {finer}"

@@ -11,7 +11,7 @@ import hcm
 from validation.stress.campaign import draw, run_cells, table_rows
 from validation.stress.cells import judge, judge_alone
 from validation.stress.finished import Finished
-from validation.stress.frame import ANSWERS, REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Cell
+from validation.stress.frame import ANSWERS, FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, WRONG, Cell
 from validation.stress.hard_cells import tap_of
 from validation.stress.limits import limit
 from validation.stress.maps import SOURCES, hcm_maps
@@ -138,6 +138,23 @@ def test_a_map_says_what_limits_it() -> None:
         row["reason"] = "work limit at t = 1 s"
     told = "stopped: work limit (2 of 6, mostly at normal stiffness from 2, contact step 5)"
     assert limit(wanted, rows) == told
+    told_of = {
+        REFUSED: (
+            "{} elements (the first is cell 4) are inverted: mend",
+            "refused: n elements are",
+        ),
+        FLAGGED: (
+            "cautioned, springs hold {} % of it, so (half)",
+            "flagged: springs hold n % of it",
+        ),
+        STOPPED: ("work limit at t = {} s", "stopped: work limit"),
+    }
+    wrong = [row for row in rows if row["answer"] == STOPPED]
+    for answer, (reason, told) in told_of.items():
+        for row, figure in zip(wrong, (4, 12.5), strict=True):
+            row |= {"answer": answer, "reason": reason.format(figure)}
+        assert limit(wanted, rows).startswith(told)
+        assert "(2 of 6, mostly" in limit(wanted, rows)
 
 
 def test_the_page_shows_maps_and_peers(tmp_path: Path) -> None:

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from validation.stress.frame import REFUSED, RIGHT, SMALLER, STOPPED, Map
+from validation.stress.frame import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, Map
 
 # The middle share of a group's values that "mostly" stands for.
 MOSTLY = 0.8
 
 
 def _cause(row: Mapping[str, Any]) -> str:
-    """A stop by what the solver calls it, a refusal by its parameter, else the answer."""
+    """A stop by what the solver calls it, a refusal by its parameter, a flag by its caution."""
+    reason = str(row["reason"])
     if row["answer"] == STOPPED:
-        return f"stopped: {str(row['reason']).partition(' at t =')[0]}"
+        return f"stopped: {reason.partition(' at t =')[0]}"
     if row["answer"] == REFUSED:
-        return f"refused: {str(row['reason']).partition(' =')[0]}"
+        return f"refused: {_kind(reason.partition(' =')[0])}"
+    if row["answer"] == FLAGGED and reason:
+        return f"flagged: {_kind(reason.removeprefix('cautioned, '))}"
     return str(row["answer"])
+
+
+def _kind(reason: str) -> str:
+    """What reasons that differ in their figures share: the first clause, n for a number."""
+    clause = re.split(r"[,:;] | at t =", re.sub(r" \([^)]*\)", "", reason))[0]
+    return re.sub(r"\b\d[\d.]*(?:e[+-]?\d+)?\b", "n", clause)
 
 
 def _where(name: str, axis: Sequence[float], values: Sequence[float]) -> str | None:

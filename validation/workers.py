@@ -7,7 +7,6 @@ that is killed while it sends leaves that pool, and with it the command, to wait
 """
 
 import multiprocessing
-import pickle
 import signal
 import threading
 import traceback
@@ -35,21 +34,16 @@ def _serve(jobs: Connection) -> None:
         except EOFError:
             return
         try:
-            answer = pickle.dumps((True, function(*arguments, **named)))
+            answer = True, function(*arguments, **named)
         except Exception as error:
             error.add_note("".join(traceback.format_exception(error)))
-            answer = _told(error)
-        jobs.send_bytes(answer)
-
-
-def _told(error: Exception) -> bytes:
-    """An error for the command, by its text where it can't be sent as it is."""
-    try:
-        answer = pickle.dumps((False, error))
-        pickle.loads(answer)
-        return answer
-    except Exception:
-        return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+            answer = False, error
+        try:
+            jobs.send(answer)
+        except OSError:  # nobody waits for it any more
+            return
+        except Exception as error:  # nothing of what can't be sent has been
+            jobs.send((False, error))
 
 
 def _begin_thread() -> None:

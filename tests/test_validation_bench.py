@@ -15,6 +15,7 @@ from validation.bench import (
     reference_precision,
     reference_truths,
     scaling,
+    throughput,
     truth_runs,
     truths,
     work_precision,
@@ -248,3 +249,17 @@ def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> 
     assert "Peers" not in html
     assert "data:image/png;base64," in html
     assert "http" not in html.replace("http://www.w3.org", "")
+
+
+def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(throughput, "QUICK_SCENES", 5)
+    monkeypatch.setattr(throughput, "A_JOB", 2)
+    told: list[float] = []
+    measured = throughput.measure(True, lambda share, text: told.append(share))
+    endings, steps = throughput.solve(0, 5)
+    assert (measured.scenes, measured.endings, measured.steps) == (5, endings, steps)
+    assert sum(endings.values()) == 5
+    assert steps > 0
+    assert told[-1] == 1.0
+    row = throughput.table(measured).iloc[0]
+    assert row["scenes_per_s"] == pytest.approx(5 / measured.wall_time_s)

@@ -16,6 +16,7 @@ from validation.bench import (
     reference_truths,
     scaling,
     skips,
+    throughput,
     truths,
     work_precision,
 )
@@ -38,7 +39,7 @@ def part(progress: "Progress", low: float, high: float) -> "Progress":
 
 
 def run_bench(out: Path, quick: bool, resume: bool) -> None:
-    """Work-precision of both models, hcm's scaling, the reference's kernels.
+    """Work-precision of both models, hcm's scaling and throughput, the reference's kernels.
 
     Every part is written as soon as it is measured.
 
@@ -69,7 +70,9 @@ def run_bench(out: Path, quick: bool, resume: bool) -> None:
         )  # fmt: skip
         floors = {study: truth.own_error for study, truth in known.items()}
         figures.work_precision(folder / "work-precision-hcm.png", points, floors)
-        sizes = scaling.measure_all(quick, budget, part(progress, 0.3, 0.45))
+        scenes = throughput.measure(quick, part(progress, 0.3, 0.33))
+        save(folder, "throughput", throughput.table(scenes), "Random scenes through hcm")
+        sizes = scaling.measure_all(quick, budget, part(progress, 0.33, 0.45))
         save(folder, "scaling", scaling.table(sizes), "Cost of hcm's step against size")
         figures.scaling(folder / "scaling.png", sizes)
         rungs = [

@@ -61,6 +61,15 @@ SECTIONS = (
         ("work-precision-reference",),
     ),
     Section("Cost of hcm's step against size", (), ("scaling",), ("scaling",)),
+    Section(
+        "Random scenes through hcm",
+        (
+            "Scenes of `fingertap stress`, far beyond any finger, of at most 3,000 steps each, on"
+            " all cores; processes started, compiled code loaded.",
+        ),
+        (),
+        ("throughput",),
+    ),
     Section("The reference's kernels", (), ("kernels",), ("kernels",)),
     Section(
         "The skip ledger",

@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -13,9 +15,13 @@ import pytest
 from faults.commands import orphans
 
 import hcm
+from validation import cli, compare_command, render_command
 from validation.bench.timing import shortest
 from validation.interrupts import PATIENCE_S, heard_interrupts
+from validation.ladder import runs
+from validation.models.adapter import Outcome
 from validation.models.hcm import translate, warm_up
+from validation.record import RunRecord
 from validation.scenes.load import load_scene
 
 ROOT = Path(__file__).parent.parent
@@ -58,6 +64,58 @@ if __name__ == "__main__":
 """
 
 
+# The command's whole group is interrupted, and once more while the workers are being killed; numpy
+# brings a thread that takes signals which the main thread has blocked.
+TWICE = """
+import os, signal, threading, time
+from concurrent.futures import as_completed
+from multiprocessing.process import BaseProcess
+import numpy
+from validation.interrupts import heard_interrupts
+from validation.workers import workers
+kill = BaseProcess.kill
+def killed(self):
+    kill(self)
+    os.killpg(0, signal.SIGINT)
+    time.sleep(0.05)
+if __name__ == "__main__":
+    with heard_interrupts(), workers(2) as pool:
+        jobs = [pool.submit(time.sleep, 120) for _ in range(6)]
+        pool.submit(abs, 1)
+        BaseProcess.kill = killed
+        threading.Timer(2.0, os.killpg, (0, signal.SIGINT)).start()
+        for job in as_completed(jobs):
+            job.result()
+"""
+# The interrupt comes while the locks of the futures are taken.
+LOCKING = """
+import os, signal, time
+from concurrent.futures import Future, wait
+from validation.interrupts import heard_interrupts
+from validation.workers import workers
+class Condition:
+    def __init__(self, condition):
+        self.condition = condition
+    def acquire(self):
+        self.condition.acquire()
+        os.kill(os.getpid(), signal.SIGINT)
+    def __getattr__(self, name):
+        return getattr(self.condition, name)
+    def __enter__(self):
+        return self.condition.__enter__()
+    def __exit__(self, *error):
+        return self.condition.__exit__(*error)
+if __name__ == "__main__":
+    with heard_interrupts(), workers(2) as pool:
+        jobs = [pool.submit(time.sleep, 1) for _ in range(4)]
+        for job in jobs:
+            job._condition = Condition(job._condition)
+        time.sleep(0.5)
+        wait(jobs)
+        time.sleep(120)
+"""
+
+
 def ends(tmp_path: Path, code: str, **environment: str) -> None:
     script = tmp_path / "command.py"
     script.write_text(code)
@@ -75,6 +133,7 @@ def ends(tmp_path: Path, code: str, **environment: str) -> None:
             process.communicate()
     assert time.monotonic() - began < SOON_S
     assert "KeyboardInterrupt" in error
+    assert "Process Spawn" not in error  # no worker has anything to say
     assert not orphans(process.pid)
 
 
@@ -89,6 +148,11 @@ def test_a_process_that_starts_is_told_too(tmp_path: Path) -> None:
 
 def test_workers_end_in_their_work(tmp_path: Path) -> None:
     ends(tmp_path, WORKING)
+
+
+@pytest.mark.parametrize("script", [TWICE, LOCKING])
+def test_no_interrupt_leaves_a_pool_half_ended(tmp_path: Path, script: str) -> None:
+    ends(tmp_path, script)
 
 
 class Finalized:
@@ -191,6 +255,22 @@ def test_an_interrupted_run_is_neither_warmth_nor_measurement(
         warm_up()
 
 
+def test_what_needs_a_whole_run_keeps_an_interrupted_one_and_ends(
+    make_record: Callable[..., RunRecord], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    outcome = Outcome(make_record(model="fem3d", status="INTERRUPTED", ok=False))
+    for module in (compare_command, render_command):
+        monkeypatch.setattr(module, "solve", lambda *_: outcome)
+    with pytest.raises(KeyboardInterrupt):
+        compare_command._run(load_scene("soft"), "fem3d", tmp_path / "compared")
+    with pytest.raises(KeyboardInterrupt):
+        render_command._run("soft", "fem3d", (), tmp_path)
+    assert (tmp_path / "compared" / "summary.json").exists()
+    assert (tmp_path / "run" / "soft-fem3d" / "summary.json").exists()
+    with pytest.raises(KeyboardInterrupt):
+        runs._completed(outcome.record)
+
+
 def test_handlers_of_others_are_left_alone() -> None:
     def theirs(number: int, frame: object) -> None:
         raise AssertionError
@@ -202,6 +282,39 @@ def test_handlers_of_others_are_left_alone() -> None:
                 assert signal.getsignal(signal.SIGINT) is handler
         finally:
             signal.signal(signal.SIGINT, before)
+    alarm = signal.getsignal(signal.SIGALRM)
     with heard_interrupts():
         assert signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+        signal.setitimer(signal.ITIMER_REAL, 60.0)
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGALRM) is alarm
+    signal.setitimer(signal.ITIMER_REAL, 60.0)
+    try:
+        with heard_interrupts():
+            assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        assert signal.getitimer(signal.ITIMER_REAL)[0] > 0.0
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    with ThreadPoolExecutor(1) as threads:
+        assert threads.submit(_heard_in_a_thread).result()
+
+
+def _heard_in_a_thread() -> bool:
+    with heard_interrupts():
+        return signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_the_command_line_hears_interrupts(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        assert signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+        Finalized(KeyboardInterrupt())
+        time.sleep(60.0)
+
+    monkeypatch.setattr(cli, "app", interrupted)
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["run", "soft"])
+    assert ended.value.code == 1
+    assert "interrupted" in capsys.readouterr().err

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from validation.console import progress_bar
 from validation.errors import RunFailedError, UserError
 from validation.execute import keep, solve
+from validation.interrupts import unless_interrupted
 from validation.models import ModelName
 from validation.record import RunRecord
 from validation.scenes.load import NamedScene, load_scene
@@ -89,4 +90,4 @@ def _run(scene: NamedScene, model: ModelName, folder: Path) -> RunRecord:
     with progress_bar(f"{scene.name} {model} {folder.name}") as progress:
         outcome = solve(scene, model, folder, progress)
     keep(folder, outcome)
-    return outcome.record
+    return unless_interrupted(outcome.record)

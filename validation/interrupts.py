@@ -7,6 +7,7 @@ for the reason; or code that LLVM has half loaded, which crashes when it is call
 of 220 interrupted commands 3 ran on to their end and 7 crashed.
 """
 
+import math
 import signal
 import sys
 import threading
@@ -18,9 +19,13 @@ from typing import TypeVar
 
 SOON_S = 0.005  # between two looks whether an interrupt can be obeyed
 PATIENCE_S = 3.0  # for imports and loading; compiling is then interrupted where it is
+# For what an interrupt has begun to end: another (`timeout` sends two) would leave it half done.
+ONCE_S = 1.5
 # Parts of the names of files in whose calls an interrupt waits: imports, compiled code, and result
 # files (one that is half open complains when it is dropped).
 UNSAFE = ("<frozen importlib.", "/numba/", "/llvmlite/", "/h5netcdf/")
+# Where `concurrent.futures` takes the locks of all futures that it waits for, and would keep them.
+LOCKS = "_AcquireFutures."
 
 Result = TypeVar("Result")
 
@@ -42,7 +47,8 @@ def unless_interrupted(result: Result) -> Result:
 def _safe(frame: FrameType | None) -> bool:
     """Whether nothing is being imported, loaded or written."""
     while frame is not None:
-        if any(part in frame.f_code.co_filename for part in UNSAFE):
+        code = frame.f_code
+        if any(part in code.co_filename for part in UNSAFE) or code.co_qualname.startswith(LOCKS):
             return False
         frame = frame.f_back
     return True
@@ -52,7 +58,8 @@ def _safe(frame: FrameType | None) -> bool:
 def heard_interrupts() -> Iterator[None]:
     """While it lasts, interrupts wait for imports, and one that was swallowed comes again.
 
-    Where interrupts are ignored, or someone else's to answer, it changes nothing.
+    Where interrupts are ignored or someone else's to answer, or the system's timer is in use, it
+    changes nothing.
 
     Raises
     ------
@@ -60,10 +67,12 @@ def heard_interrupts() -> Iterator[None]:
         When that is safe; at the latest, of an interrupt that still waits, at the end.
     """
     on_main = threading.current_thread() is threading.main_thread()
-    if not on_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    theirs = signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    if not on_main or theirs or signal.getitimer(signal.ITIMER_REAL)[0] > 0.0:
         yield
         return
     waiting_since: float | None = None
+    raised = -math.inf
     ordinary = sys.unraisablehook
 
     def again() -> None:
@@ -71,17 +80,22 @@ def heard_interrupts() -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, SOON_S)
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        nonlocal waiting_since
+        nonlocal waiting_since, raised
         now = time.monotonic()
+        if number == signal.SIGINT and now - raised < ONCE_S:
+            return
         since = now if waiting_since is None else waiting_since
         if _safe(frame) or now - since > PATIENCE_S:
-            waiting_since = None
+            waiting_since, raised = None, now
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
             raise KeyboardInterrupt
         waiting_since = since
         again()
 
     def swallowed(unraisable: "sys.UnraisableHookArgs") -> None:
+        nonlocal waiting_since
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            waiting_since = time.monotonic()
             again()
         else:
             ordinary(unraisable)

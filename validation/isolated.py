@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from validation.errors import RunFailedError, UserError
+from validation.interrupts import heard_interrupts
 from validation.orphan import end_with_parent
 
 GRACE_S = 2.0  # an interrupt from the keyboard reaches both processes: time to end by itself
@@ -31,7 +32,8 @@ def _answer(pipe: Connection, function: Callable[..., Any], arguments: tuple[Any
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         end_with_parent()
         try:
-            answer = (True, function(*arguments))
+            with heard_interrupts():
+                answer = (True, function(*arguments))
         except HANDED_OVER as error:
             answer = (False, error)
         pipe.send(answer)
@@ -89,10 +91,12 @@ def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
 def _end(process: Any, interrupted: bool) -> None:
     """Wait for a process's end, with patience for one that is interrupted."""
     if interrupted:
-        process.join(GRACE_S)
-        if process.exitcode is None:
-            os.kill(process.pid, signal.SIGINT)
-            process.join(PATIENCE_S)
-        process.kill()
+        try:
+            process.join(GRACE_S)
+            if process.exitcode is None:
+                os.kill(process.pid, signal.SIGINT)
+                process.join(PATIENCE_S)
+        finally:  # another interrupt is the end of patience
+            process.kill()
     process.join()
     process.close()

@@ -6,6 +6,7 @@ from pathlib import Path
 from validation.console import progress_bar
 from validation.errors import RunFailedError, UserError
 from validation.execute import keep, solve
+from validation.interrupts import unless_interrupted
 from validation.models import ModelName
 from validation.renders import PICTURES, missing_libraries, render_run
 from validation.scenes.load import load_scene
@@ -60,6 +61,7 @@ def _run(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> 
     with progress_bar(f"{scene.name} {model}") as progress:
         outcome = solve(scene, model, folder, progress)
     keep(folder, outcome)
+    unless_interrupted(outcome.record)
     if outcome.fields is None or not outcome.fields.steps:
         raise RunFailedError(f"render {source}: {outcome.record.message}; nothing to draw")
     return folder

@@ -92,7 +92,8 @@ class Workers:
             if self._ended:
                 raise RunFailedError("the command ends")
             ours, theirs = context.Pipe()
-            process = context.Process(target=_serve, args=(theirs,))
+            # a daemon: an exit that nothing has prepared ends it rather than waits for its job
+            process = context.Process(target=_serve, args=(theirs,), daemon=True)
             process.start()
             theirs.close()  # so that the pipe ends when the process does
             self._processes.append(process)
@@ -109,15 +110,16 @@ class Workers:
             process.join()
 
     def end(self) -> None:
-        """Drop what waits, kill what runs; a second interrupt waits until that is done."""
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        self._threads.shutdown(wait=False, cancel_futures=True)
-        with self._starting:
-            self._ended = True
-        for process in self._processes:
-            process.kill()
+        """Drop what waits, kill what runs; an interrupt on the way does not spare the processes."""
+        self._ended = True
+        try:
+            self._threads.shutdown(wait=False, cancel_futures=True)
+            with self._starting:  # a process that is being started is one of them
+                pass
+        finally:
+            for process in self._processes:
+                process.kill()
         self.finish()
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

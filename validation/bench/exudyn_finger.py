@@ -157,7 +157,13 @@ class _Finger:
         stepping.newton.absoluteTolerance = ABSOLUTE
         stepping.newton.useModifiedNewton = True
         stepping.newton.modifiedNewtonJacUpdatePerStep = self.jacobian_a_step
-        if not self.system.SolveDynamic(settings):
+        try:
+            solved = self.system.SolveDynamic(settings)
+        except SystemError as error:
+            if isinstance(error.__cause__, KeyboardInterrupt):
+                raise KeyboardInterrupt from None
+            raise
+        if not solved:
             raise PeerFailedError(f"Exudyn failed after t = {begin:g} s")
         self.steps += steps
 

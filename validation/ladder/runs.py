@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from validation.errors import RunFailedError
 from validation.impact import Impact, chain_state, rigid_start
+from validation.interrupts import unless_interrupted
 from validation.models import solid
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
@@ -29,7 +30,7 @@ def scene_contact(scene: NamedScene) -> Contact:
 
 
 def _completed(record: RunRecord) -> RunRecord:
-    if not record.ok:
+    if not unless_interrupted(record).ok:
         raise RunFailedError(f"{record.scene} {record.label}: {record.message}")
     return record
 

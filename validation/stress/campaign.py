@@ -43,7 +43,8 @@ def run_cells(
     try:
         while running:
             ready, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in ready:
+            # what has succeeded is kept before a failure is raised
+            for future in sorted(ready, key=lambda job: job.exception() is not None):
                 cell = running.pop(future)
                 finished.add(cell, future.result())
                 done += 1

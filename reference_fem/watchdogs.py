@@ -18,8 +18,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Failure = tuple[Status, str]
 
-# Audits between two searches of all elements and nodes, which cost nearly as much as an audit.
-FULL_SEARCH = 4
+# Audits between two searches of all elements and nodes: what watches a run then takes 1.4 to 2.0 %
+# of its time on the presets (measured; 4 to 5 % with a search at every fourth audit).
+FULL_SEARCH = 16
 # How far below the surface a node may be that the contact law doesn't know, over H: round-off.
 PASSED = 1e-9
 
@@ -35,7 +36,7 @@ def failure(
 ) -> Failure | None:
     """Why the run must end with `state`, from which `block` started; None if all is well.
 
-    All elements are searched for one turned inside out at every fourth audit, those that touch
+    All elements are searched for one turned inside out at every sixteenth audit, those that touch
     at each: elements are crushed where the body hits, and an element that turns back in between
     leaves no trace in the energy.
     """
@@ -57,22 +58,21 @@ def failure(
 def _energy(
     model: Model, settings: Settings, state: State, taken: Sample, largest_kinetic: float
 ) -> Failure | None:
-    where = _where(model, state)
     if not taken.finite:
-        return Status.UNSTABLE, f"values are no longer finite {where}"
-    # A body at rest has no kinetic energy to compare with: its potential over H stands in.
-    scale = max(
-        largest_kinetic,
-        taken.kinetic_energy_J,
-        1e-6 * model.copies * model.mass.sum() * abs(model.gravity) * model.surface.height,
-    )
-    error = abs(taken.energy_balance_J)
-    if error > settings.energy_tolerance * scale:
+        return Status.UNSTABLE, f"values are no longer finite {_where(model, state)}"
+    error, allowed = abs(taken.energy_balance_J), settings.energy_tolerance
+    scale = max(largest_kinetic, taken.kinetic_energy_J)
+    if error > allowed * scale:
+        # A body at rest has no kinetic energy to compare with: its potential over H stands in.
+        potential = model.copies * model.mass.sum() * abs(model.gravity) * model.surface.height
+        scale = max(scale, 1e-6 * potential)
+    if error > allowed * scale:
         lost = taken.energy_balance_J < 0.0
         return (
             Status.ENERGY_LOST if lost and settings.contact == "impulse" else Status.UNSTABLE,
             f"the energy balance is off by {error:.3g} J, {100 * error / scale:.3g} % of the "
-            f"largest kinetic energy, which was {'lost' if lost else 'gained'}, {where}",
+            f"largest kinetic energy, which was {'lost' if lost else 'gained'}, "
+            f"{_where(model, state)}",
         )
     return None
 

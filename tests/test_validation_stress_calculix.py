@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,3 +154,15 @@ def test_a_short_fall_of_it_meets_ours() -> None:
     impulse = np.trapezoid(f.normal_force_N[rows], f.time_s[rows])
     # consistent against lumped masses: the pulse is not over, its front differs
     assert found.normal_impulse_N_s == pytest.approx(impulse, rel=0.1)
+
+
+def _slow(seconds: float) -> peers.Answer:
+    time.sleep(seconds)
+    return "completed", None, seconds
+
+
+def test_a_peer_that_gives_no_answer_is_ended() -> None:
+    began = time.monotonic()
+    assert peers.limited(60.0, _slow, 0.01) == ("completed", None, 0.01)
+    assert peers.limited(3.0, _slow, 120.0) == ("no answer after 3 s", None, 3.0)
+    assert time.monotonic() - began < 60.0

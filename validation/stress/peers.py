@@ -16,8 +16,10 @@ import hcm
 from validation.interrupts import unless_interrupted
 from validation.stress.hard_cells import HardCell, Tap, hard_cells, tap_of, truth_of
 from validation.stress.scipy_user import solve
+from validation.workers import workers
 
 SECONDS = 30.0
+Answer = tuple[str, Tap | None, float]
 FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
 # Exudyn starts to look this share before contact, and looks for this multiple of its duration.
 BEFORE, WINDOW = 0.002, 1.3
@@ -36,25 +38,46 @@ def _timed(run: Callable[[], tuple[str, Tap | None]], truth: Tap | None) -> str:
     return _cell(answer, tap, truth, time.perf_counter() - begin)
 
 
-def _exudyn(cell: HardCell, result: hcm.TapResult) -> tuple[str, Tap | None]:
+def _exudyn(cell: HardCell, contact_s: float, duration_s: float) -> Answer:
+    """In a process of its own: Exudyn's answer, and its time without start and imports."""
     from validation.bench import exudyn_finger
 
-    if not cell.linear:
-        return "not expressible without Python in the step", None
-    own = result.summary
-    if own.contact_time_s is None or own.contact_duration_s is None:
-        return "no contact to look for", None
-    window = WINDOW * own.contact_duration_s
+    window = WINDOW * duration_s
     given = {name: value for name, value in cell.scene.arguments().items() if name != "settings"}
+    begin = time.perf_counter()
     try:
-        tap = exudyn_finger.tap(
+        found = exudyn_finger.tap(
             given, FLIGHT_STEP_S, window / CONTACT_STEPS, True,
-            (1 - BEFORE) * own.contact_time_s, adaptive=True, window=window,
-        )  # fmt: skip
+            (1 - BEFORE) * contact_s, adaptive=True, window=window,
+        ).quantities  # fmt: skip
     except exudyn_finger.PeerFailedError as error:
-        return str(error), None
-    found = tap.quantities
-    return "completed", Tap(found.peak_normal_force_N, found.normal_impulse_N_s)
+        return str(error), None, time.perf_counter() - begin
+    tap = Tap(found.peak_normal_force_N, found.normal_impulse_N_s)
+    return "completed", tap, time.perf_counter() - begin
+
+
+def limited(seconds: float, run: Callable[..., Answer], *arguments: Any) -> Answer:
+    """A function's answer from a process that is killed if it takes longer than that.
+
+    Exudyn's adaptive steps may shrink for ever, within one call of its own code.
+    """
+    try:
+        with workers(1) as pool:
+            return pool.submit(run, *arguments).result(seconds)
+    except TimeoutError:
+        return f"no answer after {seconds:g} s", None, seconds
+
+
+def _exudyn_cell(cell: HardCell, result: hcm.TapResult, truth: Tap | None) -> str:
+    own = result.summary
+    if not cell.linear:
+        return "not expressible without Python in the step"
+    if own.contact_time_s is None or own.contact_duration_s is None:
+        return "no contact to look for"
+    answer, tap, seconds = limited(
+        SECONDS, _exudyn, cell, own.contact_time_s, own.contact_duration_s
+    )
+    return _cell(answer, tap, truth, seconds)
 
 
 def peers_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
@@ -74,6 +97,6 @@ def peers_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
             "SciPy RK45, defaults": _timed(lambda c=cell: solve(c.scene, SECONDS, "RK45"), truth),  # type: ignore[misc]
         }
         if importlib.util.find_spec("exudyn") is not None:
-            row["Exudyn, adaptive steps"] = _timed(lambda c=cell, r=result: _exudyn(c, r), truth)  # type: ignore[misc]
+            row["Exudyn, adaptive steps"] = _exudyn_cell(cell, result, truth)
         rows.append(row)
     return rows

@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 SOON_S = 0.005  # between two looks whether an interrupt can be obeyed
 PATIENCE_S = 3.0  # for imports and loading; compiling is then interrupted where it is
@@ -42,6 +42,18 @@ def unless_interrupted(result: Result) -> Result:
     if getattr(status, "name", status) == "INTERRUPTED":
         raise KeyboardInterrupt
     return result
+
+
+def block_interrupts() -> set[Any]:
+    """Keep interrupts from this thread and what it starts; returns the signals blocked before.
+
+    The tracker of `multiprocessing`'s resources comes first: where it is started, interrupts are
+    let through again.
+    """
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()
+    return signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 def _safe(frame: FrameType | None) -> bool:

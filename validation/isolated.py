@@ -8,12 +8,11 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
 from validation.errors import RunFailedError, UserError
-from validation.interrupts import heard_interrupts
+from validation.interrupts import block_interrupts, heard_interrupts
 from validation.orphan import end_with_parent
 
 GRACE_S = 2.0  # an interrupt from the keyboard reaches both processes: time to end by itself
@@ -55,10 +54,8 @@ def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(theirs, function, arguments))
-    # An interrupt waits until the process can answer it: it would print a trace of its start. Where
-    # the tracker of `multiprocessing`'s resources is started, interrupts are let through.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # An interrupt waits until the process can answer it: it would print a trace of its start.
+    before = block_interrupts()
     try:
         process.start()
     except BaseException:

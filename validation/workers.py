@@ -7,18 +7,17 @@ that is killed while it sends leaves that pool, and with it the command, to wait
 """
 
 import multiprocessing
-import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any, ParamSpec, TypeVar
 
 from validation.errors import RunFailedError
+from validation.interrupts import block_interrupts
 from validation.orphan import end_with_parent
 
 P = ParamSpec("P")
@@ -46,20 +45,12 @@ def _serve(jobs: Connection) -> None:
             jobs.send((False, error))
 
 
-def _begin_thread() -> None:
-    """The command alone answers an interrupt: threads, and what they start, leave it to that.
-
-    The tracker comes first: where it is started, interrupts are let through again.
-    """
-    resource_tracker.ensure_running()
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-
-
 class Workers:
     """What hands out work; a process starts when a job first waits for it."""
 
     def __init__(self, count: int) -> None:
-        self._threads = ThreadPoolExecutor(count, "worker", _begin_thread)
+        # the command alone answers an interrupt: threads, and what they start, leave it to that
+        self._threads = ThreadPoolExecutor(count, "worker", block_interrupts)
         self._own = threading.local()
         self._starting = threading.Lock()
         self._processes: list[BaseProcess] = []

@@ -6,13 +6,10 @@ import dataclasses
 import math
 
 import pytest
+from meshes_fingers import BUILD, FINE_TIP, PAPER, D, L
 
 import meshes
 
-L, D = 0.04, 0.015
-PAPER = meshes.FingerGeometry((L,) * 3, (D,) * 3)
-BUILD = {3: meshes.finger_hexahedra, 2: meshes.finger_quadrilaterals}
-FINE_TIP = meshes.Sizing(section_size=1.5e-3, axial_size=2e-3, tip_size=1e-4)
 NAN, INF = math.nan, math.inf
 
 

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import Future
@@ -84,36 +82,3 @@ def test_what_waits_is_dropped_when_the_command_fails() -> None:
         _fail_over_work(jobs)
     assert all(job.done() for job in jobs)
     assert sum(job.cancelled() for job in jobs) >= 4
-
-
-def test_a_worker_ends_with_its_command(tmp_path: Path) -> None:
-    code = """
-import os, sys, time
-from validation.workers import workers
-if __name__ == "__main__":
-    with workers(1) as pool:
-        print(pool.submit(os.getpid).result(), flush=True)
-        time.sleep(60)
-"""
-    script = tmp_path / "command.py"
-    script.write_text(code)
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, str(script)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment,
-                          stderr=subprocess.DEVNULL) as process:  # fmt: skip
-        assert process.stdout is not None
-        worker = int(process.stdout.readline())
-        process.kill()
-        process.wait()
-        deadline = time.monotonic() + 20
-        while time.monotonic() < deadline and _alive(worker):
-            time.sleep(0.05)
-    assert not _alive(worker)
-
-
-def _alive(number: int) -> bool:
-    try:
-        status = Path(f"/proc/{number}/stat").read_text()
-    except OSError:
-        return False
-    return status.rpartition(")")[2].split()[0] != "Z"

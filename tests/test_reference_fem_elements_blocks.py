@@ -113,8 +113,7 @@ def test_shares_of_any_number_of_threads_meet(kind: str, threads: int, order: st
     for t in reversed(range(threads)):
         begin(blocks, shares, t, out)
         add_forces(blocks, u, shares, t, out)
-    for t in range(threads):
-        finish(blocks, shares, t, out)
+    finish(blocks, shares, out)
     expected = force(k, u)
     assert np.allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
     own = (shares[:, LAST] - shares[:, FIRST]).sum() / len(points)

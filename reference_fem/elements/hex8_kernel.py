@@ -21,6 +21,7 @@ Lanes past the last element have zero rows and repeat its nodes.
 from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.frames import aligned_frame
 from reference_fem.elements.hex8_edges import (
     at_points,
     base_forces,
@@ -78,6 +79,7 @@ def block_dilatation(s: Floats, r: Floats) -> None:
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_force(s: Floats, r: Floats) -> None:
     """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s."""
+    aligned_frame()
     for lane in range(LANES):
         x = at_points(load_bases(s, BASES, lane))
         y = at_points(load_bases(s, BASES + 12, lane))

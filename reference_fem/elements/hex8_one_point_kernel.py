@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.frames import aligned_frame
 from reference_fem.elements.hex8_modes import (
     Modes,
     Six,
@@ -113,6 +114,7 @@ def force_row(
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_force(s: Floats, r: Floats) -> None:
     """Rows 0..23 of s: the nodal forces in place of the nodal displacements."""
+    aligned_frame()
     for lane in range(LANES):
         o = lane + CORNERS * LANES
         x, y, z = modes(s, o), modes(s, o + 8 * LANES), modes(s, o + 16 * LANES)

@@ -3,9 +3,10 @@
     x0 y0 z0   x1 y1 z1 ... x7 y7 z7     <->     x0 .. x7,  y0 .. y7,  z0 .. z7
 
 In numba's Python each number is one load and one store, together longer than the arithmetic of a
-1-point hexahedron. Here, in LLVM's own vectors for which Python has no words, x and y of a node
-move as a pair and a row is stored at once (measured on one thread: 8 to 16 % less time). Any
-processor will do: where registers hold fewer than 8 numbers LLVM takes several.
+1-point hexahedron. Here, in LLVM's own vectors for which Python has no words, a node's numbers are
+loaded at once, x and y are added as a pair, and a row is stored at once (measured on one thread:
+8 to 16 % less time). Any processor will do: where registers hold fewer than 8 numbers LLVM takes
+several.
 
 Arrays are contiguous and indices in bounds; neither is checked. Node numbers (LANES, 8) are taken
 at flat places `first`, `first + 8`, ... for lanes 0, 1, ...: one corner of 8 elements.
@@ -15,6 +16,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
 WIDTH = 8  # lanes moved at once
@@ -24,8 +26,10 @@ BYTES = 8
 
 DOUBLE = ir.DoubleType()
 PAIR = ir.VectorType(DOUBLE, 2)
+FOUR = ir.VectorType(DOUBLE, 4)
 ROW = ir.VectorType(DOUBLE, WIDTH)
 INDEX = ir.IntType(32)
+MASK = ir.Constant(ir.VectorType(ir.IntType(1), 4), [1, 1, 1, 0])
 
 
 def _data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
@@ -34,6 +38,15 @@ def _data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
 
 def _constants(numbers: list[int]) -> ir.Constant:
     return ir.Constant(ir.VectorType(INDEX, len(numbers)), numbers)
+
+
+# What take_rows picks of two vectors together: ALL of nodes i and i + 4; of two such, in each half,
+# EVEN x x z z and ODD y y; of two of these, in each half, the FIRST pairs or the SECOND.
+ALL = _constants([0, 1, 2, 3, 4, 5, 6, 7])
+EVEN = _constants([0, 8, 2, 10, 4, 12, 6, 14])
+ODD = _constants([1, 9, 3, 11, 5, 13, 7, 15])
+FIRST = _constants([0, 1, 8, 9, 4, 5, 12, 13])
+SECOND = _constants([2, 3, 10, 11, 6, 7, 14, 15])
 
 
 def _number(i: int) -> ir.Constant:
@@ -58,16 +71,12 @@ def _row(builder: Any, s: Any, place: Any) -> Any:
     return builder.bitcast(builder.gep(s, [place]), ROW.as_pointer())
 
 
-def _concatenate(builder: Any, parts: list[Any]) -> Any:
-    """One vector of all numbers of several."""
-    while len(parts) > 1:
-        size = 2 * parts[0].type.count
-        together = _constants(list(range(size)))
-        parts = [
-            builder.shuffle_vector(a, b, together)
-            for a, b in zip(parts[::2], parts[1::2], strict=True)
-        ]
-    return parts[0]
+def _three(builder: Any, p: Any) -> Any:
+    """The vector at p, its fourth number unread (there is none behind the last node's)."""
+    kind = ir.FunctionType(FOUR, [FOUR.as_pointer(), INDEX, MASK.type, FOUR])
+    load = get_or_insert_function(builder.module, kind, "llvm.masked.load.v4f64.p0")
+    args = [_as(builder, p, 0, FOUR), _number(BYTES), MASK, ir.Constant(FOUR, ir.Undefined)]
+    return builder.call(load, args)
 
 
 @intrinsic
@@ -80,19 +89,16 @@ def take_rows(_: Any, values: Any, nodes: Any, first: Any, s: Any, o: Any, strid
         numbers = _data(context, builder, kinds[1], args[1])
         out = _data(context, builder, kinds[3], args[3])
         at = [_node(builder, array, numbers, args[2], lane) for lane in range(WIDTH)]
-        pairs = [builder.load(_as(builder, p, 0, PAIR), align=BYTES) for p in at]
-        low = _concatenate(builder, pairs[: WIDTH // 2])
-        high = _concatenate(builder, pairs[WIDTH // 2 :])
-        even = _constants(list(range(0, 2 * WIDTH, 2)))
-        odd = _constants(list(range(1, 2 * WIDTH, 2)))
-        third = ir.Constant(ROW, ir.Undefined)
-        for lane, p in enumerate(at):
-            z = builder.load(_as(builder, p, 2, DOUBLE), align=BYTES)
-            third = builder.insert_element(third, z, _number(lane))
+        threes = [_three(builder, p) for p in at]
+        both = [
+            builder.shuffle_vector(a, b, ALL) for a, b in zip(threes[:4], threes[4:], strict=True)
+        ]
+        xz = [builder.shuffle_vector(a, b, EVEN) for a, b in (both[:2], both[2:])]
+        y = [builder.shuffle_vector(a, b, ODD) for a, b in (both[:2], both[2:])]
         rows = (
-            builder.shuffle_vector(low, high, even),
-            builder.shuffle_vector(low, high, odd),
-            third,
+            builder.shuffle_vector(*xz, FIRST),
+            builder.shuffle_vector(*y, FIRST),
+            builder.shuffle_vector(*xz, SECOND),
         )
         place = args[4]
         for row in rows:

@@ -69,16 +69,23 @@ def implement(
         return None
 
 
+@njit(cache=True, error_model="numpy", _nrt=False)
+def share_force(
+    blocks: Blocks, displacement: Floats, shares: Integers, t: int, out: Floats
+) -> None:
+    """Forces of thread t's blocks, without reference counts (3 % of the time of a hexahedron)."""
+    begin(blocks, shares, t, out)
+    for block in range(shares[t, START], shares[t, STOP]):
+        add_force(blocks, displacement, block, shares[t], t, out)
+
+
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
 def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
     """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads."""
     shares = deal(blocks.node_range, n_threads)
     for t in prange(n_threads):
-        begin(blocks, shares, t, out)
-        for block in range(shares[t, START], shares[t, STOP]):
-            add_force(blocks, displacement, block, shares[t], t, out)
-    for t in prange(n_threads):
-        finish(blocks, shares, t, out)
+        share_force(blocks, displacement, shares, t, out)
+    finish(blocks, shares, out)
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")

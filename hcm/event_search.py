@@ -14,9 +14,9 @@ import math
 
 from hcm.compiled import kernel
 from hcm.contact_events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
-from hcm.generalized_alpha import step
-from hcm.integrator import Integrator, Motion
+from hcm.integrator import Motion
 from hcm.lumped_contact import Contact
+from hcm.one_step import AnyIntegrator, take_step
 
 TRIALS = 80
 TIME_RESOLUTION = 1e-15
@@ -27,7 +27,7 @@ NO_EVENT = -1
 
 
 @kernel
-def values_at(motion: Motion, contact: Contact, integrator: Integrator) -> Triple:
+def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Triple:
     """Event functions of a motion's tip."""
     law, c = integrator.law, integrator.chain.tip
     q, v = motion.q, motion.v
@@ -35,7 +35,7 @@ def values_at(motion: Motion, contact: Contact, integrator: Integrator) -> Tripl
 
 
 @kernel
-def rates_at(motion: Motion, contact: Contact, integrator: Integrator) -> Triple:
+def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Triple:
     """Rates of the event functions of a motion's tip."""
     law, c = integrator.law, integrator.chain.tip
     q, v, a = motion.q, motion.v, motion.acceleration
@@ -43,7 +43,7 @@ def rates_at(motion: Motion, contact: Contact, integrator: Integrator) -> Triple
 
 
 @kernel
-def overshot(tolerance: Triple, motion: Motion, contact: Contact, integrator: Integrator) -> int:
+def overshot(tolerance: Triple, motion: Motion, contact: Contact, integrator: AnyIntegrator) -> int:
     """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
     values = values_at(motion, contact, integrator)
     for slot in (SEPARATION, TANGENTIAL, NORMAL):
@@ -79,7 +79,7 @@ def locate(
     contact: Contact,
     old: Motion,
     new: Motion,
-    integrator: Integrator,
+    integrator: AnyIntegrator,
 ) -> tuple[float, int]:
     """Bracketing search (Illinois, with bisection when it stalls) for the slot's zero in [0, high].
 
@@ -93,7 +93,7 @@ def locate(
         if trials >= 12:
             return 0.0, trials
         trials += 1
-        if not step(lower_point, contact, old, new, integrator):
+        if not take_step(lower_point, contact, old, new, integrator):
             return math.nan, trials
         g = values_at(new, contact, integrator)[slot]
         if g > tolerance:
@@ -106,7 +106,7 @@ def locate(
         if trials % 8 == 7 or (trials > 16 and trials % 2) or not low < middle < high:
             middle = 0.5 * (low + high)
         trials += 1
-        if not step(middle, contact, old, new, integrator):
+        if not take_step(middle, contact, old, new, integrator):
             return math.nan, trials
         g = values_at(new, contact, integrator)[slot]
         if g > 0.0:
@@ -131,7 +131,7 @@ def first_event(
     contact: Contact,
     old: Motion,
     new: Motion,
-    integrator: Integrator,
+    integrator: AnyIntegrator,
 ) -> tuple[float, int, int]:
     """Shorten the step `old` -> `new` (already taken with h) to end on the first event.
 
@@ -154,11 +154,11 @@ def first_event(
                 if high == 0.0:
                     continue
                 total += 1
-                if not step(high, contact, old, new, integrator):
+                if not take_step(high, contact, old, new, integrator):
                     return math.nan, slot, total
                 g_high = values_at(new, contact, integrator)[slot]
                 if g_high >= -tolerance[slot]:
-                    step(h, contact, old, new, integrator)
+                    take_step(h, contact, old, new, integrator)
                     continue
             event, trials = locate(
                 slot, high, g0[slot], g_high, tolerance[slot], contact, old, new, integrator
@@ -169,7 +169,7 @@ def first_event(
             h, found, changed = event, slot, True
             if h == 0.0:
                 return h, found, total
-            if not step(h, contact, old, new, integrator):
+            if not take_step(h, contact, old, new, integrator):
                 return math.nan, slot, total
             g1 = values_at(new, contact, integrator)
             d1 = rates_at(new, contact, integrator)

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from hcm.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
 from hcm.compiled import inlined, kernel, kernel_with
 from hcm.equations import residual_from_chords, tangent
-from hcm.integrator import Coefficients, Integrator, Motion, Workspace
+from hcm.integrator import Coefficients, Integrator, Motion
 from hcm.layout import Chain
 from hcm.lumped_contact import Contact, contact_tangent
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 ITERATIONS = 20
 # Kept factors are given up once an iteration shrinks the change by less than this factor.
@@ -130,15 +131,14 @@ def is_finite(x: Floats) -> bool:
 
 
 @kernel
-def keep_count(iterations: int, work: Workspace) -> None:
+def keep_count(iterations: int, worth: int, age: Ints, key: Floats) -> None:
     """Note a step's iterations, and drop factors that have become dearer than new ones."""
-    age = work.age
     if age[0] == 0:
         age[0] = iterations
     else:
         age[1] += max(iterations - age[0], 0)
-        if age[1] > WORTH:
-            work.key[0] = np.nan
+        if age[1] > worth:
+            key[0] = np.nan
 
 
 @kernel
@@ -189,7 +189,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     else:
         return False
     update(h, co, old, new, chain, work.increment)
-    keep_count(work.cost[0] - iterations, work)
+    keep_count(work.cost[0] - iterations, WORTH, work.age, work.key)
     for i in range(n):
         new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
     return True

@@ -11,6 +11,10 @@ import operator
 from dataclasses import dataclass
 
 
+GENERALIZED_ALPHA, GAUSS = "generalized-alpha", "gauss"
+FLIGHT_INTEGRATORS = (GENERALIZED_ALPHA, GAUSS)
+
+
 class ParameterError(ValueError):
     """A parameter lies outside what the model can compute with."""
 
@@ -182,6 +186,8 @@ class Settings:
     reuse_factors : whether a factorization serves as long as Newton's iteration shrinks the change
         tenfold with it; False makes a new one in every iteration, which changes no result beyond
         `newton_tolerance`.
+    flight_integrator : "generalized-alpha", or "gauss": collocation of order 10 out of contact, which
+        keeps fast vibrations in phase over long flights at much longer steps (`hcm.gauss`).
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
     repeat : whether a run whose finger folded up, or whose tap barely ended, is solved again with
         other tolerances to see whether it can be relied on (`hcm.repeatable`); others never are.
@@ -200,6 +206,7 @@ class Settings:
     max_steps: int = 500_000
     consistent_start: bool = True
     reuse_factors: bool = True
+    flight_integrator: str = GENERALIZED_ALPHA
     frame_times: tuple[float, ...] = ()
     repeat: bool = True
 
@@ -226,6 +233,9 @@ class Settings:
             "in [1e-13, 1e-3]",
             1e-13 <= self.newton_tolerance <= 1e-3,
         )
+        if self.flight_integrator not in FLIGHT_INTEGRATORS:
+            names = " or ".join(repr(name) for name in FLIGHT_INTEGRATORS)
+            raise ParameterError(f"flight_integrator = {self.flight_integrator!r}: must be {names}")
         for field in ("taps", "max_steps"):
             _whole(self, field)
         if self.end_time is not None:

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from hcm import tap
 from hcm.clock import Clock, Plan
+from hcm.collocation import with_collocation
 from hcm.estimate import check_size, most_steps
 from hcm.generalized_alpha import initial_acceleration
 from hcm.integrator import Integrator, coefficients, motion, workspace
 from hcm.layout import build_chain, build_probe, contact_law
 from hcm.lumped_contact import FLIGHT, FREE, Contact
 from hcm.parameters import (
+    GAUSS,
     Drive,
     Finger,
     ParameterError,
@@ -116,7 +118,9 @@ def simulate(
     plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
     per_call = 1 + UPDATES_A_CALL // chain.first.size
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
-    integrator = Integrator(co, chain, law, work)
+    plain = Integrator(co, chain, law, work)
+    collocation = settings.flight_integrator == GAUSS
+    integrator = with_collocation(plain) if collocation else plain
     frames = tap.FrameTable(
         np.array(settings.frame_times, dtype=float),
         np.full((len(settings.frame_times), n), np.nan),
@@ -128,9 +132,9 @@ def simulate(
     reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
     events: list[Event] = []
     status = Status.COMPLETED
-    if settings.consistent_start and not initial_acceleration(old, contact, integrator):
+    if settings.consistent_start and not initial_acceleration(old, contact, plain):
         status = Status.NEWTON_FAILED
-    tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, integrator, probe)
+    tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, plain, probe)
     steps, code = 0, tap.RUNNING
     while status is Status.COMPLETED and code == tap.RUNNING:
         size, spent = min(TABLE_ROWS, settings.max_steps - steps), int(work.cost[0])

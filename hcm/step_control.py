@@ -10,10 +10,10 @@ from hcm.clock import Clock, Plan
 from hcm.compiled import kernel
 from hcm.contact_events import Triple
 from hcm.event_search import NO_EVENT, first_event, overshot
-from hcm.generalized_alpha import local_error, step
-from hcm.integrator import Integrator, Motion
+from hcm.integrator import Motion
 from hcm.layout import Law
 from hcm.lumped_contact import FLIGHT, STICK, Contact, normal_slope
+from hcm.one_step import AnyIntegrator, error_of_step, take_step
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40
@@ -50,7 +50,7 @@ def accept(
     contact: Contact,
     old: Motion,
     new: Motion,
-    integrator: Integrator,
+    integrator: AnyIntegrator,
 ) -> tuple[float, int, int, int, float]:
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
@@ -59,11 +59,11 @@ def accept(
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.
     """
-    _, chain, law, work = integrator
+    chain, law, work = integrator.chain, integrator.law, integrator.work
     clearance = max(old.q[chain.tip + 1] + law.height - contact.gap_ref, 0.0)
     slot, trials, growth = NO_EVENT, 0, GROW
     for repeats in range(REPEATS + 1):
-        if not step(h, contact, old, new, integrator):
+        if not take_step(h, contact, old, new, integrator):
             work.key[0] = np.nan
             h *= 0.5
             continue
@@ -72,8 +72,8 @@ def accept(
             near = bound + NEAR * clearance if bound > 0.0 else plan.flight_tolerance
             bound = min(plan.flight_tolerance, near)
         if bound > 0.0:
-            error = local_error(h, old, new, integrator)
-            growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / 3.0)
+            error, order = error_of_step(h, contact, old, new, integrator)
+            growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / order)
             if error > bound:
                 h *= max(SHRINK, growth)
                 continue

@@ -17,7 +17,7 @@ from hcm.compiled import kernel
 from hcm.contact_events import LIFT_OFF, TOUCH, transition
 from hcm.event_search import NO_EVENT
 from hcm.generalized_alpha import change_step
-from hcm.integrator import Integrator, Motion
+from hcm.integrator import Motion
 from hcm.layout import Probe
 from hcm.lumped_contact import (
     FLIGHT,
@@ -27,6 +27,7 @@ from hcm.lumped_contact import (
     stored_energy,
 )
 from hcm.observe import energies, stress_at_probe
+from hcm.one_step import AnyIntegrator
 from hcm.step_control import REPEATS, accept, event_tolerances
 
 Floats = NDArray[np.float64]
@@ -89,7 +90,7 @@ class Record(NamedTuple):
 @kernel
 def write_row(
     row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact,
-    integrator: Integrator, probe: Probe,
+    integrator: AnyIntegrator, probe: Probe,
 ) -> None:  # fmt: skip
     """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
     chain, law = integrator.chain, integrator.law
@@ -160,7 +161,7 @@ def advance(
     contact: Contact,
     clock: Clock,
     plan: Plan,
-    integrator: Integrator,
+    integrator: AnyIntegrator,
     probe: Probe,
     record: Record,
 ) -> tuple[Contact, Clock, int, int, int]:
@@ -169,7 +170,7 @@ def advance(
     `old` holds the state and is overwritten. Returns the contact, the clock, the number of rows and
     of events written, and why the loop came back.
     """
-    _, chain, law, work = integrator
+    chain, law, work = integrator.chain, integrator.law, integrator.work
     rows, reactions, events, frames = record
     n_rows, n_events = 0, 0
     while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:

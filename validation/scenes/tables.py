@@ -92,6 +92,7 @@ class HcmTable(Table):
     max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
     consistent_start: bool | None = None
     reuse_factors: bool | None = None
+    flight_integrator: Literal["generalized-alpha", "gauss"] | None = None
     repeat: bool | None = None
 
 

@@ -58,7 +58,7 @@ def tableau(stages: int) -> Tableau:
     whole = [0.5 * legendre.legval(nodes, legendre.legint(row, lbnd=-1)) for row in np.eye(stages)]
     a = np.array(whole).T @ ((2 * np.arange(stages) + 1)[:, None] * series * b)
     double = a @ a
-    inverse = np.linalg.inv(double)
+    inverse = np.linalg.inv(double).astype(np.float64)
     lam, vectors = np.linalg.eig(a)
     back = np.linalg.inv(vectors)
     mu, forward, backward = [], [], []

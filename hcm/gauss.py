@@ -182,7 +182,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 @kernel
 def finish(h: float, old: Motion, new: Motion, contact: Contact,
            integrator: GaussIntegrator) -> None:  # fmt: skip
-    """Fill `new` from B: q and v by quadrature, the bordered acceleration by the equations there."""
+    """Fill `new` from B: q, v and their mean acceleration; q.. and lam by the equations there."""
     chain, own, ends = integrator.chain, integrator.gauss, integrator.tableau.ends
     moved = integrator.work.increment
     for m in range(moved.size):
@@ -210,7 +210,7 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
 
 
 @kernel
-def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator) -> bool:  # fmt: skip
+def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator) -> bool:
     """Advance `old` by h into `new`, in flight. Returns whether the iteration converged.
 
     It stops, keeps its factors and gives them up as generalized-alpha's does; what is compared is

@@ -10,7 +10,6 @@ import math
 import operator
 from dataclasses import dataclass
 
-
 GENERALIZED_ALPHA, GAUSS = "generalized-alpha", "gauss"
 FLIGHT_INTEGRATORS = (GENERALIZED_ALPHA, GAUSS)
 
@@ -186,8 +185,9 @@ class Settings:
     reuse_factors : whether a factorization serves as long as Newton's iteration shrinks the change
         tenfold with it; False makes a new one in every iteration, which changes no result beyond
         `newton_tolerance`.
-    flight_integrator : "generalized-alpha", or "gauss": collocation of order 10 out of contact, which
-        keeps fast vibrations in phase over long flights at much longer steps (`hcm.gauss`).
+    flight_integrator : "generalized-alpha", or "gauss": collocation of order 10 out of contact,
+        which keeps vibrations in phase over long flights at much longer steps (`hcm.gauss`); its
+        `flight_tolerance` bounds what the last term of a step's polynomial adds to it.
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
     repeat : whether a run whose finger folded up, or whose tap barely ended, is solved again with
         other tolerances to see whether it can be relied on (`hcm.repeatable`); others never are.

@@ -30,15 +30,20 @@ from hcm.banded_ldl import HALF_BANDWIDTH, factorize, solve
 from hcm.collocation import GaussIntegrator, GaussWork, Tableau
 from hcm.compiled import inlined, kernel
 from hcm.equations import residual_from_chords, tangent
-from hcm.generalized_alpha import ITERATIONS, SLOW, is_finite, keep_count, largest_in_units
+from hcm.generalized_alpha import (
+    ITERATIONS,
+    SLOW,
+    WORTH,
+    is_finite,
+    keep_count,
+    largest_in_units,
+    largest_size,
+)
 from hcm.integrator import Motion
 from hcm.layout import Chain
 from hcm.lumped_contact import Contact
 
 Floats = NDArray[np.float64]
-
-# As in generalized_alpha: new factors cost as much as this many iterations.
-WORTH = 4
 
 
 @kernel
@@ -214,7 +219,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
     """Advance `old` by h into `new`, in flight. Returns whether the iteration converged.
 
     It stops, keeps its factors and gives them up as generalized-alpha's does; what is compared is
-    the largest change of B with the largest B.
+    the largest change of B with the largest B after the first change.
     """
     co, chain, work = integrator.co, integrator.chain, integrator.work
     table, own = integrator.tableau, integrator.gauss
@@ -225,6 +230,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
     combine(table.double, own.stage, own.unknown)
     if not co.reuse:
         own.key[0] = np.nan
+    largest = 0.0
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
         move_stages(h, old, integrator)
@@ -243,17 +249,19 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
         combine(table.forward, own.residual, own.change)
         solve_all(table, own)
         combine(table.backward, own.change, own.residual)
-        turn_forth(own.turns, chain, own.residual)
         work.cost[0] += 1
-        change, largest = 0.0, 0.0
+        change = 0.0
         for i in range(stages):
             if not is_finite(own.residual[i]):
                 own.key[0] = np.nan
                 return False
+            change = max(change, largest_size(own.residual[i]))
+        turn_forth(own.turns, chain, own.residual)
+        for i in range(stages):
             for m in range(n):
                 own.unknown[i, m] += own.residual[i, m]
-            change = max(change, largest_in_units(own.residual[i], chain.scale))
-            largest = max(largest, largest_in_units(own.unknown[i], chain.scale))
+            if iteration == 0:
+                largest = max(largest, largest_in_units(own.unknown[i], chain.scale))
         slow = False
         if previous < np.inf:
             rate = change / previous

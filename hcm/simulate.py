@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcm import tap
 from hcm.clock import Clock, Plan
-from hcm.collocation import with_collocation
+from hcm.collocation import STAGES, with_collocation
 from hcm.estimate import check_size, most_steps
 from hcm.generalized_alpha import initial_acceleration
 from hcm.integrator import Integrator, coefficients, motion, workspace
@@ -116,11 +116,12 @@ def simulate(
     contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
     clock = Clock(begin, begin, _first_step(settings), 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
-    per_call = 1 + UPDATES_A_CALL // chain.first.size
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, law, work)
     collocation = settings.flight_integrator == GAUSS
     integrator = with_collocation(plain) if collocation else plain
+    updates = chain.first.size * (STAGES if collocation else 1)
+    per_call = 1 + UPDATES_A_CALL // updates
     frames = tap.FrameTable(
         np.array(settings.frame_times, dtype=float),
         np.full((len(settings.frame_times), n), np.nan),

@@ -17,6 +17,7 @@ from validation.models.hcm import translate
 from validation.scenes.load import load_scene
 
 Number = int | float
+Value = Number | str
 Progress = Callable[[float, str], None]
 
 # Error control in flight and contact; each ladder changes what its name says.
@@ -27,6 +28,11 @@ BASE: Mapping[str, Number] = {
     "contact_tolerance": 1e-9,
 }
 FIXED: Mapping[str, Number] = {"flight_tolerance": 0, "contact_tolerance": 0}
+GAUSS: Mapping[str, Value] = {
+    "flight_integrator": "gauss",
+    "newton_tolerance": 1e-7,
+    "spectral_radius": 1.0,
+}
 IMPACT_TOLERANCE = {"contact_step": 1e-5, "contact_tolerance": 1e-13, "newton_tolerance": 1e-11}
 
 
@@ -37,12 +43,15 @@ class Rung:
     study: str
     series: str
     elements: int
-    changes: Mapping[str, Number]
+    changes: Mapping[str, Value]
 
     @property
     def setting(self) -> str:
         """What was set, for the table."""
-        changed = ", ".join(f"{key} {value:g}" for key, value in self.changes.items())
+        changed = ", ".join(
+            f"{key} {value if isinstance(value, str) else format(value, 'g')}"
+            for key, value in self.changes.items()
+        )
         return f"{self.elements} elements" + (f", {changed}" if changed else "")
 
     def inputs(self) -> dict[str, Any]:
@@ -59,16 +68,19 @@ class Rung:
 def ladders(quick: bool) -> tuple[Rung, ...]:
     """All settings; `quick` leaves out the dearest."""
 
-    def tap(series: str, *changes: Mapping[str, Number]) -> Rung:
+    def tap(series: str, *changes: Mapping[str, Value]) -> Rung:
         merged = {key: value for change in changes for key, value in change.items()}
         return Rung("tap", series, truths.TAP_ELEMENTS, merged)
 
     tolerances = [(1e-5, 1e-7), (1e-6, 1e-8), (1e-7, 1e-9), (1e-8, 1e-10), (1e-9, 1e-11)]
     steps = [(1e-3, 1e-5), (3e-4, 3e-6), (1e-4, 1e-6), (3e-5, 3e-7)]
     counts = [1, 2, 3, 5, 10]
+    # the loop with collocation is compiled apart, in half a minute: not for a quick look
+    collocated: list[tuple[float, float]] = []
     if not quick:
         tolerances += [(1e-10, 1e-12), (1e-11, 1e-13)]
         steps += [(1e-5, 1e-7), (3e-6, 3e-8)]
+        collocated += [(5e-4, 1e-6), (2e-4, 5e-7), (1e-4, 3e-7), (5e-5, 1e-7), (3e-5, 3e-8)]
         counts += [20, 40]
     rungs = [tap("default settings")]
     rungs += [
@@ -76,6 +88,10 @@ def ladders(quick: bool) -> tuple[Rung, ...]:
         for f, c in tolerances
     ]
     rungs += [tap("fixed steps", {"flight_step": f, "contact_step": c}, FIXED) for f, c in steps]
+    rungs += [
+        tap("flight by Gauss collocation", GAUSS, FIXED, {"flight_step": f, "contact_step": c})
+        for f, c in collocated
+    ]
     rungs += [tap("xi", BASE, {"spectral_radius": xi}) for xi in (0.0, 0.4, 0.8, 0.9, 1.0)]
     rungs += [tap("newton tolerance", BASE, {"newton_tolerance": t}) for t in (1e-3, 1e-5, 1e-7)]
     rungs += [Rung("contact", "elements", n, IMPACT_TOLERANCE) for n in counts]

@@ -24,50 +24,37 @@ Four = tuple[float, float, float, float]
 Six = tuple[float, float, float, float, float, float]
 
 
-def mass_matrix(mass_per_length: float, length: float) -> Floats:
-    """Consistent mass of one component, rho A int S^T S dx (eq. 4).
+# Mass and bending matrices for l = 1, in units of rho A l/420 and E I/l^3. Slopes count l times.
+UNIT_MASS = np.array(
+    [[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0],
+     [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]]
+)  # fmt: skip
+UNIT_BENDING = np.array(
+    [[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0],
+     [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]]
+)  # fmt: skip
+
+
+@kernel
+def fill_matrices(
+    mass_per_length: float, bending_stiffness: float, length: float, mass: Floats, bending: Floats
+) -> None:
+    """Write one component's mass, rho A int S^T S dx (eq. 4), and E I int S''^T S'' dx (eq. 6).
 
     Parameters
     ----------
     mass_per_length : rho A, kg/m.
-    length : l, m.
-
-    Returns
-    -------
-    (4, 4), for (r_1, r'_1, r_2, r'_2): kg, kg m, kg m^2.
-    """
-    el = length
-    return (mass_per_length * el / 420) * np.array(
-        [
-            [156, 22 * el, 54, -13 * el],
-            [22 * el, 4 * el**2, 13 * el, -3 * el**2],
-            [54, 13 * el, 156, -22 * el],
-            [-13 * el, -3 * el**2, -22 * el, 4 * el**2],
-        ]
-    )
-
-
-def bending_matrix(bending_stiffness: float, length: float) -> Floats:
-    """Constant bending stiffness of one component, E I int S''^T S'' dx (eq. 6).
-
-    Parameters
-    ----------
     bending_stiffness : E I, N m^2.
     length : l, m.
-
-    Returns
-    -------
-    (4, 4), for (r_1, r'_1, r_2, r'_2): N/m, N, N m.
+    mass : (4, 4), for (r_1, r'_1, r_2, r'_2): kg, kg m, kg m^2.
+    bending : (4, 4), for the same: N/m, N, N m.
     """
-    el = length
-    return (bending_stiffness / el**3) * np.array(
-        [
-            [12, 6 * el, -12, 6 * el],
-            [6 * el, 4 * el**2, -6 * el, 2 * el**2],
-            [-12, -6 * el, 12, -6 * el],
-            [6 * el, 2 * el**2, -6 * el, 4 * el**2],
-        ]
-    )
+    inertia_unit, stiffness_unit = mass_per_length * length / 420.0, bending_stiffness / length**3
+    for i in range(4):
+        for j in range(4):
+            size = (length if i % 2 else 1.0) * (length if j % 2 else 1.0)
+            mass[i, j] = inertia_unit * (UNIT_MASS[i, j] * size)
+            bending[i, j] = stiffness_unit * (UNIT_BENDING[i, j] * size)
 
 
 @kernel

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hcm.ancf_element import bending_matrix, mass_matrix
+from hcm.ancf_element import UNIT_MASS, fill_matrices
+from hcm.compiled import kernel_with
 from hcm.parameters import Drive, Finger, Surface, Tip
 
 Floats = NDArray[np.float64]
@@ -103,70 +104,80 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     """
     phalanges = finger.phalanges
     counts = np.array([p.elements for p in phalanges])
-    size = [p.length / p.elements for p in phalanges]
-    per_length = [p.density * p.area for p in phalanges]
-    mass = [mass_matrix(m, el) for m, el in zip(per_length, size, strict=True)]
-    bending = [
-        bending_matrix(p.youngs_modulus * p.second_moment, el)
-        for p, el in zip(phalanges, size, strict=True)
-    ]
-    # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
-    force = [m * drive.gravity * el / 2 for m, el in zip(per_length, size, strict=True)]
-    moment = [m * drive.gravity * el**2 / 12 for m, el in zip(per_length, size, strict=True)]
-    # phalanx w takes its hinge's two multipliers, then its nodes' four coordinates each
-    ends = (2 + 4 * (counts + 1)).cumsum()
-    hinge, n = ends - (2 + 4 * (counts + 1)), int(ends[-1])
-    outer, inner = hinge + 2, hinge - 4
-    inner[0] = -1
-    phalanx = np.arange(counts.size)
-    # the phalanx of each element and of each node; w hinges and w last nodes lie before phalanx w's
-    on, at = phalanx.repeat(counts), phalanx.repeat(counts + 1)
-    first, node = 4 * np.arange(on.size) + (2 + 6 * on), 4 * np.arange(at.size) + (2 + 2 * at)
-    el = np.array(size)
-    rest, scale, weight = np.zeros(n), np.ones(n), np.zeros(n)
-    begin = np.array([0.0, *(p.length for p in phalanges[:-1])]).cumsum()
-    rest[node] = -(begin[at] + el[at] * ((node - outer[at]) // 4))
-    rest[node + 2] = -1.0
-    scale[hinge] = scale[hinge + 1] = np.array(per_length) * el
-    scale[node + 2] = scale[node + 3] = (1.0 / el)[at]
-    weight[first + 1] -= np.array(force)[on]
-    weight[first + 5] -= np.array(force)[on]
-    weight[outer + 3] -= moment
-    weight[ends - 1] += moment
-    torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
+    given = np.array([
+        (p.length / p.elements, p.density * p.area, p.youngs_modulus * p.area,
+         p.youngs_modulus * p.second_moment, p.length) for p in phalanges
+    ])  # fmt: skip
+    # each phalanx takes its hinge's two multipliers, then its nodes' four coordinates each
+    links, elements = counts.size, int(counts.sum())
+    n = 4 * elements + 6 * links
+    inner, outer = np.empty(links, dtype=np.int64), np.empty(links, dtype=np.int64)
     chain = Chain(
-        first,
-        first + 4,
-        el[on],
-        np.array([p.youngs_modulus * p.area for p in phalanges])[on],
-        np.array(mass)[on],
-        np.array(bending)[on],
-        hinge,
+        np.empty(elements, dtype=np.int64),
+        np.empty(elements, dtype=np.int64),
+        np.empty(elements),
+        np.empty(elements),
+        np.empty((elements, 4, 4)),
+        np.empty((elements, 4, 4)),
+        np.empty(links, dtype=np.int64),
         inner,
         outer,
-        weight,
-        torque,
-        torque_node,
-        scale,
+        np.zeros(n),
+        np.empty(0),
+        np.empty(0, dtype=np.int64),
+        np.ones(n),
         n - 4,
-        _roundoff(finger),
+        _roundoff(given),
     )
+    rest = np.zeros(n)
+    fill_chain(counts, given, float(drive.gravity), chain, rest)
+    if drive.torques:
+        torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
+        chain = chain._replace(torque=torque, torque_node=torque_node)
     return chain, rest
 
 
+@kernel_with()
+def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: Floats) -> None:
+    """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros and scales of 1.
+
+    counts : (P,) elements. given : (P, 5) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m).
+    """
+    element, place, begin = 0, 0, 0.0
+    for w in range(counts.size):
+        el, per_length = given[w, 0], given[w, 1]
+        chain.hinge[w], chain.hinge_outer[w] = place, place + 2
+        chain.hinge_inner[w] = place - 4 if w else -1
+        chain.scale[place] = chain.scale[place + 1] = per_length * el
+        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
+        force, moment = per_length * gravity * el / 2.0, per_length * gravity * el**2 / 12.0
+        for i in range(counts[w] + 1):
+            node = place + 2 + 4 * i
+            rest[node], rest[node + 2] = -(begin + el * i), -1.0
+            chain.scale[node + 2] = chain.scale[node + 3] = 1.0 / el
+            if i == counts[w]:
+                break
+            chain.first[element], chain.second[element] = node, node + 4
+            chain.length[element], chain.axial_stiffness[element] = el, given[w, 2]
+            fill_matrices(per_length, given[w, 3], el, chain.mass[element], chain.bending[element])
+            chain.weight[node + 1] -= force
+            chain.weight[node + 5] -= force
+            element += 1
+        chain.weight[place + 5] -= moment
+        place += 4 * counts[w] + 6
+        chain.weight[place - 1] += moment
+        begin += given[w, 4]
+
+
 # Smallest eigenvalue of an element mass matrix over the mass, in units of 1 and 1/l.
-SOFTEST_MASS = float(np.linalg.eigvalsh(mass_matrix(1.0, 1.0))[0])
+SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
 
 
-def _roundoff(finger: Finger) -> float:
+def _roundoff(given: Floats) -> float:
     # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
-    for phalanx in finger.phalanges:
-        el = phalanx.length / phalanx.elements
-        bending = 12 * phalanx.youngs_modulus * phalanx.second_moment / el**2
-        axial = phalanx.youngs_modulus * phalanx.area
-        element_mass = phalanx.density * phalanx.area * el
-        largest = max(largest, (bending + axial) / (SOFTEST_MASS * element_mass))
+    for el, per_length, axial, bending, _ in given.tolist():
+        largest = max(largest, (12 * bending / el**2 + axial) / (SOFTEST_MASS * per_length * el))
     return float(np.finfo(float).eps) * largest
 
 

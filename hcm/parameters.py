@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 import operator
 from dataclasses import dataclass
+from typing import Literal, get_args
+
+Flight = Literal["elastic", "rigid"]
 
 GENERALIZED_ALPHA, GAUSS = "generalized-alpha", "gauss"
 FLIGHT_INTEGRATORS = (GENERALIZED_ALPHA, GAUSS)
@@ -163,6 +166,8 @@ class Settings:
 
     Parameters
     ----------
+    flight : "elastic" throughout, or "rigid" until the first touch (`hcm.rigid_flight`): the
+        finger's bending and vibration on the way down are left out.
     flight_step : s, longest step out of contact.
     flight_tolerance : m, bound on a flight step's local error, which shortens the steps where
         vibrations matter; 0 keeps all flight steps at `flight_step`.
@@ -193,6 +198,7 @@ class Settings:
         other tolerances to see whether it can be relied on (`hcm.repeatable`); others never are.
     """
 
+    flight: Flight = "elastic"
     flight_step: float = 1e-4
     flight_tolerance: float = 1e-7
     contact_step: float = 1e-6
@@ -211,6 +217,9 @@ class Settings:
     repeat: bool = True
 
     def __post_init__(self) -> None:
+        if self.flight not in get_args(Flight):
+            allowed = " or ".join(map(repr, get_args(Flight)))
+            raise ParameterError(f"flight = {self.flight!r}: must be {allowed}")
         for field in (
             "flight_step",
             "contact_step",

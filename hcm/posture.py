@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,27 +46,43 @@ class Posture:
         return bool(side.sum() > 0)
 
 
-def postures(
-    chain: Chain, times: Sequence[float], q: Floats, v: Floats | None = None
-) -> tuple[Posture, ...]:
-    """Read postures off bordered nodal coordinates q (m, n), with their rates off v if given.
+@dataclass(frozen=True, eq=False)
+class Postures(Sequence[Posture]):
+    """Postures in rising order of time, each made when it is asked for.
 
-    Their arrays are views of q and v.
+    times_s : (m,). places : of each phalanx, its first node's place and the one past its last.
+    q, v : (m, n) bordered nodal coordinates, and their rates where these are kept.
     """
-    ends = [*chain.hinge[1:].tolist(), q.shape[1]]
-    places = list(zip(chain.hinge_outer.tolist(), ends, strict=True))
 
-    def split(bordered: Floats) -> list[Floats]:
-        return [bordered[:, a:b].reshape(len(bordered), (b - a) // 4, 4) for a, b in places]
+    times_s: tuple[float, ...]
+    places: tuple[tuple[int, int], ...]
+    q: Floats
+    v: Floats | None = None
 
-    shapes, rates = split(q), split(v) if v is not None else []
-    return tuple(
-        Posture(
+    def __len__(self) -> int:
+        return len(self.times_s)
+
+    @overload
+    def __getitem__(self, index: int) -> Posture: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Posture, ...]: ...
+    def __getitem__(self, index: int | slice) -> Posture | tuple[Posture, ...]:
+        """One posture, its arrays views of q and v, or the tuple of several."""
+        if isinstance(index, slice):
+            return tuple([self[i] for i in range(*index.indices(len(self)))])
+        time = self.times_s[index]
+        return Posture(
             time,
-            tuple([nodes[i, :, :2] for nodes in shapes]),
-            tuple([nodes[i, :, 2:] for nodes in shapes]),
-            tuple([nodes[i, :, :2] for nodes in rates]),
-            tuple([nodes[i, :, 2:] for nodes in rates]),
+            *[
+                tuple([bordered[index, a:b].reshape(-1, 4)[:, c : c + 2] for a, b in self.places])
+                for bordered in (self.q, self.v)
+                if bordered is not None
+                for c in (0, 2)
+            ],
         )
-        for i, time in enumerate(times)
-    )
+
+
+def postures(chain: Chain, times: Sequence[float], q: Floats, v: Floats | None = None) -> Postures:
+    """Postures at `times` from bordered nodal coordinates q (m, n), and their rates v if given."""
+    ends = [*chain.hinge[1:].tolist(), q.shape[1]]
+    return Postures(tuple(times), tuple(zip(chain.hinge_outer.tolist(), ends, strict=True)), q, v)

@@ -34,9 +34,9 @@ def folded(history: History, summary: Summary, length: float) -> bool:
     """Whether the tip came close to the fixed hinge before the first contact."""
     if summary.contact_time_s is None:
         return False
-    arrived = np.searchsorted(history.time_s, summary.contact_time_s, side="right")
+    arrived = history.time_s.searchsorted(summary.contact_time_s, side="right")
     path = history.tip_position_m[: int(arrived)]
-    return float((path**2).sum(axis=1).min()) < (FOLDED * length) ** 2
+    return float(np.einsum("mi,mi->m", path, path).min()) < (FOLDED * length) ** 2
 
 
 def grazes(history: History, events: tuple[Event, ...], summary: Summary) -> bool:
@@ -46,13 +46,13 @@ def grazes(history: History, events: tuple[Event, ...], summary: Summary) -> boo
     slow = GRAZE * abs(summary.tip_velocity_at_contact_m_per_s[1])
     weak = GRAZE * (summary.peak_normal_force_N or 0.0)
     for event in events:
-        if event.time_s < summary.contact_time_s:
+        left, turned_back = event.kind == "separation", event.kind == "restitution_to_compression"
+        if event.time_s < summary.contact_time_s or not (left or turned_back):
             continue
-        row = int(np.searchsorted(history.time_s, event.time_s, side="right")) - 1
-        if event.kind == "separation":
+        row = int(history.time_s.searchsorted(event.time_s, side="right")) - 1
+        if left:
             return float(history.tip_velocity_m_per_s[row, 1]) < slow
-        turned_back = event.kind == "restitution_to_compression"
-        if turned_back and float(history.normal_force_N[row]) < weak:
+        if float(history.normal_force_N[row]) < weak:
             return True
     return False
 

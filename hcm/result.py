@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -108,6 +109,31 @@ class History:
         return total - total[0]
 
 
+def history_of(table: Floats, reactions: Floats) -> History:
+    """A history as views of the loop's tables.
+
+    table : (n, 17) in the order of `tap.COLUMNS`. reactions : (n, 2 P).
+    """
+    return History(
+        time_s=table[:, 0],
+        normal_force_N=table[:, 1],
+        tangential_force_N=table[:, 2],
+        tip_position_m=table[:, 3:5],
+        tip_velocity_m_per_s=table[:, 5:7],
+        particle_velocity_m_per_s=table[:, 7],
+        stress_R_Pa=table[:, 8],
+        kinetic_energy_J=table[:, 9],
+        strain_energy_J=table[:, 10],
+        gravity_energy_J=table[:, 11],
+        contact_energy_J=table[:, 12],
+        friction_dissipation_J=table[:, 13],
+        restitution_dissipation_J=table[:, 14],
+        drive_work_J=table[:, 15],
+        mode=table[:, 16].astype(np.int8),
+        hinge_reactions_N=reactions.reshape(len(table), -1, 2),
+    )
+
+
 @dataclass(frozen=True)
 class Statistics:
     """What a run cost.
@@ -165,5 +191,5 @@ class TapResult:
     events: tuple[Event, ...]
     statistics: Statistics
     summary: Summary
-    event_postures: tuple[Posture, ...]
-    frames: tuple[Posture, ...]
+    event_postures: Sequence[Posture]
+    frames: Sequence[Posture]

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcm.compiled import kernel
 from hcm.layout import Chain, Floats
 from hcm.parameters import Finger, ParameterError
 
@@ -59,15 +60,25 @@ def rigid_motion(finger: Finger, chain: Chain, start: RigidStart) -> tuple[Float
             f" must be one of each per phalanx ({count})"
         )
     q, v = np.zeros(chain.weight.size), np.zeros(chain.weight.size)
-    hinge, speed = np.zeros(2), np.zeros(2)
-    for phalanx, place, angle, rate in zip(
-        finger.phalanges, chain.hinge_outer, start.angles, start.rates, strict=True
-    ):
-        along = np.array([-math.cos(angle), -math.sin(angle)])
-        across = rate * np.array([math.sin(angle), -math.cos(angle)])
-        for i in range(phalanx.elements + 1):
-            s, node = i * phalanx.length / phalanx.elements, int(place) + 4 * i
-            q[node : node + 4] = *(hinge + s * along), *along
-            v[node : node + 4] = *(speed + s * across), *across
-        hinge, speed = hinge + phalanx.length * along, speed + phalanx.length * across
+    lengths = np.array([p.length for p in finger.phalanges])
+    place(np.array([*start.angles, *start.rates], dtype=float), lengths, chain, q, v)
     return q, v
+
+
+@kernel
+def place(state: Floats, lengths: Floats, chain: Chain, q: Floats, v: Floats) -> None:
+    """Write the nodes of rigid phalanges, theta and theta. in `state` (2 P,), to q and v (n,).
+
+    lengths : (P,) of the phalanges, m.
+    """
+    x, y, vx, vy, links = 0.0, 0.0, 0.0, 0.0, lengths.size
+    for w in range(links):
+        tx, ty = -math.cos(state[w]), -math.sin(state[w])
+        nx, ny = -state[links + w] * ty, state[links + w] * tx
+        first = chain.hinge_outer[w]
+        last = chain.hinge_inner[w + 1] if w + 1 < links else chain.tip
+        for node in range(first, last + 1, 4):
+            s = lengths[w] * (node - first) / max(last - first, 1)
+            q[node], q[node + 1], q[node + 2], q[node + 3] = x + s * tx, y + s * ty, tx, ty
+            v[node], v[node + 1], v[node + 2], v[node + 3] = vx + s * nx, vy + s * ny, nx, ny
+        x, y, vx, vy = q[last], q[last + 1], v[last], v[last + 1]

@@ -7,16 +7,17 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcm import tap
+from hcm.audit import largest_imbalance
+from hcm.begin import after_flight, at_once
 from hcm.clock import Clock, Plan
 from hcm.collocation import STAGES, with_collocation
+from hcm.contact_events import TOUCH
 from hcm.estimate import check_size, most_steps
-from hcm.generalized_alpha import initial_acceleration
-from hcm.integrator import Integrator, coefficients, motion, workspace
+from hcm.integrator import Integrator, Motion, coefficients, motion, workspace
 from hcm.layout import build_chain, build_probe, contact_law
-from hcm.lumped_contact import FLIGHT, FREE, Contact
+from hcm.lumped_contact import FLIGHT, Contact
 from hcm.parameters import (
     GAUSS,
     Drive,
@@ -38,7 +39,10 @@ from hcm.result import (
     Status,
     Summary,
     TapResult,
+    history_of,
 )
+from hcm.rigid_chain import rods
+from hcm.rigid_flight import ENDED, TOUCHED, fly
 from hcm.rigid_start import RigidStart, rigid_motion
 from hcm.summary import summarize
 
@@ -98,23 +102,22 @@ def simulate(
     chain, rest = build_chain(finger, drive)
     law, probe = contact_law(surface, tip), build_probe(finger)
     n, phalanges = rest.size, len(finger.phalanges)
-    speed, begin = np.zeros(n), 0.0
+    speed = np.zeros(n)
+    given = start if start is not None else RigidStart((0.0,) * phalanges, (0.0,) * phalanges)
     if start is not None:
         rest, speed = rigid_motion(finger, chain, start)
-        begin = float(start.time_s)
         if (clearance := float(rest[chain.tip + 1]) + surface.height) <= 0:
             raise ParameterError(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
                 " surface; it must start above it"
             )
-    old, new = motion(chain, rest, speed), motion(chain, rest, speed)
+    begin = float(given.time_s)
+    old = motion(chain, rest, speed)
+    new = Motion(*[np.empty_like(part) for part in old])
     # what a finger at rest gathers by round-off: measured up to 1e-20 of E A L at 40 elements of
     # E = 1e12 Pa and 3000 steps; a light finger on a breeze of gravity moves with 1e-12
     roundoff_J = 1e-16 * float((chain.axial_stiffness * chain.length).sum())
-    kinetic_J = 0.0
     work = workspace(n)
-    contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
-    clock = Clock(begin, begin, _first_step(settings), 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, law, work)
@@ -127,27 +130,38 @@ def simulate(
         np.full((len(settings.frame_times), n), np.nan),
     )
     frames.q[frames.time == begin] = rest
-    event_q: list[Floats] = [np.empty((0, n))]
-    event_v: list[Floats] = [np.empty((0, n))]
-    rows: list[Floats] = [np.zeros((1, len(tap.COLUMNS)))]
-    reactions: list[Floats] = [np.zeros((1, 2 * phalanges))]
+    event_q: list[Floats] = []
+    event_v: list[Floats] = []
     events: list[Event] = []
-    status = Status.COMPLETED
-    if settings.consistent_start and not initial_acceleration(old, contact, plain):
+    status, steps, code = Status.COMPLETED, 0, tap.RUNNING
+    if settings.flight == "rigid":
+        links = rods(finger, surface, drive)
+        fall = fly(links, given, plan, settings.max_steps)
+        begun = after_flight(
+            links, fall, settings.consistent_start, plan, old, plain, probe, frames
+        )
+        steps = fall.time.size - 1
+        if fall.code == TOUCHED:
+            events.append(Event(begun.clock.time, EVENT_KINDS[TOUCH]))
+            event_q, event_v = [old.q[None].copy()], [old.v[None].copy()]
+        elif fall.code != ENDED:
+            status = Status.WORK_LIMIT
+    else:
+        begun = at_once(
+            begin, _first_step(settings), settings.consistent_start, old, plain, probe
+        )
+    if not begun.solved:
         status = Status.NEWTON_FAILED
-    tap.write_row(rows[0][0], reactions[0][0], old, clock, contact, plain, probe)
-    steps, code = 0, tap.RUNNING
+    contact, clock, rows, reactions = begun.contact, begun.clock, [begun.rows], [begun.reactions]
+    kinetic_J, imbalance_J = largest_imbalance(rows[0][0], rows[0])
     while status is Status.COMPLETED and code == tap.RUNNING:
         size, spent = min(TABLE_ROWS, settings.max_steps - steps), int(work.cost[0])
         if size <= 0 or spent >= most:
             status = Status.WORK_LIMIT
             break
         plan = plan._replace(iterations=min(most, spent + per_call))
-        table, forces = (
-            np.empty((size, len(tap.COLUMNS))),
-            np.empty((size, 2 * phalanges)),
-        )
-        table_of_events = tap.EventTable(
+        table, pulls = np.empty((size, len(tap.COLUMNS))), np.empty((size, 2 * phalanges))
+        located = tap.EventTable(
             np.empty(EVENT_ROWS),
             np.empty(EVENT_ROWS, dtype=np.int64),
             np.empty((EVENT_ROWS, n)),
@@ -156,27 +170,25 @@ def simulate(
         try:
             contact, clock, n_rows, n_events, code = tap.advance(
                 old, new, contact, clock, plan, integrator, probe,
-                tap.Record(table, forces, table_of_events, frames),
+                tap.Record(table, pulls, located, frames),
             )  # fmt: skip
             rows.append(table[:n_rows].copy())
-            reactions.append(forces[:n_rows].copy())
-            event_q.append(table_of_events.q[:n_events].copy())
-            event_v.append(table_of_events.v[:n_events].copy())
+            reactions.append(pulls[:n_rows].copy())
+            event_q.append(located.q[:n_events].copy())
+            event_v.append(located.v[:n_events].copy())
             events += [
-                Event(float(table_of_events.time[i]), EVENT_KINDS[table_of_events.kind[i]])
-                for i in range(n_events)
+                Event(moment, EVENT_KINDS[kind])
+                for moment, kind in zip(
+                    located.time[:n_events].tolist(), located.kind[:n_events].tolist(), strict=True
+                )
             ]
             steps += n_rows
             status = _STATUS.get(code, Status.COMPLETED)
             # the newest table alone, against the start: what is older has been looked at
-            newest = _history(
-                np.concatenate([rows[0], rows[-1]]),
-                np.concatenate([reactions[0], reactions[-1]]),
-                phalanges,
-            )
-            kinetic_J = max(kinetic_J, float(newest.kinetic_energy_J.max()))
-            off = float(np.abs(newest.energy_balance_J).max())
-            # a NaN compares false and is no balance either
+            kinetic, off = largest_imbalance(rows[0][0], rows[-1])
+            kinetic_J = max(kinetic_J, kinetic)
+            # a NaN compares false and is no balance
+            imbalance_J = max(imbalance_J, off) if off >= 0 else off
             balanced = off <= LARGEST_RESIDUAL * kinetic_J + roundoff_J
             if status is Status.COMPLETED and not balanced:
                 status = Status.UNBALANCED
@@ -184,8 +196,8 @@ def simulate(
                 progress(*_fraction(clock, contact, settings))
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
-    history = _history(np.concatenate(rows), np.concatenate(reactions), phalanges)
-    summary = summarize(history, tuple(events), roundoff_J)
+    history = history_of(np.concatenate(rows), np.concatenate(reactions))
+    summary = summarize(history, tuple(events), imbalance_J / max(kinetic_J, roundoff_J))
     sensitive = ""
     if status is Status.COMPLETED and settings.repeat:
         status, sensitive = _repeated(
@@ -217,9 +229,7 @@ def simulate(
         tuple(events),
         statistics,
         summary,
-        postures(
-            chain, [e.time_s for e in events], np.concatenate(event_q), np.concatenate(event_v)
-        ),
+        postures(chain, [e.time_s for e in events], _stack(event_q, n), _stack(event_v, n)),
         postures(chain, frames.time[reached].tolist(), frames.q[reached]),
     )
 
@@ -271,23 +281,5 @@ def _fraction(clock: Clock, contact: Contact, settings: Settings) -> tuple[float
     return clock.taps / settings.taps, label
 
 
-def _history(table: Floats, reactions: NDArray[np.float64], phalanges: int) -> History:
-    column = {name: table[:, i] for i, name in enumerate(tap.COLUMNS)}
-    return History(
-        time_s=column["time"],
-        normal_force_N=column["normal_force"],
-        tangential_force_N=column["tangential_force"],
-        tip_position_m=table[:, 3:5],
-        tip_velocity_m_per_s=table[:, 5:7],
-        particle_velocity_m_per_s=column["particle_velocity"],
-        stress_R_Pa=column["stress_R"],
-        kinetic_energy_J=column["kinetic"],
-        strain_energy_J=column["strain"],
-        gravity_energy_J=column["gravity"],
-        contact_energy_J=column["contact_energy"],
-        friction_dissipation_J=column["friction_loss"],
-        restitution_dissipation_J=column["restitution_loss"],
-        drive_work_J=column["drive_work"],
-        mode=column["mode"].astype(np.int8),
-        hinge_reactions_N=reactions.reshape(-1, phalanges, 2),
-    )
+def _stack(tables: list[Floats], n: int) -> Floats:
+    return np.concatenate(tables) if tables else np.empty((0, n))

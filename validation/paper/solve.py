@@ -31,7 +31,7 @@ def solve_case(case: Case, stored: CaseStore | None = None) -> CaseRun:
     arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
     result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
-    run = CaseRun(case, record, result.event_postures, result.frames)
+    run = CaseRun(case, record, tuple(result.event_postures), tuple(result.frames))
     if stored is not None:
         stored.keep(run)
     return run

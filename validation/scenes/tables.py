@@ -79,6 +79,7 @@ class DriveTable(Table):
 class HcmTable(Table):
     """Names are those of ``hcm.Settings``; what is absent keeps that class's default."""
 
+    flight: Literal["elastic", "rigid"] | None = None
     flight_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
     flight_tolerance: Annotated[float | None, Quantity("m", at_least=0, at_most=1)] = None
     contact_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None

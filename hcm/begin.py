@@ -1,0 +1,136 @@
+"""Where the beams begin: at a given state, or at the touch that ends a rigid flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcm import rigid_chain
+from hcm.clock import Clock, Plan
+from hcm.compiled import kernel
+from hcm.contact_events import NORMAL, transition
+from hcm.equations import fill_chords
+from hcm.generalized_alpha import initial_acceleration
+from hcm.integrator import Integrator, Motion
+from hcm.layout import Floats, Probe
+from hcm.lumped_contact import FLIGHT, FREE, Contact
+from hcm.rigid_chain import Rods
+from hcm.rigid_flight import TOUCHED, Fall
+from hcm.rigid_start import place
+from hcm.tap import COLUMNS, FrameTable, write_row
+
+IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What the beams take over.
+
+    rows, reactions : the history so far, (m, len(COLUMNS)) and (m, 2 P), the moment included.
+    solved : whether the beams' first acceleration could be found.
+    """
+
+    contact: Contact
+    clock: Clock
+    rows: Floats
+    reactions: Floats
+    solved: bool
+
+
+@kernel
+def clock_at(time: float, step: float) -> Clock:
+    """A clock that has counted nothing yet."""
+    return Clock(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def first_row(
+    row: Floats, reactions: Floats, consistent: bool, old: Motion, clock: Clock, contact: Contact,
+    integrator: Integrator, probe: Probe,
+) -> bool:  # fmt: skip
+    """Write the row that the beams begin with; whether their first acceleration could be found."""
+    solved = initial_acceleration(old, contact, integrator) if consistent else True
+    write_row(row, reactions, old, clock, contact, integrator, probe)
+    return solved
+
+
+def at_once(
+    time: float, step: float, consistent: bool, old: Motion, integrator: Integrator, probe: Probe
+) -> Beginning:
+    """Begin from `old` in flight, with a first step of at most `step`."""
+    rows, reactions = np.empty((1, len(COLUMNS))), np.empty((1, 2 * integrator.chain.hinge.size))
+    clock = clock_at(time, step)
+    solved = first_row(rows[0], reactions[0], consistent, old, clock, IN_FLIGHT, integrator, probe)
+    return Beginning(IN_FLIGHT, clock, rows, reactions, solved)
+
+
+def after_flight(
+    chain: Rods, fall: Fall, consistent: bool, plan: Plan, old: Motion, integrator: Integrator,
+    probe: Probe, frames: FrameTable,
+) -> Beginning:  # fmt: skip
+    """Write the history of a rigid flight, leave `old` at its end and begin there."""
+    count = fall.time.size
+    rows, reactions = np.empty((count, len(COLUMNS))), np.empty((count, 2 * chain.length.size))
+    contact, speed, work, solved = write_flight(
+        fall.time, fall.states, fall.accelerations, fall.code == TOUCHED, consistent, chain, old,
+        integrator, probe, rows, reactions, frames,
+    )  # fmt: skip
+    clock = clock_at(float(fall.time[-1]), plan.contact_step)._replace(
+        rejected=fall.repeats, trials=fall.trials, drive_work=work, speed=speed
+    )
+    if fall.code != TOUCHED:
+        clock = clock._replace(phase_start=float(fall.time[0]))
+    return Beginning(contact, clock, rows, reactions, solved)
+
+
+@kernel
+def write_flight(
+    time: Floats, states: Floats, accelerations: Floats, touched: bool, consistent: bool,
+    chain: Rods, old: Motion, integrator: Integrator, probe: Probe, rows: Floats, reactions: Floats,
+    frames: FrameTable,
+) -> tuple[Contact, float, float, bool]:  # fmt: skip
+    """Fill the rows, the hinges' reactions and the frames of a rigid flight (`rigid_flight.Fall`).
+
+    The last row is the beams' own. Returns the contact there, the tip's largest speed so far (m/s),
+    the drive's work (J), and whether the beams' first acceleration could be found.
+    """
+    beams, law = integrator.chain, integrator.law
+    links, tip, frame = chain.length.size, beams.tip, 0
+    contact, clock, fastest, work = IN_FLIGHT, clock_at(time[0], 0.0), 0.0, 0.0
+    for m in range(time.size):
+        if m > 0:
+            h = time[m] - time[m - 1]
+            while frame < frames.time.size and frames.time[frame] <= time[m]:
+                if frames.time[frame] > time[m - 1]:
+                    s = (frames.time[frame] - time[m - 1]) / h
+                    interpolate(s, h, states[m - 1], states[m], links, chain.between)
+                    place(chain.between, chain.length, beams, frames.q[frame], old.v)
+                frame += 1
+        place(states[m], chain.length, beams, old.q, old.v)
+        fill_chords(old.q, beams, old.chords)
+        rigid_chain.reactions(states[m], accelerations[m], chain, reactions[m])
+        work = 0.0
+        for w in range(links):
+            old.acceleration[beams.hinge[w]] = reactions[m, 2 * w]
+            old.acceleration[beams.hinge[w] + 1] = reactions[m, 2 * w + 1]
+            work += chain.torque[w] * (states[m, w] - states[0, w])
+        fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
+        clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, work, fastest, 0.0)
+        write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
+    if touched:
+        x, gap = old.q[tip], old.q[tip + 1] + law.height
+        contact, _ = transition(NORMAL, x, gap, old.v[tip], old.v[tip + 1], contact, law)
+    old.acceleration[:] = 0.0
+    solved = first_row(rows[m], reactions[m], consistent, old, clock, contact, integrator, probe)
+    return contact, fastest, work, solved
+
+
+@kernel
+def interpolate(s: float, h: float, first: Floats, second: Floats, links: int, out: Floats) -> None:
+    """Cubic Hermite angles, in `out` (2 P,), a share s into a step of h between two states."""
+    p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
+    for w in range(links):
+        bend = (1.0 - s) * first[links + w] - s * second[links + w]
+        out[w] = (1.0 - p) * first[w] + p * second[w] + h * r * bend
+        out[links + w] = 0.0

@@ -1,0 +1,117 @@
+"""Equations of motion of a planar chain of rigid thin rods, which falling phalanges nearly are.
+
+With theta_j the angle of rod j from -X, counter-clockwise, mu_jk the mass that both rods j and k
+carry about (m_k/2 of the outer one of them, k, and the mass beyond it; m_j/3 and the mass beyond
+for j = k), and t_j = (-cos theta_j, -sin theta_j), Lagrange's equations are
+
+    sum_k mu_jk L_j L_k [cos(theta_j - theta_k) theta..k + sin(theta_j - theta_k) theta.k^2]
+        = tau_j + g mu_jj' L_j cos theta_j,       mu_jj' = m_j/2 + the mass beyond,
+
+which are those of ANCF elements (sections without rotary inertia, torques on a phalanx's first
+slope) that neither bend nor stretch.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcm.compiled import kernel
+from hcm.layout import Floats
+from hcm.parameters import Drive, Finger, Surface
+
+
+class Rods(NamedTuple):
+    """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg; torque (P,), N m.
+
+    gravity : m/s^2. height : H, m. inertia (P, P), along (2, P), between (2 P,) : scratch.
+    """
+
+    length: Floats
+    mass: Floats
+    beyond: Floats
+    torque: Floats
+    gravity: float
+    height: float
+    inertia: Floats
+    along: Floats
+    between: Floats
+
+
+def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
+    """The finger's phalanges as rods; a torque that reacts takes from the phalanx before."""
+    phalanges = finger.phalanges
+    mass = np.array([p.density * p.area * p.length for p in phalanges])
+    torque = np.array(drive.torques or (0.0,) * len(phalanges))
+    if drive.reaction:
+        torque[:-1] -= torque[1:].copy()
+    return Rods(
+        np.array([p.length for p in phalanges]),
+        mass,
+        mass[::-1].cumsum()[::-1] - mass,
+        torque,
+        float(drive.gravity),
+        float(surface.height),
+        np.empty((len(phalanges), len(phalanges))),
+        np.empty((2, len(phalanges))),
+        np.empty(2 * len(phalanges)),
+    )
+
+
+@kernel
+def rates(state: Floats, chain: Rods, out: Floats) -> None:
+    """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
+    length, mass, beyond, torque, gravity, _, inertia, along, _ = chain
+    n = length.size
+    for j in range(n):
+        along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
+    for j in range(n):
+        load = torque[j] + gravity * (0.5 * mass[j] + beyond[j]) * length[j] * along[0, j]
+        for k in range(n):
+            outer, share = max(j, k), 0.5 if j != k else 1.0 / 3.0
+            size = (share * mass[outer] + beyond[outer]) * length[j] * length[k]
+            inertia[j, k] = size * (along[0, j] * along[0, k] + along[1, j] * along[1, k])
+            sine = along[1, j] * along[0, k] - along[0, j] * along[1, k]
+            load -= size * sine * state[n + k] ** 2
+        out[j], out[n + j] = state[n + j], load
+    # Gauss's elimination without pivots: the inertia is symmetric and positive definite
+    for j in range(n):
+        for i in range(j + 1, n):
+            factor = inertia[i, j] / inertia[j, j]
+            for k in range(j + 1, n):
+                inertia[i, k] -= factor * inertia[j, k]
+            out[n + i] -= factor * out[n + j]
+    for j in range(n - 1, -1, -1):
+        for k in range(j + 1, n):
+            out[n + j] -= inertia[j, k] * out[n + k]
+        out[n + j] /= inertia[j, j]
+
+
+@kernel
+def clearance(state: Floats, chain: Rods) -> tuple[float, float]:
+    """The tip's height above the surface, m, and its velocity, m/s, along +Y."""
+    gap, speed = chain.height, 0.0
+    for j in range(chain.length.size):
+        gap -= chain.length[j] * math.sin(state[j])
+        speed -= chain.length[j] * math.cos(state[j]) * state[chain.length.size + j]
+    return gap, speed
+
+
+@kernel
+def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> None:
+    """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (g - r..i)."""
+    n = chain.length.size
+    ax, ay = 0.0, 0.0
+    for w in range(n):
+        cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
+        # r.. of the rod's centre is that of its hinge and half of what the rod adds at its end
+        dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
+        dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
+        out[2 * w] = -chain.mass[w] * (ax + 0.5 * dx)
+        out[2 * w + 1] = -chain.mass[w] * (chain.gravity + ay + 0.5 * dy)
+        ax, ay = ax + dx, ay + dy
+    for w in range(n - 2, -1, -1):
+        out[2 * w] += out[2 * w + 2]
+        out[2 * w + 1] += out[2 * w + 3]

@@ -147,9 +147,7 @@ def simulate(
         elif fall.code != ENDED:
             status = Status.WORK_LIMIT
     else:
-        begun = at_once(
-            begin, _first_step(settings), settings.consistent_start, old, plain, probe
-        )
+        begun = at_once(begin, _first_step(settings), settings.consistent_start, old, plain, probe)
     if not begun.solved:
         status = Status.NEWTON_FAILED
     contact, clock, rows, reactions = begun.contact, begun.clock, [begun.rows], [begun.reactions]

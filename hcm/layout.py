@@ -13,6 +13,7 @@ in the nodes' places and, in the accelerations, the multipliers in the hinges' p
 
 from __future__ import annotations
 
+import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from hcm.ancf_element import UNIT_MASS, fill_matrices
 from hcm.compiled import kernel_with
-from hcm.parameters import Drive, Finger, Surface, Tip
+from hcm.parameters import Drive, Finger, Phalanx, Surface, Tip
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -104,10 +105,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     """
     phalanges = finger.phalanges
     counts = np.array([p.elements for p in phalanges])
-    given = np.array([
-        (p.length / p.elements, p.density * p.area, p.youngs_modulus * p.area,
-         p.youngs_modulus * p.second_moment, p.length) for p in phalanges
-    ])  # fmt: skip
+    given = np.array([_section(p) for p in phalanges])
     # each phalanx takes its hinge's two multipliers, then its nodes' four coordinates each
     links, elements = counts.size, int(counts.sum())
     n = 4 * elements + 6 * links
@@ -135,6 +133,17 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
         torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
         chain = chain._replace(torque=torque, torque_node=torque_node)
     return chain, rest
+
+
+def _section(p: Phalanx) -> tuple[float, float, float, float, float]:
+    area, modulus = p.area, p.youngs_modulus
+    return (
+        p.length / p.elements,
+        p.density * area,
+        modulus * area,
+        modulus * p.second_moment,
+        p.length,
+    )
 
 
 @kernel_with()
@@ -178,7 +187,7 @@ def _roundoff(given: Floats) -> float:
     largest = 0.0
     for el, per_length, axial, bending, _ in given.tolist():
         largest = max(largest, (12 * bending / el**2 + axial) / (SOFTEST_MASS * per_length * el))
-    return float(np.finfo(float).eps) * largest
+    return sys.float_info.epsilon * largest
 
 
 def _torques(drive: Drive, inner: list[int], outer: list[int]) -> tuple[Floats, Ints]:

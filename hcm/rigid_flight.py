@@ -129,17 +129,18 @@ def fall(
     return rows.shape[0], FULL, repeats, trials, h
 
 
-def fly(chain: Rods, start: RigidStart, plan: Plan, most: int) -> Fall:
-    """Let the rods fall from `start`, until the plan's end and for at most `most` steps."""
-    links, begin = chain.length.size, float(start.time_s)
-    state, stages = np.array([*start.angles, *start.rates]), np.empty((STAGES, 2 * links))
+def fly(chain: Rods, start: RigidStart | None, plan: Plan, most: int) -> Fall:
+    """Let the rods fall from `start` (None: from rest), to the plan's end, in `most` steps."""
+    links, begin = chain.length.size, 0.0
+    state, stages = np.zeros(2 * links), np.empty((STAGES, 2 * links))
+    if start is not None:
+        state[:links], state[links:], begin = start.angles, start.rates, float(start.time_s)
     end = min(plan.end_time, begin + plan.max_flight_time)
-    # an error estimate is known to a few round-offs of the angles only
-    tolerance = max(plan.flight_tolerance, LOCATED * float(chain.length.sum()))
-    if plan.flight_tolerance == 0.0:
-        tolerance = 0.0
+    tolerance = plan.flight_tolerance
+    if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
+        tolerance = max(tolerance, LOCATED * float(chain.length.sum()))
     rates(state, chain, stages[0])
-    tables = [np.concatenate([[begin], state, stages[0, links:]])[None]]
+    tables = [np.array([[begin, *state.tolist(), *stages[0, links:].tolist()]])]
     steps, repeats, trials, h, code = 0, 0, 0, plan.flight_step, FULL
     while code == FULL and steps < most:
         rows = np.empty((min(TABLE_ROWS, most - steps), 1 + 3 * links))

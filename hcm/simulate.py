@@ -103,7 +103,6 @@ def simulate(
     law, probe = contact_law(surface, tip), build_probe(finger)
     n, phalanges = rest.size, len(finger.phalanges)
     speed = np.zeros(n)
-    given = start if start is not None else RigidStart((0.0,) * phalanges, (0.0,) * phalanges)
     if start is not None:
         rest, speed = rigid_motion(finger, chain, start)
         if (clearance := float(rest[chain.tip + 1]) + surface.height) <= 0:
@@ -111,7 +110,7 @@ def simulate(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
                 " surface; it must start above it"
             )
-    begin = float(given.time_s)
+    begin = 0.0 if start is None else float(start.time_s)
     old = motion(chain, rest, speed)
     new = Motion(*[np.empty_like(part) for part in old])
     # what a finger at rest gathers by round-off: measured up to 1e-20 of E A L at 40 elements of
@@ -127,16 +126,18 @@ def simulate(
     per_call = 1 + UPDATES_A_CALL // updates
     frames = tap.FrameTable(
         np.array(settings.frame_times, dtype=float),
-        np.full((len(settings.frame_times), n), np.nan),
+        np.empty((len(settings.frame_times), n)),
     )
-    frames.q[frames.time == begin] = rest
+    if settings.frame_times:
+        frames.q[:] = np.nan
+        frames.q[frames.time == begin] = rest
     event_q: list[Floats] = []
     event_v: list[Floats] = []
     events: list[Event] = []
     status, steps, code = Status.COMPLETED, 0, tap.RUNNING
     if settings.flight == "rigid":
         links = rods(finger, surface, drive)
-        fall = fly(links, given, plan, settings.max_steps)
+        fall = fly(links, start, plan, settings.max_steps)
         begun = after_flight(
             links, fall, settings.consistent_start, plan, old, plain, probe, frames
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from validation.bench import truths
 from validation.bench.measured import Point, Quantities, errors
 from validation.bench.timing import shortest
-from validation.bench.work_precision import BASE, Number, Rung
+from validation.bench.work_precision import BASE, Rung, Value
 from validation.bench.work_precision import measure as measure_hcm
 
 if TYPE_CHECKING:
@@ -147,13 +147,24 @@ def _tap(given: dict[str, Any], setting: PeerSetting) -> Any:
 def hcm_rungs(quick: bool) -> list[Rung]:
     """Settings of hcm, cheapest first.
 
+    1e-3 does without the finger's bending in flight (1e-4 of the peak): a rigid flight, and as few
+    steps in contact as keep the rest. Beside it the same with an elastic flight.
+
     1e-5 needs the finger's own vibration in flight, 7 kHz for a thousand periods, in phase: of
     generalized-alpha steps of 1 us without damping (nothing larger gets there but by chance), of
     Gauss collocation of order 10 steps of 140 us; all shorter ones that were tried get there too.
     """
-    loose: dict[str, Number] = {"flight_step": 1e-2, "flight_tolerance": 3e-7}
-    fixed: dict[str, Number] = {"contact_tolerance": 0, "newton_tolerance": 1e-5}
+    loose: dict[str, Value] = {"flight_step": 1e-2, "flight_tolerance": 3e-7}
+    fixed: dict[str, Value] = {"contact_tolerance": 0, "newton_tolerance": 1e-5}
     rungs = [
+        Rung(STUDY, "rigid flight", n, {
+            **BASE, **fixed, "flight": "rigid", "flight_step": 1e-2, "flight_tolerance": f,
+            "contact_step": h, "newton_tolerance": t})
+        for n in (2, 3, truths.TAP_ELEMENTS)
+        for f, t in ((1e-5, 1e-3), (1e-6, 1e-4))
+        for h in (8e-6, 5e-6, 4e-6, 3e-6)
+    ]  # fmt: skip
+    rungs += [
         Rung(STUDY, "fixed contact steps", n, {**BASE, **loose, **fixed, "contact_step": h})
         for n in (2, 3, truths.TAP_ELEMENTS)
         for h in (8e-6, 5e-6, 3e-6)

@@ -48,6 +48,11 @@ HCM = (
         "the change holds both meshes' errors of time integration",
     ),
     Shortcut(
+        "rigid flight", "hcm", ("solver.hcm.flight='rigid'", *FIVE, *CONTROLLED),
+        (*FIVE, *CONTROLLED), "off: flight = elastic, the default; error: the finger's sag and"
+        " vibration in flight",
+    ),
+    Shortcut(
         "no friction at mu = 0", "hcm", ("surface.friction=0", *FIVE, *CONTROLLED),
         ("surface.friction=1e-12", *FIVE, *CONTROLLED), "off: mu = 1e-12",
     ),

@@ -92,6 +92,10 @@ def ladders(quick: bool) -> tuple[Rung, ...]:
         tap("flight by Gauss collocation", GAUSS, FIXED, {"flight_step": f, "contact_step": c})
         for f, c in collocated
     ]
+    rungs += [
+        tap("rigid flight", BASE, {"flight": "rigid", "flight_step": 1e-2, "contact_tolerance": c})
+        for c in (1e-7, 1e-8, 1e-9, 1e-10)
+    ]
     rungs += [tap("xi", BASE, {"spectral_radius": xi}) for xi in (0.0, 0.4, 0.8, 0.9, 1.0)]
     rungs += [tap("newton tolerance", BASE, {"newton_tolerance": t}) for t in (1e-3, 1e-5, 1e-7)]
     rungs += [Rung("contact", "elements", n, IMPACT_TOLERANCE) for n in counts]

@@ -8,14 +8,19 @@ from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hex8_edges import Three
-from reference_fem.elements.hex8_kernel import BASES, DILATATION, TOUCH, add_force, block_dilatation
+from reference_fem.elements.hex8_kernel import (
+    BASES,
+    DILATATION,
+    RESULT,
+    add_force,
+    block_dilatation,
+)
 from reference_fem.elements.hex8_nodes import gather_positions
 from reference_fem.elements.hex8_point import POINT_ROWS, point_det, shear_energy
 from reference_fem.elements.loops import implement
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
-RESULT = TOUCH
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
 VALUES = (
     (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),

@@ -35,12 +35,12 @@ from reference_fem.elements.hex8_point import POINT_ROWS, dilatation, point_forc
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
 
 ROWS = 8 * POINT_ROWS + 2
-# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E; and
-# one for what `first_touch` returns, in `hex8_fields` for energies and dets.
+# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E; and,
+# in `hex8_fields`, energies or dets.
 BASES = 24
 DILATATION = BASES + 36
-TOUCH = DILATATION + 1
-SCRATCH_ROWS = TOUCH + 1
+RESULT = DILATATION + 1
+SCRATCH_ROWS = RESULT + 1
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -102,20 +102,6 @@ def block_force(s: Floats, r: Floats) -> None:
         base_forces(s, 16, lane, cz[0], cz[1], cz[2])
 
 
-@njit(cache=True, error_model="numpy")
-def first_touch(r: Floats) -> float:
-    """Read one number of each cache line of r; the sum only keeps the reads from being dropped.
-
-    The kernel reads a block as dozens of short streams, which the processor does not foresee. One
-    reading in the order of memory brings it into the cache at full bandwidth
-    (measured: 2 to 10 % faster).
-    """
-    total = 0.0
-    for i in range(0, r.size, 8):
-        total += r[i]
-    return total
-
-
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def add_force(
     blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
@@ -123,7 +109,6 @@ def add_force(
     """See `loops`."""
     s = blocks.scratch[t]
     r = blocks.reference[block]
-    s[TOUCH * LANES] = first_touch(r)
     gather_positions(blocks.points, displacement, blocks.nodes[block], s)
     block_dilatation(s, r)
     block_force(s, r)

@@ -65,6 +65,24 @@ def touch(h: float, state: Floats, stages: Floats, chain: Rods, new: Floats) -> 
 
 
 @kernel
+def kept(
+    h: float, tolerance: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+) -> tuple[float, float, int]:
+    """Take a step of at most h that keeps the tolerance (m; 0: any finite one).
+
+    Returns its length, the factor by which the next may change, and the repeats used: more than
+    `REPEATS` mean failure.
+    """
+    for repeats in range(REPEATS + 1):
+        error = dormand_prince(h, state, stages, chain, new)
+        change = 0.9 * (tolerance / max(error, 1e-6 * tolerance)) ** 0.2 if tolerance > 0.0 else 1.0
+        if error <= tolerance or (tolerance == 0.0 and error < math.inf):
+            return h, min(GROWTH, change), repeats
+        h *= max(SHRINK, change) if error < math.inf else SHRINK
+    return h, SHRINK, REPEATS + 1
+
+
+@kernel
 def fall(
     time: float,
     h: float,
@@ -91,18 +109,10 @@ def fall(
             return row, ENDED, repeats, trials, h
         h = min(h, longest, remaining)
         before, rate = clearance(state, chain)
-        for repeat in range(REPEATS + 1):
-            error = dormand_prince(h, state, stages, chain, new)
-            change = 1.0
-            if tolerance > 0.0:
-                change = 0.9 * (tolerance / max(error, 1e-6 * tolerance)) ** 0.2
-            if not error < math.inf or (tolerance > 0.0 and error > tolerance):
-                repeats += 1
-                h *= max(SHRINK, change) if error < math.inf else SHRINK
-                if repeat == REPEATS:
-                    return row, FAILED, repeats, trials, h
-                continue
-            break
+        h, change, again = kept(h, tolerance, state, stages, chain, new)
+        repeats += again
+        if again > REPEATS:
+            return row, FAILED, repeats, trials, h
         after, late = clearance(new, chain)
         code, step = FULL, h
         passed = dip(h, before, rate, after, late) if after > 0.0 else h
@@ -123,7 +133,7 @@ def fall(
             state[i] = rows[row, 1 + i] = new[i]
         for i in range(n):
             rows[row, 1 + 2 * n + i] = stages[0, n + i]
-        h = min(GROWTH, change) * h
+        h *= change
         if code == TOUCHED:
             return row + 1, TOUCHED, repeats, trials, h
     return rows.shape[0], FULL, repeats, trials, h

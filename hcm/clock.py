@@ -21,7 +21,8 @@ from hcm.lumped_contact import (
 class Plan(NamedTuple):
     """Step sizes and bounds of a run, from `Settings` (seconds, metres, counts).
 
-    iterations : Newton iterations at which the loop returns, all those before included.
+    iterations : Newton iterations at which the loop returns, all those before included. undamped :
+    whether generalized-alpha takes xi = 1 in flights after a tap.
     """
 
     flight_step: float
@@ -33,6 +34,7 @@ class Plan(NamedTuple):
     max_flight_time: float
     max_contact_time: float
     iterations: int = np.iinfo(np.int64).max
+    undamped: bool = False
 
 
 class Clock(NamedTuple):

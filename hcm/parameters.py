@@ -175,6 +175,8 @@ class Settings:
         Newton's method fails.
     contact_tolerance : m, bound on a contact step's local error; 0 keeps them at `contact_step`.
     spectral_radius : xi in [0, 1], generalized-alpha's spectral radius at infinite frequency.
+        Flights after a tap whose steps `flight_tolerance` controls take xi = 1, the trapezoidal
+        rule: the vibration that a tap leaves lasts, and damping it would cost 1e-2 of the energy.
     newton_tolerance : largest change of an acceleration, relative to the largest acceleration, at
         which Newton's iteration stops.
     taps : the run ends at the separation that ends this many taps, unless `end_time` is given.

@@ -122,6 +122,7 @@ def simulate(
     plain = Integrator(co, chain, law, work)
     collocation = settings.flight_integrator == GAUSS
     integrator = with_collocation(plain) if collocation else plain
+    undamped = integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse))
     updates = chain.first.size * (STAGES if collocation else 1)
     per_call = 1 + UPDATES_A_CALL // updates
     frames = tap.FrameTable(
@@ -168,7 +169,7 @@ def simulate(
         )
         try:
             contact, clock, n_rows, n_events, code = tap.advance(
-                old, new, contact, clock, plan, integrator, probe,
+                old, new, contact, clock, plan, integrator, undamped, probe,
                 tap.Record(table, pulls, located, frames),
             )  # fmt: skip
             rows.append(table[:n_rows].copy())
@@ -269,6 +270,7 @@ def _plan(settings: Settings) -> Plan:
         float(settings.contact_tolerance),
         math.inf if endless else float(settings.max_flight_time),
         float(settings.max_contact_time),
+        undamped=settings.flight_tolerance > 0.0 and settings.flight_integrator != GAUSS,
     )
 
 

@@ -25,6 +25,9 @@ RELATIVE = 1e-3
 NEAR = 0.01
 # Factors by which the error control may change a step at once, and the least that it changes it.
 SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
+# In an undamped flight the step grows only where the error allows this factor, and shrinks only
+# where a step fails: one that followed each swing of the vibration would feed its highest modes.
+CALM = 2.0
 
 
 @kernel
@@ -43,6 +46,7 @@ def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> Tr
 def accept(
     h: float,
     in_flight: bool,
+    rebound: bool,
     chatter: bool,
     speed: float,
     tolerance: Triple,
@@ -78,7 +82,10 @@ def accept(
                 h *= max(SHRINK, growth)
                 continue
             # a changed step costs a factorization: small gains are not worth one
-            growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
+            if rebound:
+                growth = GROW if growth > CALM else 1.0
+            else:
+                growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
         if chatter:
             return h, overshot(tolerance, new, contact, integrator), trials, repeats, growth
         length, slot, used = first_event(h, tolerance, contact, old, new, integrator)

@@ -162,12 +162,14 @@ def advance(
     clock: Clock,
     plan: Plan,
     integrator: AnyIntegrator,
+    undamped: AnyIntegrator,
     probe: Probe,
     record: Record,
 ) -> tuple[Contact, Clock, int, int, int]:
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
-    `old` holds the state and is overwritten. Returns the contact, the clock, the number of rows and
+    `old` holds the state and is overwritten. `undamped` is the integrator with xi = 1, for flights
+    after a tap if `plan.undamped`. Returns the contact, the clock, the number of rows and
     of events written, and why the loop came back.
     """
     chain, law, work = integrator.chain, integrator.law, integrator.work
@@ -184,10 +186,12 @@ def advance(
         if not in_flight and elapsed > plan.max_contact_time:
             return contact, clock, n_rows, n_events, CONTACT_TOO_LONG
         h = min(clock.step, remaining)
+        rebound = plan.undamped and in_flight and clock.taps > 0
+        method = undamped if rebound else integrator
         tolerance = event_tolerances(contact, clock, plan, law)
         chatter = clock.instant >= INSTANT_EVENTS
         h, slot, trials, repeats, growth = accept(
-            h, in_flight, chatter, clock.speed, tolerance, plan, contact, old, new, integrator
+            h, in_flight, rebound, chatter, clock.speed, tolerance, plan, contact, old, new, method
         )
         if repeats > REPEATS:
             return contact, clock, n_rows, n_events, NEWTON_FAILED
@@ -202,7 +206,9 @@ def advance(
         if slot == NO_EVENT and h > 0.0:
             longest = plan.flight_step if in_flight else plan.contact_step
             next_step = min(longest, growth * h)
-            change_step(next_step / h, old)
+            # xi = 1 delays nothing: a differs from q.. by round-off, which changes would multiply
+            anew = rebound and next_step != h
+            change_step(0.0 if anew else next_step / h, old)
         if slot != NO_EVENT:
             contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
             events.time[n_events], events.kind[n_events] = clock.time, kind

@@ -111,7 +111,7 @@ def integrate(
     )
     frames = tap.FrameTable(np.empty(0), np.empty((0, n)))
     contact, clock, n_rows, n_events, code = tap.advance(
-        old, new, start.contact, clock, plan, integrator, probe,
+        old, new, start.contact, clock, plan, integrator, integrator, probe,
         tap.Record(table[1:], reactions[1:], located, frames),
     )  # fmt: skip
     events = tuple(

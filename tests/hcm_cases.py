@@ -9,6 +9,7 @@ import hcm
 from hcm import tap
 from hcm.banded_ldl import HALF_BANDWIDTH
 from hcm.clock import Clock, Plan
+from hcm.collocation import with_collocation
 from hcm.generalized_alpha import initial_acceleration
 from hcm.integrator import Integrator, Motion, coefficients, motion, workspace
 from hcm.layout import Chain, Law, Probe, build_chain
@@ -92,20 +93,25 @@ def integrate(
     taps: int = 1,
     rows: int = 20_000,
     newton_tolerance: float = 1e-12,
+    collocation: bool = False,
 ) -> Run:
-    """Run the compiled loop from any state with one fixed step in flight and contact."""
+    """Run the compiled loop from any state with one fixed step in flight and contact.
+
+    collocation : whether its flight is integrated by Gauss collocation.
+    """
     n = chain.scale.size
     old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
-    integrator = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
+    plain = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
+    integrator = with_collocation(plain) if collocation else plain
     clock = Clock(start.time_s, start.time_s, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0)
-    assert initial_acceleration(old, start.contact, integrator)
+    assert initial_acceleration(old, start.contact, plain)
     table, reactions = (
         np.empty((rows + 1, len(tap.COLUMNS))),
         np.empty((rows + 1, 2 * chain.hinge.size)),
     )
-    tap.write_row(table[0], reactions[0], old, clock, start.contact, integrator, probe)
+    tap.write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
     located = tap.EventTable(
         np.empty(rows), np.empty(rows, dtype=np.int64), *np.empty((2, rows, n))
     )

@@ -47,6 +47,9 @@ def factorize(rows: Floats) -> bool:
     w = HALF_BANDWIDTH
     for k in range(rows.shape[0] - 1, w - 1, -1):
         row = rows[k]
+        # numba's complex division raises instead of giving infinity
+        if row[w] == 0.0:
+            return False
         inverse = 1.0 / row[w]
         size = 0.0
         for j in range(w):

@@ -17,8 +17,8 @@ K turns with the phalanges, and the axial stiffness is so much larger than M/h^2
 K(Q_i) = G_i K G_i^T with G_i the turn of each phalanx's chord since then, so that R_i is turned
 back before, and dB_i forth after the solution. M commutes with G but for its differences between
 the stages, and so does Phi_q but for those between neighbouring phalanges: errors of the size of
-the angle, without a stiffness in front. The hinges that dB_i opens by that are closed by moving
-phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
+the angle, without a stiffness in front. The hinges that B_i is opened at by that are closed by
+moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def turn_back(turns: Floats, chain: Chain, rows: Floats) -> None:
 
 @kernel
 def turn_forth(turns: Floats, chain: Chain, rows: Floats) -> None:
-    """rows_i = G_i D rows_i, (s, n), then the phalanges moved until all hinges are closed."""
+    """rows_i = G_i D rows_i, (s, n)."""
     for i in range(rows.shape[0]):
         row = rows[i]
         for w in range(chain.hinge.size):
@@ -96,11 +96,19 @@ def turn_forth(turns: Floats, chain: Chain, rows: Floats) -> None:
             for m in range(chain.hinge[w], end, 2):
                 x, y, unit = row[m], row[m + 1], chain.scale[m]
                 row[m], row[m + 1] = unit * (c * x - s * y), unit * (s * x + c * y)
+
+
+@kernel
+def close_hinges(chain: Chain, rows: Floats) -> None:
+    """Move phalanges as rigid bodies, from the fixed hinge on, until Phi_q rows_i = 0."""
+    for i in range(rows.shape[0]):
+        row = rows[i]
+        for w in range(chain.hinge.size):
             outer, inner = chain.hinge_outer[w], chain.hinge_inner[w]
             x, y = -row[outer], -row[outer + 1]
             if inner >= 0:
                 x, y = x + row[inner], y + row[inner + 1]
-            for m in range(outer, end, 4):
+            for m in range(outer, phalanx_end(w, chain), 4):
                 row[m] += x
                 row[m + 1] += y
 
@@ -262,6 +270,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
                 own.unknown[i, m] += own.residual[i, m]
             if iteration == 0:
                 largest = max(largest, largest_in_units(own.unknown[i], chain.scale))
+        close_hinges(chain, own.unknown)
         slow = False
         if previous < np.inf:
             rate = change / previous

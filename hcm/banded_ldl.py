@@ -53,7 +53,9 @@ def factorize(rows: Floats) -> bool:
         inverse = 1.0 / row[w]
         size = 0.0
         for j in range(w):
-            size += abs(row[j] * inverse)
+            share = row[j] * inverse
+            # |Re| + |Im| will do, without a complex number's square root
+            size += abs(share.real) + abs(share.imag)
         # written so that NaN and infinity fail
         if not (size < 1.0 / SMALLEST_PIVOT and abs(row[w]) < math.inf):
             return False

@@ -1,7 +1,8 @@
 """Reduced model of a soft finger that taps a rough surface (Yang and Shen 2019).
 
 Planar ANCF beams, hinges by Lagrange multipliers, a lumped-parameter contact with located
-compression-restitution and stick-slip events, generalized-alpha in time.
+compression-restitution and stick-slip events, generalized-alpha in time, in flight also Gauss
+collocation.
 """
 
 from hcm.parameters import (

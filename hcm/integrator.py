@@ -34,7 +34,8 @@ class Motion(NamedTuple):
     """State of the integrator: q, v, bordered acceleration (q.., lam) and a, each (n,).
 
     chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
-    acceleration over the step that led here, which only predicts the next acceleration.
+    acceleration over the step that led here, which only predicts the next acceleration; after a
+    step of collocation a is its mean acceleration, which does the same.
     """
 
     q: Floats

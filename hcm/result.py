@@ -139,8 +139,9 @@ class Statistics:
     """What a run cost.
 
     steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
-    trial steps of the event search, steps taken through chatter, and seconds of solving. The
-    repetition of an unsure run (`hcm.repeatable`) counts in the seconds only.
+    trial steps of the event search, steps taken through chatter, and seconds of solving. In flight
+    by collocation an iteration is one of all stages, and its three systems' factorizations count as
+    three. The repetition of an unsure run (`hcm.repeatable`) counts in the seconds only.
     """
 
     steps: int

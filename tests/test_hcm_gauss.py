@@ -235,16 +235,16 @@ def test_whole_tap_to_five_digits(flight_step: float) -> None:
 
 def test_tolerance_shortens_the_steps_and_buys_accuracy() -> None:
     errors, steps = [], []
-    for tolerance in (1e-6, 1e-8):
-        settings = hcm.Settings(flight_step=5e-4, flight_tolerance=tolerance, **FINE)
+    for tolerance in (1e-6, 1e-9):
+        settings = hcm.Settings(flight_step=5e-3, flight_tolerance=tolerance, **FINE)
         result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
         flight = result.history.time_s[result.history.mode == 0][:-1]
-        assert np.diff(flight).max() <= 5e-4 * (1 + 1e-12)
+        assert np.diff(flight).max() <= 5e-3 * (1 + 1e-12)
         peak = result.summary.peak_normal_force_N
         assert peak is not None
         errors.append(abs(peak / truths.TAP.values.peak_normal_force_N - 1.0))
         steps.append(result.statistics.steps)
-    assert errors[1] < 1e-4
+    assert errors[1] < 2e-5
     assert errors[1] < errors[0]
     assert steps[1] > steps[0]
 

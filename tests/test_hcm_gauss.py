@@ -219,10 +219,11 @@ FINE = {"contact_step": 2e-7, "contact_tolerance": 0.0, "spectral_radius": 1.0,
         "newton_tolerance": 1e-8, "flight_integrator": "gauss"}  # fmt: skip
 
 
-@pytest.mark.parametrize("flight_step", [6e-5, 8e-5, 1e-4])
-def test_whole_tap_to_five_digits(flight_step: float) -> None:
+@pytest.mark.parametrize(("flight_step", "reuse"), [(6e-5, True), (1e-4, True), (1e-4, False)])
+def test_whole_tap_to_five_digits(flight_step: float, reuse: bool) -> None:
     """Peak and duration against the kept truth; trapezoidal steps would have to be of 1 us."""
-    settings = hcm.Settings(flight_step=flight_step, flight_tolerance=0.0, **FINE)
+    fixed = hcm.Settings(flight_step=flight_step, flight_tolerance=0.0, **FINE)
+    settings = replace(fixed, reuse_factors=reuse)
     result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
     truth, found = truths.TAP.values, result.summary
     assert result.status is hcm.Status.COMPLETED

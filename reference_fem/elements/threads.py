@@ -79,4 +79,6 @@ def finish(blocks: Blocks, shares: Integers, out: Floats) -> None:
     for t in range(len(shares)):
         share = shares[t]
         for low, high in ((share[LOW], share[FIRST]), (share[LAST], share[HIGH])):
-            out[low:high] += blocks.buffers[t, low:high]
+            total, more = out[low:high].reshape(-1), blocks.buffers[t, low:high].reshape(-1)
+            for i in range(len(total)):  # one loop is a vector's, one over nodes is not
+                total[i] += more[i]

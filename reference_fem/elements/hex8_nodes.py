@@ -3,7 +3,7 @@
 from numba import njit
 
 from reference_fem.elements.blocks import LANES, Blocks
-from reference_fem.elements.hex8_vectors import WIDTH, add_rows, take_rows
+from reference_fem.elements.hex8_vectors import WIDTH, add_rows, take_rows, take_sums
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
 from reference_fem.elements.threads import FIRST, LAST, alone
 
@@ -19,12 +19,9 @@ def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
     """Current nodal positions of a block into rows 0..23 of s."""
-    for lane in range(LANES):
+    for lane in range(0, LANES, WIDTH):
         for a in range(8):
-            n = nodes[lane, a]
-            s[a * LANES + lane] = points[n, 0] + displacement[n, 0]
-            s[(8 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
-            s[(16 + a) * LANES + lane] = points[n, 2] + displacement[n, 2]
+            take_sums(points, displacement, nodes, lane * 8 + a, s, a * LANES + lane, 8 * LANES)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)

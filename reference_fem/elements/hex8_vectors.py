@@ -79,34 +79,48 @@ def _three(builder: Any, p: Any) -> Any:
     return builder.call(load, args)
 
 
+def _store_rows(builder: Any, threes: list[Any], out: Any, place: Any, stride: Any) -> None:
+    """The first, second and third numbers of 8 vectors into rows."""
+    shuffle = builder.shuffle_vector
+    both = [shuffle(a, b, ALL) for a, b in zip(threes[:4], threes[4:], strict=True)]
+    xz = [shuffle(a, b, EVEN) for a, b in (both[:2], both[2:])]
+    y = [shuffle(a, b, ODD) for a, b in (both[:2], both[2:])]
+    for row in (shuffle(*xz, FIRST), shuffle(*y, FIRST), shuffle(*xz, SECOND)):
+        builder.store(row, _row(builder, out, place), align=BYTES)
+        place = builder.add(place, stride)
+
+
 @intrinsic
 def take_rows(_: Any, values: Any, nodes: Any, first: Any, s: Any, o: Any, stride: Any) -> Any:
     """Set s[o + i stride + lane] = values[nodes.flat[first + 8 lane], i], values (n_nodes, 3)."""
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        kinds = signature.args
-        array = _data(context, builder, kinds[0], args[0])
-        numbers = _data(context, builder, kinds[1], args[1])
-        out = _data(context, builder, kinds[3], args[3])
-        at = [_node(builder, array, numbers, args[2], lane) for lane in range(WIDTH)]
-        threes = [_three(builder, p) for p in at]
-        both = [
-            builder.shuffle_vector(a, b, ALL) for a, b in zip(threes[:4], threes[4:], strict=True)
-        ]
-        xz = [builder.shuffle_vector(a, b, EVEN) for a, b in (both[:2], both[2:])]
-        y = [builder.shuffle_vector(a, b, ODD) for a, b in (both[:2], both[2:])]
-        rows = (
-            builder.shuffle_vector(*xz, FIRST),
-            builder.shuffle_vector(*y, FIRST),
-            builder.shuffle_vector(*xz, SECOND),
+        array, numbers, out = (
+            _data(context, builder, signature.args[i], args[i]) for i in (0, 1, 3)
         )
-        place = args[4]
-        for row in rows:
-            builder.store(row, _row(builder, out, place), align=BYTES)
-            place = builder.add(place, args[5])
+        at = [_node(builder, array, numbers, args[2], lane) for lane in range(WIDTH)]
+        _store_rows(builder, [_three(builder, p) for p in at], out, args[4], args[5])
         return context.get_dummy_value()
 
     return types.none(values, nodes, types.int64, s, types.int64, types.int64), code
+
+
+@intrinsic
+def take_sums(_: Any, a: Any, b: Any, nodes: Any, first: Any, s: Any, o: Any, stride: Any) -> Any:
+    """`take_rows` of a + b."""
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        one, other, numbers, out = (
+            _data(context, builder, signature.args[i], args[i]) for i in (0, 1, 2, 4)
+        )
+        sums = []
+        for lane in range(WIDTH):
+            p, q = (_node(builder, array, numbers, args[3], lane) for array in (one, other))
+            sums.append(builder.fadd(_three(builder, p), _three(builder, q)))
+        _store_rows(builder, sums, out, args[5], args[6])
+        return context.get_dummy_value()
+
+    return types.none(a, b, nodes, types.int64, s, types.int64, types.int64), code
 
 
 @intrinsic

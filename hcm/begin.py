@@ -15,7 +15,7 @@ from hcm.generalized_alpha import initial_acceleration
 from hcm.integrator import Integrator, Motion
 from hcm.layout import Floats, Probe
 from hcm.lumped_contact import FLIGHT, FREE, Contact
-from hcm.rigid_chain import Rods
+from hcm.rigid_chain import Rods, clearance
 from hcm.rigid_flight import TOUCHED, Fall
 from hcm.rigid_start import place
 from hcm.tap import COLUMNS, FrameTable, write_row
@@ -28,7 +28,8 @@ class Beginning:
     """What the beams take over.
 
     rows, reactions : the history so far, (m, len(COLUMNS)) and (m, 2 P), the moment included.
-    solved : whether the beams' first acceleration could be found.
+    solved : whether the beams' first acceleration could be found. left_out : share of the tip's
+    speed of approach that the beams' vibration may have after a flight as rods.
     """
 
     contact: Contact
@@ -36,6 +37,7 @@ class Beginning:
     rows: Floats
     reactions: Floats
     solved: bool
+    left_out: float = 0.0
 
 
 @kernel
@@ -70,9 +72,10 @@ def after_flight(
     probe: Probe, frames: FrameTable,
 ) -> Beginning:  # fmt: skip
     """Write the history of a rigid flight, leave `old` at its end and begin there."""
-    count = fall.time.size
+    # one more: where the beams take over, forces jump from the rods' to theirs
+    count = fall.time.size + 1
     rows, reactions = np.empty((count, len(COLUMNS))), np.empty((count, 2 * chain.length.size))
-    contact, speed, work, solved = write_flight(
+    contact, speed, work, solved, shaken = write_flight(
         fall.time, fall.states, fall.accelerations, fall.code == TOUCHED, consistent, chain, old,
         integrator, probe, rows, reactions, frames,
     )  # fmt: skip
@@ -81,7 +84,8 @@ def after_flight(
     )
     if fall.code != TOUCHED:
         clock = clock._replace(phase_start=float(fall.time[0]))
-    return Beginning(contact, clock, rows, reactions, solved)
+    approach = abs(clearance(fall.states[-1], chain)[1])
+    return Beginning(contact, clock, rows, reactions, solved, shaken / max(approach, 1e-300))
 
 
 @kernel
@@ -89,15 +93,16 @@ def write_flight(
     time: Floats, states: Floats, accelerations: Floats, touched: bool, consistent: bool,
     chain: Rods, old: Motion, integrator: Integrator, probe: Probe, rows: Floats, reactions: Floats,
     frames: FrameTable,
-) -> tuple[Contact, float, float, bool]:  # fmt: skip
+) -> tuple[Contact, float, float, bool, float]:  # fmt: skip
     """Fill the rows, the hinges' reactions and the frames of a rigid flight (`rigid_flight.Fall`).
 
-    The last row is the beams' own. Returns the contact there, the tip's largest speed so far (m/s),
-    the drive's work (J), and whether the beams' first acceleration could be found.
+    The last row is the beams' own, at the time of the one before. Returns the contact there, the
+    tip's largest speed so far (m/s), the drive's work (J), whether the beams' first acceleration
+    could be found, and the largest speed that rods leave out (m/s).
     """
     beams, law = integrator.chain, integrator.law
     links, tip, frame = chain.length.size, beams.tip, 0
-    contact, clock, fastest, work = IN_FLIGHT, clock_at(time[0], 0.0), 0.0, 0.0
+    contact, clock, fastest, work, shaken = IN_FLIGHT, clock_at(time[0], 0.0), 0.0, 0.0, 0.0
     for m in range(time.size):
         if m > 0:
             h = time[m] - time[m - 1]
@@ -109,7 +114,8 @@ def write_flight(
                 frame += 1
         place(states[m], chain.length, beams, old.q, old.v)
         fill_chords(old.q, beams, old.chords)
-        rigid_chain.reactions(states[m], accelerations[m], chain, reactions[m])
+        left = rigid_chain.reactions(states[m], accelerations[m], chain, reactions[m])
+        shaken = max(shaken, left)
         work = 0.0
         for w in range(links):
             old.acceleration[beams.hinge[w]] = reactions[m, 2 * w]
@@ -122,8 +128,10 @@ def write_flight(
         x, gap = old.q[tip], old.q[tip + 1] + law.height
         contact, _ = transition(NORMAL, x, gap, old.v[tip], old.v[tip + 1], contact, law)
     old.acceleration[:] = 0.0
-    solved = first_row(rows[m], reactions[m], consistent, old, clock, contact, integrator, probe)
-    return contact, fastest, work, solved
+    solved = first_row(
+        rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
+    )
+    return contact, fastest, work, solved, shaken
 
 
 @kernel

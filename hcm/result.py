@@ -25,6 +25,7 @@ class Status(Enum):
     INTERRUPTED = "interrupted"
     UNBALANCED = "the energy audit does not close"
     UNREPEATABLE = "too sensitive to rely on"
+    TOO_FLEXIBLE = "too flexible for a rigid flight"
 
     @property
     def advice(self) -> str:
@@ -45,6 +46,8 @@ _ADVICE = {
     Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
     " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
     " drive.torques or the flight (surface.height); the message says what is not decided",
+    Status.TOO_FLEXIBLE: "set solver.hcm.flight to 'elastic': the finger's bending on its way to"
+    " the surface matters",
     Status.UNBALANCED: "the steps are too long for this motion: reduce"
     " solver.hcm.flight_tolerance and solver.hcm.contact_tolerance (0 keeps the steps fixed), or"
     " solver.hcm.flight_step and solver.hcm.contact_step",

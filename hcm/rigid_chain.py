@@ -22,10 +22,14 @@ from hcm.compiled import kernel
 from hcm.layout import Floats
 from hcm.parameters import Drive, Finger, Surface
 
+# A moment at one hinge bends a beam on two by M L^2/(E I) over this.
+SAG_OF_MOMENT = 9.0 * math.sqrt(3.0)
+
 
 class Rods(NamedTuple):
     """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg; torque (P,), N m.
 
+    bending : (P,) E I of the beams that they stand for, N m^2.
     gravity : m/s^2. height : H, m. inertia (P, P), along (2, P), between (2 P,) : scratch.
     """
 
@@ -33,6 +37,7 @@ class Rods(NamedTuple):
     mass: Floats
     beyond: Floats
     torque: Floats
+    bending: Floats
     gravity: float
     height: float
     inertia: Floats
@@ -52,6 +57,7 @@ def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
         mass,
         mass[::-1].cumsum()[::-1] - mass,
         torque,
+        np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
         float(drive.gravity),
         float(surface.height),
         np.empty((len(phalanges), len(phalanges))),
@@ -63,7 +69,7 @@ def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
 @kernel
 def rates(state: Floats, chain: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
-    length, mass, beyond, torque, gravity, _, inertia, along, _ = chain
+    length, mass, beyond, torque, _, gravity, _, inertia, along, _ = chain
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
@@ -100,18 +106,33 @@ def clearance(state: Floats, chain: Rods) -> tuple[float, float]:
 
 
 @kernel
-def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> None:
-    """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (g - r..i)."""
-    n = chain.length.size
+def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> float:
+    """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (g - r..i).
+
+    Returns the speed that is left out by rods, m/s: sag times first frequency of a beam on two
+    hinges under the larger of its ends' loads p = rho A (g - r..) n and its torque,
+
+        (5 p L^4/384 + tau L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
+
+    the largest of all rods. It vibrates so fast if the load comes suddenly.
+    """
+    n, fastest = chain.length.size, 0.0
     ax, ay = 0.0, 0.0
     for w in range(n):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
+        length, bending = chain.length[w], chain.bending[w]
+        per_length = chain.mass[w] / length
+        near = per_length * (cos * (chain.gravity + ay) - sin * ax)
+        load = max(abs(near), abs(near - chain.mass[w] * acceleration[w]))
+        sag = load * length**4 * (5.0 / 384.0) + abs(chain.torque[w]) * length**2 / SAG_OF_MOMENT
+        fastest = max(fastest, sag * (math.pi / length) ** 2 / math.sqrt(bending * per_length))
         # r.. of the rod's centre is that of its hinge and half of what the rod adds at its end
-        dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
-        dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
+        dx = length * (acceleration[w] * sin + spin * cos)
+        dy = length * (-acceleration[w] * cos + spin * sin)
         out[2 * w] = -chain.mass[w] * (ax + 0.5 * dx)
         out[2 * w + 1] = -chain.mass[w] * (chain.gravity + ay + 0.5 * dy)
         ax, ay = ax + dx, ay + dy
     for w in range(n - 2, -1, -1):
         out[2 * w] += out[2 * w + 2]
         out[2 * w + 1] += out[2 * w + 3]
+    return fastest

@@ -94,6 +94,20 @@ def _cumulative(time: Floats, rate: Floats) -> Floats:
     return np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
 
 
+def _unresolved(time: Floats, rate: Floats) -> Floats:
+    """How far off `_cumulative` may be: half of what leaving out every other row changes.
+
+    A vibration faster than the steps shows in the rows by chance. Jumps (two rows at one time) are
+    no vibration.
+    """
+    before, after = time[1:-1] - time[:-2], time[2:] - time[1:-1]
+    with np.errstate(invalid="ignore"):
+        between = (after * rate[:-2] + before * rate[2:]) / (before + after)
+    left_out = 0.25 * np.abs(rate[1:-1] - between) * (before + after)
+    off = np.where((before > 0) & (after > 0), left_out, 0.0)
+    return np.concatenate([[0.0], np.cumsum(off), [off.sum()]])
+
+
 def _losses(scene: HcmScene, result: TapResult) -> Floats:
     """What friction and the loops have taken up to every row, J."""
     h, tip = result.history, scene.tip
@@ -146,6 +160,7 @@ def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
     force = np.column_stack([h.tangential_force_N, h.normal_force_N]) - h.hinge_reactions_N[:, 0]
     force[:, 1] -= mass * scene.drive.gravity
     impulse = np.column_stack([_cumulative(h.time_s, force[:, c]) for c in range(2)])
+    unresolved = np.column_stack([_unresolved(h.time_s, force[:, c]) for c in range(2)]).max(axis=1)
     stored = h.contact_energy_J
     for state in states:
         row = int(np.searchsorted(h.time_s, state.time_s, side="right")) - 1
@@ -166,5 +181,5 @@ def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
                 yield f"energy off by {off / largest:.3g} of the largest at {state.time_s:.6g} s"
         gap = float(np.abs(own.momentum_N_s - impulse[row]).max())
         scale = (2 * mass * largest) ** 0.5
-        if gap > LARGEST_ERROR * scale:
+        if gap > LARGEST_ERROR * scale + unresolved[row]:
             yield f"momentum off by {gap / scale:.3g} of the largest at {state.time_s:.6g} s"

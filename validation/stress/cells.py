@@ -109,7 +109,7 @@ def _judge(scene: HcmScene, compare: bool) -> Verdict:
     if broken:
         return replace(found, answer=WRONG, reason="; ".join(broken))
     if result.status is not hcm.Status.COMPLETED:
-        flagged = result.status is hcm.Status.UNREPEATABLE
+        flagged = result.status in (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE)
         return replace(found, answer=FLAGGED if flagged else STOPPED, reason=result.message)
     if compare:
         name, error = confirm(scene, result)

@@ -65,7 +65,8 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
     E 1e4..1e12 Pa, rho 100..2e4, slenderness L/d 2..200, 1..30 phalanges of 1..40 elements, k
     1e2..1e10 N/m, e* 0.05..1, mu 0..10, eta^-2 0..1e3, torques up to a thousand times the finger's
     weight times its length (either sign), gravity up to 1e3 m/s^2, a surface anywhere in reach,
-    one tap or several, any spectral radius, fixed or controlled steps.
+    one tap or several, any spectral radius, fixed or controlled steps, elastic or rigid
+    flights.
     """
     u: Iterator[float] = iter([float(number) for number in numbers])
     phalanges = _count(next(u) ** 2, 1, 30)
@@ -113,6 +114,7 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
         max_contact_time=max(100 * bounce, 0.01),
         max_steps=max_steps,
         consistent_start=several > 0.05,
+        flight="rigid" if 0.1 < several < 0.2 or several > 0.9 else "elastic",
     )
     return HcmScene(finger, Surface(height, friction), tip,
                     Drive(torques, gravity, reaction=0.4 < several < 0.5), settings)  # fmt: skip

@@ -2,7 +2,8 @@
 
 Beside each case at the identified factor stand its variations: the factor's uncertainty, the factor
 of case 2's arrival alone (the time that is printed with most digits), a coarser mesh, other steps,
-and the article's numerics with the factor that its arrival times give under them.
+other tangential stiffnesses (the article gives none), and the article's numerics with the factor
+that its arrival times give under them.
 """
 
 from __future__ import annotations
@@ -31,7 +32,11 @@ POSTURE_TIMES: dict[
 AROUND = {"driven-1": (0.0908, 0.0934), "driven-2": (0.0118, 0.0138), "driven-3": (0.0104, 0.0136)}
 POSTURE_STEP = 1e-5
 NUMERICS = {"0.02 ms steps": POSTURE_GRID, "printed steps": PRINTED}
-OTHERS = {"N=15": ("finger.elements=5",), "adaptive steps": DEFAULTS}
+OTHERS = {
+    "N=15": ("finger.elements=5",),
+    "adaptive steps": DEFAULTS,
+    **{f"eta^2={eta2:g}": (f"tip.tangential_ratio={1 / eta2!r}",) for eta2 in (1.25, 1.5)},
+}
 VARIED = ("low", "high", "case 2 alone", *OTHERS, *NUMERICS)
 
 

@@ -66,7 +66,7 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
     1e2..1e10 N/m, e* 0.05..1, mu 0..10, eta^-2 0..1e3, torques up to a thousand times the finger's
     weight times its length (either sign), gravity up to 1e3 m/s^2, a surface anywhere in reach,
     one tap or several, any spectral radius, fixed or controlled steps, elastic or rigid
-    flights.
+    flights, by either integrator.
     """
     u: Iterator[float] = iter([float(number) for number in numbers])
     phalanges = _count(next(u) ** 2, 1, 30)
@@ -101,6 +101,7 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
     fall = (2 * height / max(abs(gravity), 1e-3)) ** 0.5
     mass = density * phalanx.area * phalanx.length
     bounce = math.pi * (mass / tip.normal_stiffness) ** 0.5
+    collocated = 0.2 < several < 0.35 or 0.85 < several < 0.95
     own_steps = control < 0.7  # steps fitted to the scene, or the defaults, whatever comes of it
     settings = Settings(
         flight_step=min(fall / 200, 1e-2) if own_steps else 1e-4,
@@ -115,6 +116,7 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
         max_steps=max_steps,
         consistent_start=several > 0.05,
         flight="rigid" if 0.1 < several < 0.2 or several > 0.9 else "elastic",
+        flight_integrator="gauss" if collocated else "generalized-alpha",
     )
     return HcmScene(finger, Surface(height, friction), tip,
                     Drive(torques, gravity, reaction=0.4 < several < 0.5), settings)  # fmt: skip

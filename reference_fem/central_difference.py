@@ -50,7 +50,7 @@ def leapfrog(
             displacement[i, 2] += step * v_z
 
 
-@njit(cache=True)
+@njit(cache=True, parallel=True)
 def half_kick(
     velocity: Array,
     residual: Array,
@@ -63,9 +63,8 @@ def half_kick(
 
     With step = -Δt it turns the v(0) of an initial state into v(-Δt/2).
     """
-    n_points, dim = velocity.shape
-    for i in range(n_points):
+    for i in prange(len(velocity)):
         scale = 0.5 * step * inverse_mass[i]
-        for d in range(dim):
+        for d in range(velocity.shape[1]):
             out[i, d] = velocity[i, d] - scale * residual[i, d]
         out[i, 1] -= 0.5 * step * gravity

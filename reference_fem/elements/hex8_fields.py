@@ -43,17 +43,28 @@ def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Thr
     )
 
 
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def add_shear(s: Floats, r: Floats, q: int, values: tuple[int, int, int]) -> None:
+    """Add w E:E of point q, which takes these values of g_1, g_2, g_3, to row RESULT."""
+    for lane in range(LANES):
+        x, y, z = point_bases(s, lane, values)
+        o = lane + q * POINT_ROWS * LANES
+        s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
+
+
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_energy(s: Floats, r: Floats) -> float:
     """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
     for lane in range(LANES):
         s[RESULT * LANES + lane] = 0.0
-    for q in range(8):
-        values = VALUES[q]
-        for lane in range(LANES):
-            x, y, z = point_bases(s, lane, values)
-            o = lane + q * POINT_ROWS * LANES
-            s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
+    add_shear(s, r, 0, VALUES[0])
+    add_shear(s, r, 1, VALUES[1])
+    add_shear(s, r, 2, VALUES[2])
+    add_shear(s, r, 3, VALUES[3])
+    add_shear(s, r, 4, VALUES[4])
+    add_shear(s, r, 5, VALUES[5])
+    add_shear(s, r, 6, VALUES[6])
+    add_shear(s, r, 7, VALUES[7])
     energy = 0.0
     for lane in range(LANES):
         dilatation = s[DILATATION * LANES + lane]

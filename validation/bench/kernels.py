@@ -45,16 +45,16 @@ class Speed:
 
 
 def box(counts: tuple[int, ...]) -> tuple[Floats, Integers]:
-    """Points and cells (VTK's order) of a box of cubes or a sheet of squares; x varies fastest."""
-    axes = [np.arange(n + 1) for n in counts]
-    grid = np.meshgrid(*reversed(axes), indexing="ij")
-    points = (np.stack([axis.ravel() for axis in reversed(grid)], axis=1) * SIZE_M).astype(
-        np.float64
-    )
-    stride = np.cumprod([1, *(n + 1 for n in counts[:-1])])
-    corner = [np.arange(n) for n in counts]
-    cells = np.meshgrid(*reversed(corner), indexing="ij")
-    first = sum(c.ravel() * s for c, s in zip(reversed(cells), stride, strict=True))
+    """Points and cells (VTK's order) of a box of cubes or a sheet of squares.
+
+    Numbered section by section along x, as a finger's mesh is.
+    """
+    nodes = np.array([n + 1 for n in counts])
+    grid = np.meshgrid(*map(np.arange, nodes), indexing="ij")
+    points = (np.stack([axis.ravel() for axis in grid], axis=1) * SIZE_M).astype(np.float64)
+    stride = [int(nodes[axis + 1 :].prod()) for axis in range(len(counts))]
+    corner = np.meshgrid(*map(np.arange, counts), indexing="ij")
+    first = sum(c.ravel() * s for c, s in zip(corner, stride, strict=True))
     face = [0, stride[0], stride[0] + stride[1], stride[1]]
     offsets = face if len(counts) == 2 else [*face, *(stride[2] + o for o in face)]
     return points, (np.asarray(first)[:, None] + np.array(offsets)).astype(np.int64)
@@ -93,7 +93,9 @@ def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) 
             element=name,
             threads=count,
             elements=len(cells),
-            updates_per_s=len(cells) / min(first.wall_time_s, last.wall_time_s),
+            updates_per_s=built[name].forces
+            * len(cells)
+            / min(first.wall_time_s, last.wall_time_s),
             step_updates_per_s=built[name].steps * len(cells) / whole.wall_time_s,
             memory_MB=built[name].memory_MB,
             loop_bytes=built[name].loop_bytes,

@@ -27,6 +27,7 @@ class Case:
     """A free block that falls on the surface, all of its lower side touching.
 
     steps : explicit steps of one `run`
+    forces : calls of the force kernel in one `force`
     force : the force kernel alone, at the same displacement
     run : the steps as a tap's window takes them, with its audits and searches for inverted cells
     memory_MB : arrays of model and state
@@ -34,6 +35,7 @@ class Case:
     """
 
     steps: int
+    forces: int
     force: Callable[[], object]
     run: Callable[[], object]
     memory_MB: float
@@ -94,9 +96,15 @@ def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
             now = after
         return now.displacement
 
+    def forces() -> Floats:
+        for _ in range(interval):
+            model.kernel.internal_force(state.displacement, force)
+        return force
+
     return Case(
         steps=FULL_SEARCH * interval,
-        force=lambda: model.kernel.internal_force(state.displacement, force),
+        forces=interval,
+        force=forces,
         run=run,
         memory_MB=array_bytes(model, state) / 1e6,
         loop_bytes=model.kernel.loop_bytes / len(cells),

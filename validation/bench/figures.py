@@ -12,10 +12,10 @@ from validation.bench.scaling import Size, exponent
 from validation.figures import GREY
 from validation.paper.figure_panels import COLORS, panels
 
-MARKERS = "osD^vP"
+MARKERS = "osD^vPX"
 SMALLEST = 1e-12  # what is drawn of an error that is zero
 MANY = 300.0  # times a range's low end: too wide for three ticks a decade
-PALETTE = (*COLORS, "#cc79a7", "#e69f00")
+PALETTE = (*COLORS, "#cc79a7", "#e69f00", "#56b4e9")
 QUANTITIES = (
     ("peak", r"error of peak $F_n$"),
     ("impulse", "error of impulse"),

@@ -118,7 +118,7 @@ def simulate(
     new = Motion(*[np.empty_like(part) for part in old])
     # what a finger at rest gathers by round-off: measured up to 1e-20 of E A L at 40 elements of
     # E = 1e12 Pa and 3000 steps; a light finger on a breeze of gravity moves with 1e-12
-    roundoff_J = 1e-16 * float((chain.axial_stiffness * chain.length).sum())
+    roundoff_J = 1e-16 * float(chain.axial_stiffness @ chain.length)
     work = workspace(n)
     plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 import hcm
+from validation.models.hcm import warm_up_flights
 from validation.stress.audit import mechanics, observed
 from validation.stress.cells import difference
 from validation.stress.checks import violations
@@ -23,6 +24,7 @@ TAP = HcmScene(
 @pytest.fixture(scope="module", autouse=True)
 def tap() -> hcm.TapResult:
     """A tap; for every test, so that none counts the seconds of compiling."""
+    warm_up_flights()
     return hcm.simulate(**TAP.arguments())
 
 

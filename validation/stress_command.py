@@ -9,6 +9,8 @@ from typing import Any
 from validation.console import progress_bar
 from validation.errors import RunFailedError
 from validation.execute import compile_in_fresh_process
+from validation.isolated import call_isolated
+from validation.models.hcm import warm_up_flights
 from validation.storage import output_folder, write_json
 from validation.stress.campaign import draw, run_cells, table_rows
 from validation.stress.collection import all_maps
@@ -81,6 +83,8 @@ def run_stress(quick: bool, only: str | None, out: Path) -> None:
         # a cell's time is one of its checks, and it must not pay for the compiler
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process()
+        if any(wanted.solver == "hcm" for wanted in maps):
+            call_isolated(warm_up_flights)
         with workers(os.cpu_count() or 1) as pool:
             run_cells(cells, finished, pool, lambda share, text: progress(0.95 * share, text))
         counts: Counter[str] = Counter()

@@ -73,6 +73,13 @@ def warm_up() -> None:
     unless_interrupted(_solve(load_scene("soft", WARM_UP), None).record)
 
 
+def warm_up_flights() -> None:
+    """The same with the flights that a scene may choose: their kernels are compiled apart."""
+    for choice in ("flight='rigid'", "flight_integrator='gauss'"):
+        scene = load_scene("soft", (*WARM_UP, f"solver.hcm.{choice}"))
+        unless_interrupted(_solve(scene, None).record)
+
+
 def run(
     scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
 ) -> Outcome:

@@ -18,7 +18,7 @@ from hcm.lumped_contact import FLIGHT, FREE, Contact
 from hcm.rigid_chain import Rods, clearance
 from hcm.rigid_flight import TOUCHED, Fall
 from hcm.rigid_start import place
-from hcm.tap import COLUMNS, FrameTable, write_row
+from hcm.tap import COLUMNS, FrameTable, PlainContact, write_row
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
@@ -75,7 +75,7 @@ def after_flight(
     # one more: where the beams take over, forces jump from the rods' to theirs
     count = fall.time.size + 1
     rows, reactions = np.empty((count, len(COLUMNS))), np.empty((count, 2 * chain.length.size))
-    contact, speed, work, solved, shaken = write_flight(
+    mode, speed, work, solved, shaken = write_flight(
         fall.time, fall.states, fall.accelerations, fall.code == TOUCHED, consistent, chain, old,
         integrator, probe, rows, reactions, frames,
     )  # fmt: skip
@@ -85,7 +85,8 @@ def after_flight(
     if fall.code != TOUCHED:
         clock = clock._replace(phase_start=float(fall.time[0]))
     approach = abs(clearance(fall.states[-1], chain)[1])
-    return Beginning(contact, clock, rows, reactions, solved, shaken / max(approach, 1e-300))
+    left_out = shaken / max(approach, 1e-300)
+    return Beginning(Contact(*mode), clock, rows, reactions, solved, left_out)
 
 
 @kernel
@@ -93,7 +94,7 @@ def write_flight(
     time: Floats, states: Floats, accelerations: Floats, touched: bool, consistent: bool,
     chain: Rods, old: Motion, integrator: Integrator, probe: Probe, rows: Floats, reactions: Floats,
     frames: FrameTable,
-) -> tuple[Contact, float, float, bool, float]:  # fmt: skip
+) -> tuple[PlainContact, float, float, bool, float]:  # fmt: skip
     """Fill the rows, the hinges' reactions and the frames of a rigid flight (`rigid_flight.Fall`).
 
     The last row is the beams' own, at the time of the one before. Returns the contact there, the
@@ -110,6 +111,7 @@ def write_flight(
                 if frames.time[frame] > time[m - 1]:
                     s = (frames.time[frame] - time[m - 1]) / h
                     interpolate(s, h, states[m - 1], states[m], links, chain.between)
+                    frames.q[frame, :] = 0.0
                     place(chain.between, chain.length, beams, frames.q[frame], old.v)
                 frame += 1
         place(states[m], chain.length, beams, old.q, old.v)
@@ -131,7 +133,9 @@ def write_flight(
     solved = first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
     )
-    return contact, fastest, work, solved, shaken
+    c = contact
+    mode = (c.normal, c.tangential, c.slip_sign, c.force_ref, c.gap_ref, c.particle)
+    return mode, fastest, work, solved, shaken
 
 
 @kernel

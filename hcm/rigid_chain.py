@@ -29,7 +29,8 @@ SAG_OF_MOMENT = 9.0 * math.sqrt(3.0)
 class Rods(NamedTuple):
     """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg; torque (P,), N m.
 
-    bending : (P,) E I of the beams that they stand for, N m^2.
+    bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
+    the torques at a rod's two ends, N m, which bend it even where they cancel.
     gravity : m/s^2. height : H, m. inertia (P, P), along (2, P), between (2 P,) : scratch.
     """
 
@@ -38,6 +39,8 @@ class Rods(NamedTuple):
     beyond: Floats
     torque: Floats
     bending: Floats
+    axial: Floats
+    moment: Floats
     gravity: float
     height: float
     inertia: Floats
@@ -49,8 +52,10 @@ def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
     """The finger's phalanges as rods; a torque that reacts takes from the phalanx before."""
     phalanges = finger.phalanges
     mass = np.array([p.density * p.area * p.length for p in phalanges])
-    torque = np.array(drive.torques or (0.0,) * len(phalanges))
+    torque = np.array(drive.torques or (0.0,) * len(phalanges), dtype=float)
+    moment = np.abs(torque)
     if drive.reaction:
+        moment[:-1] += np.abs(torque[1:])
         torque[:-1] -= torque[1:].copy()
     return Rods(
         np.array([p.length for p in phalanges]),
@@ -58,6 +63,8 @@ def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
         mass[::-1].cumsum()[::-1] - mass,
         torque,
         np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
+        np.array([p.youngs_modulus * p.area for p in phalanges]),
+        moment,
         float(drive.gravity),
         float(surface.height),
         np.empty((len(phalanges), len(phalanges))),
@@ -69,7 +76,7 @@ def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
 @kernel
 def rates(state: Floats, chain: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
-    length, mass, beyond, torque, _, gravity, _, inertia, along, _ = chain
+    length, mass, beyond, torque, _, _, _, gravity, _, inertia, along, _ = chain
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
@@ -109,30 +116,44 @@ def clearance(state: Floats, chain: Rods) -> tuple[float, float]:
 def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> float:
     """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (g - r..i).
 
-    Returns the speed that is left out by rods, m/s: sag times first frequency of a beam on two
-    hinges under the larger of its ends' loads p = rho A (g - r..) n and its torque,
+    Returns the speed that rods leave out, m/s: what their loads p = rho A (g - r..), the larger of
+    both ends', the force F of the rods beyond and the torques M at the ends would bend a beam on
+    two hinges and stretch a beam held at one, each times its first frequency,
 
-        (5 p L^4/384 + tau L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
+        (5 p_n L^4/384 + M L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
+        (p_t L^2/2 + F_t L)/(E A) pi/(2 L) sqrt(E A/rho A),
 
-    the largest of all rods. It vibrates so fast if the load comes suddenly.
+    the largest sum of all rods. It vibrates so fast if the loads come suddenly.
     """
     n, fastest = chain.length.size, 0.0
     ax, ay = 0.0, 0.0
     for w in range(n):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
-        length, bending = chain.length[w], chain.bending[w]
-        per_length = chain.mass[w] / length
-        near = per_length * (cos * (chain.gravity + ay) - sin * ax)
-        load = max(abs(near), abs(near - chain.mass[w] * acceleration[w]))
-        sag = load * length**4 * (5.0 / 384.0) + abs(chain.torque[w]) * length**2 / SAG_OF_MOMENT
-        fastest = max(fastest, sag * (math.pi / length) ** 2 / math.sqrt(bending * per_length))
         # r.. of the rod's centre is that of its hinge and half of what the rod adds at its end
-        dx = length * (acceleration[w] * sin + spin * cos)
-        dy = length * (-acceleration[w] * cos + spin * sin)
+        dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
+        dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
         out[2 * w] = -chain.mass[w] * (ax + 0.5 * dx)
         out[2 * w + 1] = -chain.mass[w] * (chain.gravity + ay + 0.5 * dy)
         ax, ay = ax + dx, ay + dy
-    for w in range(n - 2, -1, -1):
-        out[2 * w] += out[2 * w + 2]
-        out[2 * w + 1] += out[2 * w + 3]
+    fx, fy = 0.0, 0.0
+    for w in range(n - 1, -1, -1):
+        cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
+        length = chain.length[w]
+        dx = length * (acceleration[w] * sin + spin * cos)
+        dy = length * (-acceleration[w] * cos + spin * sin)
+        per_length = chain.mass[w] / length
+        across, stretch = 0.0, 0.0
+        for _ in range(2):  # the outer end, then the hinge
+            across = max(across, abs(cos * (chain.gravity + ay) - sin * ax))
+            stretch = max(stretch, abs(cos * ax + sin * (chain.gravity + ay)))
+            ax, ay = ax - dx, ay - dy
+        ax, ay = ax + dx, ay + dy
+        sag = per_length * across * length**4 * (5.0 / 384.0)
+        sag += chain.moment[w] * length**2 / SAG_OF_MOMENT
+        pulled = per_length * stretch * 0.5 * length**2 + abs(cos * fx + sin * fy) * length
+        bent = sag * (math.pi / length) ** 2 / math.sqrt(chain.bending[w] * per_length)
+        drawn = pulled * 0.5 * math.pi / length / math.sqrt(chain.axial[w] * per_length)
+        fastest = max(fastest, bent + drawn)
+        fx, fy = fx + out[2 * w], fy + out[2 * w + 1]
+        out[2 * w], out[2 * w + 1] = fx, fy
     return fastest

@@ -59,6 +59,11 @@ COLUMNS = (
 INSTANT_EVENTS = 8
 
 
+# The fields of a contact and of a clock.
+PlainContact = tuple[int, int, float, float, float, float]
+PlainClock = tuple[float, float, float, int, int, int, int, int, float, float, float, float, float]
+
+
 class EventTable(NamedTuple):
     """Located events: time (m,) s, kind (m,), nodal coordinates q and their rates v (m, n)."""
 
@@ -233,3 +238,33 @@ def advance(
         if kind == LIFT_OFF and taps >= plan.taps:
             return contact, clock, n_rows, n_events, DONE
     return contact, clock, n_rows, n_events, RUNNING
+
+
+@kernel
+def run(
+    old: Motion,
+    new: Motion,
+    contact: Contact,
+    clock: Clock,
+    plan: Plan,
+    integrator: AnyIntegrator,
+    undamped: AnyIntegrator,
+    probe: Probe,
+    record: Record,
+) -> tuple[PlainContact, PlainClock, int, int, int]:
+    """`advance` for Python: the fields of contact and clock as plain tuples.
+
+    Numba makes a named tuple by calling its class, where a pending interrupt is raised: two of them
+    in one result are then a crash of the process, plain tuples a KeyboardInterrupt.
+    """
+    c, k, n_rows, n_events, code = advance(
+        old, new, contact, clock, plan, integrator, undamped, probe, record
+    )
+    return (
+        (c.normal, c.tangential, c.slip_sign, c.force_ref, c.gap_ref, c.particle),
+        (
+            k.time, k.phase_start, k.step, k.taps, k.instant, k.rejected, k.trials,
+            k.chatter_steps, k.friction_loss, k.restitution_loss, k.drive_work, k.speed, k.force,
+        ),
+        n_rows, n_events, code,
+    )  # fmt: skip

@@ -158,13 +158,13 @@ def test_a_tip_that_dips_below_the_surface_inside_a_step_is_seen() -> None:
 
 @pytest.mark.parametrize(
     ("young", "torque", "trusted"),
-    [(1e9, 0.0, True), (1e8, 0.0, True), (1e7, 0.0, False), (1e9, 0.015, False)],
+    [(1e9, 0.0, True), (3e8, 0.0, True), (1e7, 0.0, False), (1e9, 0.015, False)],
 )
 def test_a_finger_that_bends_on_its_way_is_not_relied_on(
     young: float, torque: float, trusted: bool
 ) -> None:
-    # measured changes: 8e-5, 5e-4, 3e-3 and 2.1e-2 of peak, impulse or duration; estimates 1.5e-3,
-    # 4.8e-3, 1.5e-2 and 3.7e-2
+    # measured changes of peak, impulse or duration: 8e-5, 2e-4, 3e-3 and 2.1e-2; the estimates are
+    # 3.3e-3, 6e-3, 3.3e-2 and more than the change in the last
     body, drive = finger(SOFT, youngs_modulus=young), hcm.Drive((torque, 0.0, 0.0))
     both = [
         hcm.simulate(body, SURFACE, SOFT_TIP, drive, hcm.Settings(flight=flight))

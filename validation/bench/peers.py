@@ -152,8 +152,9 @@ def hcm_rungs(quick: bool) -> list[Rung]:
 
     1e-5 needs the finger's own vibrations in flight, up to 7 kHz for a thousand periods, in phase:
     of generalized-alpha steps of 1 us without damping (nothing larger gets there but by chance), of
-    Gauss collocation of order 10 steps of 100 us, which turn a mode of 5 kHz by 5e-6 too little.
-    All shorter ones that were tried get there too, and those of up to 140 us.
+    Gauss collocation of order 10 steps of 100 us, which turn a mode of 5 kHz by 7e-6 too little
+    (one of 7 kHz, hardly excited here, by 1.7e-4 and so out of phase). All shorter ones that were
+    tried get there too, and those of up to 140 us.
     """
     loose: dict[str, Value] = {"flight_step": 1e-2, "flight_tolerance": 3e-7}
     fixed: dict[str, Value] = {"contact_tolerance": 0, "newton_tolerance": 1e-5}

@@ -1,5 +1,6 @@
 """Log-log figures of the benchmark, in the project's style; failures drawn as failures."""
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -152,8 +153,10 @@ def skips(path: Path, entries: Sequence[Entry]) -> None:
             change = entry.largest_change
             text = "" if change is None else f" {entry.speedup:.3g}x, changes {change:.1g}"
             axis.annotate(text, (max(entry.speedup or 1.0, 1.0), number), va="center", fontsize=7)
-        axis.set_yticks(range(len(shown)), [f"{e.model}: {e.shortcut[:48]}" for e in shown],
-                        fontsize=7)  # fmt: skip
+        names = [
+            textwrap.shorten(f"{e.model}: {e.shortcut}", 54, placeholder=" ...") for e in shown
+        ]
+        axis.set_yticks(range(len(shown)), names, fontsize=7)
         axis.invert_yaxis()
         axis.axvline(1.0, color=GREY, linewidth=0.8)
         axis.set_xscale("log")

@@ -70,6 +70,9 @@ def test_random_scenes_reach_their_ranges() -> None:
         (2026, 1470),
         (2026, 1779),
         (2026, 2036),
+        # checks that were wrong: the impulse of a flight that collocation takes in one step
+        (2026, 2397),
+        (2026, 2707),
     ],
 )
 def test_scenes_that_once_broke_an_invariant(case: int, number: int) -> None:

@@ -181,6 +181,9 @@ def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
             off = abs(held + losses[row] - works[state.time_s])
             if off > ENERGY_SHARE * largest + own.floor_J:
                 yield f"energy off by {off / largest:.3g} of the largest at {state.time_s:.6g} s"
+        if scene.settings.flight_integrator == "gauss":
+            # a step of order 10 swings more than once, and its row has the reaction at its end only
+            continue
         gap = float(np.abs(own.momentum_N_s - impulse[row]).max())
         scale = (2 * mass * largest) ** 0.5
         if gap > LARGEST_ERROR * scale + unresolved[row]:

@@ -14,11 +14,11 @@ from hcm.equations import fill_chords
 from hcm.generalized_alpha import initial_acceleration
 from hcm.integrator import Integrator, Motion
 from hcm.layout import Floats, Probe
-from hcm.lumped_contact import FLIGHT, FREE, Contact
+from hcm.lumped_contact import FLIGHT, FREE, Contact, PlainContact, plain_contact
 from hcm.rigid_chain import Rods, clearance
 from hcm.rigid_flight import TOUCHED, Fall
 from hcm.rigid_start import place
-from hcm.tap import COLUMNS, FrameTable, PlainContact, write_row
+from hcm.tap import COLUMNS, FrameTable, hermite, write_row
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
@@ -110,7 +110,11 @@ def write_flight(
             while frame < frames.time.size and frames.time[frame] <= time[m]:
                 if frames.time[frame] > time[m - 1]:
                     s = (frames.time[frame] - time[m - 1]) / h
-                    interpolate(s, h, states[m - 1], states[m], links, chain.between)
+                    before, after = states[m - 1], states[m]
+                    for w in range(links):
+                        chain.between[w] = hermite(
+                            s, h, before[w], before[links + w], after[w], after[links + w]
+                        )
                     frames.q[frame, :] = 0.0
                     place(chain.between, chain.length, beams, frames.q[frame], old.v)
                 frame += 1
@@ -133,16 +137,4 @@ def write_flight(
     solved = first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
     )
-    c = contact
-    mode = (c.normal, c.tangential, c.slip_sign, c.force_ref, c.gap_ref, c.particle)
-    return mode, fastest, work, solved, shaken
-
-
-@kernel
-def interpolate(s: float, h: float, first: Floats, second: Floats, links: int, out: Floats) -> None:
-    """Cubic Hermite angles, in `out` (2 P,), a share s into a step of h between two states."""
-    p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
-    for w in range(links):
-        bend = (1.0 - s) * first[links + w] - s * second[links + w]
-        out[w] = (1.0 - p) * first[w] + p * second[w] + h * r * bend
-        out[links + w] = 0.0
+    return plain_contact(contact), fastest, work, solved, shaken

@@ -34,6 +34,16 @@ def fill_chords(q: Floats, chain: Chain, out: Floats) -> None:
 
 
 @inlined
+def move_chords(chords: Floats, moved: Floats, chain: Chain, out: Floats) -> None:
+    """Write the chords (N, 2) of nodes that have moved by `moved` (n,) since `chords` to `out`."""
+    for e in range(chain.first.size):
+        a, length = chain.first[e], chain.length[e]
+        change = moved[a : a + 6]
+        out[e, 0] = chords[e, 0] + (change[4] - change[0]) / length
+        out[e, 1] = chords[e, 1] + (change[5] - change[1]) / length
+
+
+@inlined
 def residual_from_chords(
     q: Floats,
     chords: Floats,

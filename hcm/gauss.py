@@ -17,18 +17,17 @@ import numpy as np
 from hcm.banded_ldl import HALF_BANDWIDTH, solve
 from hcm.collocation import GaussIntegrator
 from hcm.compiled import inlined, kernel
-from hcm.equations import residual_from_chords
-from hcm.generalized_alpha import (
+from hcm.equations import move_chords, residual_from_chords
+from hcm.integrator import Motion
+from hcm.lumped_contact import Contact
+from hcm.newton import (
     ITERATIONS,
-    SLOW,
-    WORTH,
+    converged,
     is_finite,
     keep_count,
     largest_in_units,
     largest_size,
 )
-from hcm.integrator import Motion
-from hcm.lumped_contact import Contact
 from hcm.stage_systems import (
     close_hinges,
     combine,
@@ -50,10 +49,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
         place, b, chords, along = own.q[i], own.unknown[i], own.chords[i], table.c[i] * h
         for m in range(place.size):
             place[m] = along * old.v[m] + h * h * b[m]
-        for e in range(chain.first.size):
-            a, length = chain.first[e], chain.length[e]
-            chords[e, 0] = old.chords[e, 0] + (place[a + 4] - place[a]) / length
-            chords[e, 1] = old.chords[e, 1] + (place[a + 5] - place[a + 1]) / length
+        move_chords(old.chords, place, chain, chords)
         for m in range(place.size):
             place[m] += old.q[m]
 
@@ -78,10 +74,7 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
         new.jerk[m] = new.acceleration[m] = 0.0
-    for e in range(chain.first.size):
-        a, length = chain.first[e], chain.length[e]
-        new.chords[e, 0] = old.chords[e, 0] + (moved[a + 4] - moved[a]) / length
-        new.chords[e, 1] = old.chords[e, 1] + (moved[a + 5] - moved[a + 1]) / length
+    move_chords(old.chords, moved, chain, new.chords)
     right = own.real_right[HALF_BANDWIDTH:]
     law = integrator.law
     residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
@@ -142,24 +135,19 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
             if iteration == 0:
                 largest = max(largest, largest_in_units(own.unknown[i], chain.scale))
         close_hinges(chain, own.unknown)
-        slow = False
-        if previous < np.inf:
-            rate = change / previous
-            slow = rate > SLOW
-            if slow and change <= chain.roundoff and (fast or work.cost[1] > factorizations):
-                break
-            fast = not slow
-            own.rate[0] = rate
-        left = own.rate[0] if previous < np.inf else own.rate[0] ** 0.8
-        if change * min(1.0, left / max(1.0 - left, 0.5)) <= co.tolerance * largest:
+        done, slow = converged(
+            change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
+            co.tolerance, own.rate,
+        )  # fmt: skip
+        if done:
             break
         if slow or not co.reuse:
             own.key[0] = np.nan
-        previous = change
+        fast, previous = previous < np.inf and not slow, change
     else:
         own.key[0] = np.nan
         return False
-    keep_count(work.cost[0] - iterations, WORTH, own.age, own.key)
+    keep_count(work.cost[0] - iterations, own.age, own.key)
     return finish(h, old, new, contact, integrator)
 
 

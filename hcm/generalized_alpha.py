@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
-from hcm.compiled import inlined, kernel, kernel_with
-from hcm.equations import residual_from_chords, tangent
+from hcm.compiled import inlined, kernel
+from hcm.equations import move_chords, residual_from_chords, tangent
 from hcm.integrator import Coefficients, Integrator, Motion
 from hcm.layout import Chain
 from hcm.lumped_contact import Contact, contact_tangent
+from hcm.newton import (
+    ITERATIONS,
+    converged,
+    is_finite,
+    keep_count,
+    largest_in_units,
+    largest_size,
+)
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
-ITERATIONS = 20
-# Kept factors are given up once an iteration shrinks the change by less than this factor.
-SLOW = 0.1
-# Once kept factors have taken more iterations than this beyond those of the step that they were
-# made in, new ones are made: one costs 2.6 to 2.7 (measured at 2 to 20 elements a phalanx).
-WORTH = 2
 
 
 @inlined
@@ -96,49 +96,7 @@ def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
         increment[i] = dq
         new.q[i] = old.q[i] + dq
         new.v[i] = old.v[i] + (v0 * a0 + v1 * a1)
-    for e in range(chain.first.size):
-        a, length = chain.first[e], chain.length[e]
-        change = increment[a : a + 6]
-        new.chords[e, 0] = old.chords[e, 0] + (change[4] - change[0]) / length
-        new.chords[e, 1] = old.chords[e, 1] + (change[5] - change[1]) / length
-
-
-@kernel_with("nnan", "nsz")
-def largest_size(x: Floats) -> float:
-    """Max |x_i|; meaningless if one is NaN (ask `is_finite` first), so that it is vectorised."""
-    largest = 0.0
-    for i in range(x.size):
-        largest = max(largest, abs(x[i]))
-    return largest
-
-
-@kernel_with("nnan", "nsz")
-def largest_in_units(x: Floats, unit: Floats) -> float:
-    """Max |x_i|/unit_i; the same holds."""
-    largest = 0.0
-    for i in range(x.size):
-        largest = max(largest, abs(x[i]) / unit[i])
-    return largest
-
-
-@kernel_with("reassoc")
-def is_finite(x: Floats) -> bool:
-    """Whether all of x is: no NaN and no infinity survives in the sum of sizes."""
-    total = 0.0
-    for i in range(x.size):
-        total += abs(x[i])
-    return total < np.inf
-
-
-@kernel
-def keep_count(iterations: int, worth: int, age: Ints, key: Floats) -> None:
-    """Note a step's iterations, and drop factors that have become dearer than new ones."""
-    if age[0] == 0:
-        age[0] = iterations
-    else:
-        age[1] += max(iterations - age[0], 0)
-        if age[1] > worth:
-            key[0] = np.nan
+    move_chords(old.chords, increment, chain, new.chords)
 
 
 @kernel
@@ -169,27 +127,19 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
         for i in range(n):
             new.acceleration[i] += chain.scale[i] * right[i]
         change, largest = largest_size(right), largest_in_units(new.acceleration, chain.scale)
-        # what is left after this iteration: the change times rate/(1 - rate) (Hairer and Wanner
-        # 1996, section IV.8), the rate being that of the factors in use, here or in earlier steps
-        slow = False
-        if previous < np.inf:
-            rate = change / previous
-            slow = rate > SLOW
-            if slow and change <= chain.roundoff and (fast or work.cost[1] > factorizations):
-                break
-            fast = not slow
-            work.rate[0] = rate
-        # a rate from an earlier step is trusted less
-        left = work.rate[0] if previous < np.inf else work.rate[0] ** 0.8
-        if change * min(1.0, left / max(1.0 - left, 0.5)) <= co.tolerance * largest:
+        done, slow = converged(
+            change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
+            co.tolerance, work.rate,
+        )  # fmt: skip
+        if done:
             break
         if slow or not co.reuse:
             work.key[0] = np.nan
-        previous = change
+        fast, previous = previous < np.inf and not slow, change
     else:
         return False
     update(h, co, old, new, chain, work.increment)
-    keep_count(work.cost[0] - iterations, WORTH, work.age, work.key)
+    keep_count(work.cost[0] - iterations, work.age, work.key)
     for i in range(n):
         new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
     return True

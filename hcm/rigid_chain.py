@@ -69,7 +69,7 @@ def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
         float(surface.height),
         np.empty((len(phalanges), len(phalanges))),
         np.empty((2, len(phalanges))),
-        np.empty(2 * len(phalanges)),
+        np.zeros(2 * len(phalanges)),
     )
 
 

@@ -97,11 +97,12 @@ def fall(
 ) -> tuple[int, int, int, int, float]:
     """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (m, 1 + 3 P) are full.
 
+    `stages` (7, 2 P) begin with the state's rates, here and when it returns.
+
     Steps keep `tolerance` (m) and are at most `longest` (s); without a tolerance all are. Returns
     the rows written (time, state, accelerations), how it ended, repeats, trials, the next step.
     """
     n = chain.length.size
-    rates(state, chain, stages[0])
     repeats, trials = 0, 0
     for row in range(rows.shape[0]):
         remaining = end - time

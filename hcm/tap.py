@@ -22,8 +22,10 @@ from hcm.layout import Probe
 from hcm.lumped_contact import (
     FLIGHT,
     Contact,
+    PlainContact,
     contact_force,
     particle_velocity,
+    plain_contact,
     stored_energy,
 )
 from hcm.observe import energies, stress_at_probe
@@ -59,8 +61,7 @@ COLUMNS = (
 INSTANT_EVENTS = 8
 
 
-# The fields of a contact and of a clock.
-PlainContact = tuple[int, int, float, float, float, float]
+# The fields of a clock.
 PlainClock = tuple[float, float, float, int, int, int, int, int, float, float, float, float, float]
 
 
@@ -121,6 +122,14 @@ def write_row(
 
 
 @kernel
+def hermite(s: float, h: float, q0: float, v0: float, q1: float, v1: float) -> float:
+    """The cubic from (q0, v0) to (q1, v1), h later, at a share s of that time."""
+    p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
+    bend = (1.0 - s) * v0 - s * v1
+    return (1.0 - p) * q0 + p * q1 + h * r * bend
+
+
+@kernel
 def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
     """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
     for m in range(frames.time.size):
@@ -130,10 +139,8 @@ def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameT
         if frames.time[m] > clock.time + h:
             return
         s = min((frames.time[m] - clock.time) / h, 1.0)
-        p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
         for i in range(old.q.size):
-            bend = (1.0 - s) * old.v[i] - s * new.v[i]
-            frames.q[m, i] = (1.0 - p) * old.q[i] + p * new.q[i] + h * r * bend
+            frames.q[m, i] = hermite(s, h, old.q[i], old.v[i], new.q[i], new.v[i])
 
 
 @kernel
@@ -261,7 +268,7 @@ def run(
         old, new, contact, clock, plan, integrator, undamped, probe, record
     )
     return (
-        (c.normal, c.tangential, c.slip_sign, c.force_ref, c.gap_ref, c.particle),
+        plain_contact(c),
         (
             k.time, k.phase_start, k.step, k.taps, k.instant, k.rejected, k.trials,
             k.chatter_steps, k.friction_loss, k.restitution_loss, k.drive_work, k.speed, k.force,

@@ -9,7 +9,7 @@ from numba import njit
 from reference_fem.contact_law import Memory
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def return_map(
     stiffness: float, offset_x: float, offset_z: float, limit: float
 ) -> tuple[float, float, float, float]:
@@ -38,7 +38,8 @@ def return_map(
     slip_x, slip_z
         Motion of the anchor, m.
     """
-    length = math.hypot(offset_x, offset_z)
+    # hypot would be exact below 1e-154 m, whose squares vanish, and took a quarter of the contact
+    length = math.sqrt(offset_x * offset_x + offset_z * offset_z)
     if stiffness * length <= limit:
         return -stiffness * offset_x, -stiffness * offset_z, 0.0, 0.0
     unit_x = offset_x / length
@@ -47,7 +48,7 @@ def return_map(
     return -limit * unit_x, -limit * unit_z, slip * unit_x, slip * unit_z
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def first_touch(
     memory: Memory, j: int, gap: float, x: float, z: float, v_x: float, v_y: float, v_z: float
 ) -> None:
@@ -59,7 +60,7 @@ def first_touch(
     memory.spring_force[j] = 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def drag(
     memory: Memory, j: int, stiffness: float, x: float, z: float, limit: float
 ) -> tuple[float, float, float]:

@@ -35,18 +35,24 @@ def cauchy_stress(f: Floats, mu: float, pressure: float, stress: Floats) -> None
     f (3, 3) deformation gradient; `pressure` = lambda tr E; stress (6,) out: xx yy zz xy yz xz.
     With B = F F^T: F S F^T = pressure B + mu B (B - I), which keeps the digits of small strains.
     """
-    b = f @ f.T
-    d = b.copy()
-    for i in range(3):
-        d[i, i] -= 1.0
-    s = pressure * b + mu * (b @ d)
+    xx = f[0, 0] * f[0, 0] + f[0, 1] * f[0, 1] + f[0, 2] * f[0, 2]
+    yy = f[1, 0] * f[1, 0] + f[1, 1] * f[1, 1] + f[1, 2] * f[1, 2]
+    zz = f[2, 0] * f[2, 0] + f[2, 1] * f[2, 1] + f[2, 2] * f[2, 2]
+    xy = f[0, 0] * f[1, 0] + f[0, 1] * f[1, 1] + f[0, 2] * f[1, 2]
+    yz = f[1, 0] * f[2, 0] + f[1, 1] * f[2, 1] + f[1, 2] * f[2, 2]
+    xz = f[0, 0] * f[2, 0] + f[0, 1] * f[2, 1] + f[0, 2] * f[2, 2]
+    x, y, z = xx - 1.0, yy - 1.0, zz - 1.0
     det = (
         f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
         + f[0, 1] * (f[1, 2] * f[2, 0] - f[1, 0] * f[2, 2])
         + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
     )
-    stress[0], stress[1], stress[2] = s[0, 0] / det, s[1, 1] / det, s[2, 2] / det
-    stress[3], stress[4], stress[5] = s[0, 1] / det, s[1, 2] / det, s[0, 2] / det
+    stress[0] = (pressure * xx + mu * (xx * x + xy * xy + xz * xz)) / det
+    stress[1] = (pressure * yy + mu * (xy * xy + yy * y + yz * yz)) / det
+    stress[2] = (pressure * zz + mu * (xz * xz + yz * yz + zz * z)) / det
+    stress[3] = (pressure * xy + mu * (xx * xy + xy * y + xz * yz)) / det
+    stress[4] = (pressure * yz + mu * (xy * xz + yy * yz + yz * z)) / det
+    stress[5] = (pressure * xz + mu * (xx * xz + xy * yz + xz * z)) / det
 
 
 @njit(cache=True, error_model="numpy")

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from reference_fem.audit import Sample
-from reference_fem.elements.geometry import CORNERS
 from reference_fem.explicit_step import Block
 from reference_fem.model import Model
 from reference_fem.parameters import Settings
 from reference_fem.state import State
 from reference_fem.status import Status
+from reference_fem.touching_det import touching_det
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Failure = tuple[Status, str]
 
 # Audits between two searches of all elements and nodes: what watches a run then takes 1.4 to 2.0 %
@@ -75,75 +71,6 @@ def _energy(
             f"{_where(model, state)}",
         )
     return None
-
-
-def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
-    """Smallest det(dx/dξ), m³ or m², at the points of the elements under pressure; else inf.
-
-    Its sign is that of det F. Parameters: displacement (n_points, dim), pressure (n_points,).
-    """
-    return float(
-        _smallest_det(
-            model.points,
-            displacement,
-            model.cells,
-            model.skin,
-            pressure,
-            SLOPES[displacement.shape[1]],
-        )
-    )
-
-
-def _slopes(dim: int) -> Array:
-    """dN_a/dξ_k at the Gauss points q of the reference square or cube, (q, a, dim)."""
-    corner = CORNERS[dim].astype(np.float64)
-    low = 0.5 - 0.5 / np.sqrt(3.0)
-    points = low + (1.0 - 2.0 * low) * corner
-    # N_a = Π_k (ξ_k at corner 1, 1 - ξ_k at corner 0)
-    factor = np.where(corner[None] == 1.0, points[:, None], 1.0 - points[:, None])
-    sign = 2.0 * corner - 1.0
-    slopes = np.empty((len(points), len(corner), dim))
-    for k in range(dim):
-        others = [i for i in range(dim) if i != k]
-        slopes[..., k] = sign[None, :, k] * factor[..., others].prod(axis=2)
-    return slopes
-
-
-SLOPES = {dim: _slopes(dim) for dim in CORNERS}
-
-
-@njit(cache=True)
-def _smallest_det(
-    points: Array, displacement: Array, cells: Index, chosen: Index, pressure: Array, slopes: Array
-) -> float:
-    n_q, n_a, dim = slopes.shape
-    smallest = np.inf
-    corners = np.empty((n_a, dim))
-    # A plane element has a third direction of its own.
-    j = np.eye(3)
-    for cell in chosen:
-        touches = False
-        for a in range(n_a):
-            touches = touches or pressure[cells[cell, a]] > 0.0
-        if not touches:
-            continue
-        for a in range(n_a):
-            node = cells[cell, a]
-            for i in range(dim):
-                corners[a, i] = points[node, i] + displacement[node, i]
-        for q in range(n_q):
-            for i in range(dim):
-                for k in range(dim):
-                    j[i, k] = 0.0
-                    for a in range(n_a):
-                        j[i, k] += corners[a, i] * slopes[q, a, k]
-            smallest = min(
-                smallest,
-                j[0, 0] * (j[1, 1] * j[2, 2] - j[1, 2] * j[2, 1])
-                - j[0, 1] * (j[1, 0] * j[2, 2] - j[1, 2] * j[2, 0])
-                + j[0, 2] * (j[1, 0] * j[2, 1] - j[1, 1] * j[2, 0]),
-            )
-    return smallest
 
 
 def _passed_through(model: Model, state: State) -> Failure | None:

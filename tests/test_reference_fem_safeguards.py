@@ -16,7 +16,7 @@ from reference_fem.departure import next_touch_s
 from reference_fem.elements.geometry import geometries
 from reference_fem.explicit_run import run
 from reference_fem.model import Model, build_model
-from reference_fem.watchdogs import touching_det
+from reference_fem.touching_det import touching_det
 
 RUBBER = rf.Material(1e7, 0.3, 1000.0)
 SIDE = 0.02

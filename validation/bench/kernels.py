@@ -19,7 +19,8 @@ SHEET = (300, 200)
 SIZE_M = 1e-3
 YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
 THREADS = (1, 2)
-BUDGET_S = 5.0
+BUDGET_S = 15.0
+TURNS = 60  # pieces take 5 to 60 ms
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -78,31 +79,34 @@ def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) 
     material = Material(YOUNG, POISSON, DENSITY)
     built = {name: case(points, cells, name, material) for name in ELEMENTS[len(counts)]}
     cases = [(name, count) for name in built for count in available]
-    forces = [partial(on, count, built[name].force) for name, count in cases]
-    steps = [partial(on, count, built[name].run) for name, count in cases]
+    pieces = [
+        partial(on, count, piece)
+        for name, count in cases
+        for piece in (built[name].force, built[name].step, built[name].searching_step)
+    ]
     try:
-        # a force takes milliseconds: many turns of its own, before and after the long blocks of
-        # steps, so that a busy second does not decide
-        early = shortest_in_turns(forces, budget_s)
-        whole_times = shortest_in_turns(steps, budget_s)
-        late = shortest_in_turns(forces, budget_s)
+        timed = shortest_in_turns(pieces, budget_s, most=TURNS)
     finally:
         numba.set_num_threads(before)
-    return [
-        Speed(
-            element=name,
-            threads=count,
-            elements=len(cells),
-            updates_per_s=built[name].forces
-            * len(cells)
-            / min(first.wall_time_s, last.wall_time_s),
-            step_updates_per_s=built[name].steps * len(cells) / whole.wall_time_s,
-            memory_MB=built[name].memory_MB,
-            loop_bytes=built[name].loop_bytes,
-            runs=first.runs + last.runs,
+    speeds = []
+    for number, (name, count) in enumerate(cases):
+        timed_case = built[name]
+        force, step, search = (t.wall_time_s for t in timed[3 * number : 3 * number + 3])
+        updates = timed_case.steps * len(cells)
+        more = (search - step) / timed_case.searches
+        speeds.append(
+            Speed(
+                element=name,
+                threads=count,
+                elements=len(cells),
+                updates_per_s=updates / force,
+                step_updates_per_s=updates / (step + more),
+                memory_MB=timed_case.memory_MB,
+                loop_bytes=timed_case.loop_bytes,
+                runs=timed[3 * number].runs,
+            )
         )
-        for (name, count), first, whole, last in zip(cases, early, whole_times, late, strict=True)
-    ]
+    return speeds
 
 
 def measure_all(progress: Callable[[float, str], None]) -> list[Speed]:

@@ -42,7 +42,10 @@ def shortest(
 
 
 def shortest_in_turns(
-    runs: Sequence[Callable[[], Result]], budget_s: float, least: int = LEAST_RUNS
+    runs: Sequence[Callable[[], Result]],
+    budget_s: float,
+    least: int = LEAST_RUNS,
+    most: int = MOST_RUNS,
 ) -> list[Timed[Result]]:
     """`shortest` of runs that are compared: they take turns, so that a load hits all of them."""
     for run in runs:
@@ -50,7 +53,7 @@ def shortest_in_turns(
     found: list[Timed[Result]] = []
     start = time.perf_counter()
     rounds = 0
-    while rounds < least or (time.perf_counter() - start < budget_s and rounds < MOST_RUNS):
+    while rounds < least or (time.perf_counter() - start < budget_s and rounds < most):
         rounds += 1
         latest = [shortest(run, 0.0, 1, warm_up=False) for run in runs]
         before = [timed.wall_time_s for timed in found] or [float("inf")] * len(runs)

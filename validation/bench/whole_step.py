@@ -26,18 +26,22 @@ NOISE = 1e-3
 class Case:
     """A free block that falls on the surface, all of its lower side touching.
 
-    steps : explicit steps of one `run`
-    forces : calls of the force kernel in one `force`
-    force : the force kernel alone, at the same displacement
-    run : the steps as a tap's window takes them, with its audits and searches for inverted cells
+    Pieces of one length are timed, so that a busy moment hits them alike.
+
+    steps : explicit steps, or calls of the force kernel, of each piece
+    force : the force kernel alone
+    step : the steps as a tap's window takes them, with their audit
+    searching_step : `step` with a search of all elements for inverted ones
+    searches : one audit in so many searches
     memory_MB : arrays of model and state
     loop_bytes : what one evaluation of the force reads of one element, nodal arrays excepted
     """
 
     steps: int
-    forces: int
     force: Callable[[], object]
-    run: Callable[[], object]
+    step: Callable[[], object]
+    searching_step: Callable[[], object]
+    searches: int
     memory_MB: float
     loop_bytes: float
 
@@ -84,17 +88,13 @@ def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
     settings = Settings()
     energy = sample(model, state, advance(model, state, 1, True)[1], 0.0).energy_balance_J
 
-    def run() -> Floats:
-        now, largest = state, 0.0
-        for audits in range(FULL_SEARCH):
-            after, block = advance(model, now, interval, True)
-            taken = sample(model, now, block, energy)
-            found = failure(model, settings, now, block, taken, largest, audits)
-            largest = max(largest, taken.kinetic_energy_J)
-            if found is not None:
-                raise RuntimeError(f"the block that is timed failed: {found}")
-            now = after
-        return now.displacement
+    def steps(audits: int) -> Floats:
+        after, block = advance(model, state, interval, True)
+        taken = sample(model, state, block, energy)
+        found = failure(model, settings, state, block, taken, taken.kinetic_energy_J, audits)
+        if found is not None:
+            raise RuntimeError(f"the block that is timed failed: {found}")
+        return after.displacement
 
     def forces() -> Floats:
         for _ in range(interval):
@@ -102,10 +102,11 @@ def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
         return force
 
     return Case(
-        steps=FULL_SEARCH * interval,
-        forces=interval,
+        steps=interval,
         force=forces,
-        run=run,
+        step=lambda: steps(1),
+        searching_step=lambda: steps(0),
+        searches=FULL_SEARCH,
         memory_MB=array_bytes(model, state) / 1e6,
         loop_bytes=model.kernel.loop_bytes / len(cells),
     )

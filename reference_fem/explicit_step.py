@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reference_fem.central_difference import half_kick, leapfrog
+from reference_fem.central_difference import first_leapfrog, half_kick, leapfrog
 from reference_fem.contact_law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
 from reference_fem.hinges import hinge_reactions
 from reference_fem.model import Model
@@ -29,6 +29,8 @@ class Block:
         the start of the run. All zero, and GAP infinite, where contact was not searched for.
     velocity : (n_points, dim)
         v at t_n, synchronous with the displacement of the state that went in.
+    stored_J, hourglass_J
+        Stored energy at t_n, and what hourglass control holds of it.
     reactions : (P, 2)
         Hinge forces at t_n.
     pressure : (n_points,)
@@ -39,6 +41,8 @@ class Block:
 
     log: Array
     velocity: Array
+    stored_J: float
+    hourglass_J: float
     reactions: Array
     pressure: Array
     searched: bool
@@ -91,9 +95,8 @@ def start_state(
             "finger at the start; put it lower"
         )
     residual = np.empty_like(state.velocity)
-    reactions = np.zeros((model.hinges.count, 2))
-    row = np.zeros(COLUMNS)
-    _forces(model, state, state.velocity, residual, False, row, reactions)
+    model.kernel.internal_force(state.displacement, residual)
+    _less_external(model, state, residual, False, np.zeros(COLUMNS))
     back = np.empty_like(residual)
     half_kick(state.velocity, residual, model.inverse_mass, model.gravity, -model.step_s, back)
     return State(**{**vars(state), "velocity": back})
@@ -116,31 +119,27 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     A driven face must not turn by half a turn or more within a block: the drive work counts its
     turns from one block to the next.
     """
-    u, v = state.displacement.copy(), state.velocity.copy()
-    work = State(
+    first = State(
         **{
             **vars(state),
-            "displacement": u,
-            "velocity": v,
             "touching": state.touching.copy(),
             "anchor": state.anchor.copy(),
             "spring_force": state.spring_force.copy(),
         }
     )
-    residual = np.empty_like(u)
-    synchronous = np.empty_like(u)
+    residual, u, v, synchronous = (np.empty_like(state.displacement) for _ in range(4))
     log = np.zeros((steps, COLUMNS))
     log[:, GAP] = np.inf
-    reactions = np.zeros((model.hinges.count, 2))
-    first_reactions = reactions
     pressure = np.zeros(len(u))
-    for number in range(steps):
-        taken = pressure if number == 0 else None
-        _forces(model, work, v, residual, search, log[number], reactions, taken)
-        if number == 0:
-            half_kick(v, residual, model.inverse_mass, model.gravity, model.step_s, synchronous)
-            first_reactions = reactions.copy()
-        leapfrog(u, v, residual, model.inverse_mass, model.gravity, model.step_s)
+    stored, hourglass = model.kernel.audited_force(state.displacement, residual)
+    reactions = _less_external(model, first, residual, search, log[0], pressure)
+    constants = model.inverse_mass, model.gravity, model.step_s
+    first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
+    work = State(**{**vars(first), "displacement": u, "velocity": v})
+    for number in range(1, steps):
+        model.kernel.internal_force(u, residual)
+        _less_external(model, work, residual, search, log[number])
+        leapfrog(u, v, residual, *constants)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
     log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
     after = State(
@@ -158,26 +157,23 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
             ),
         }
     )
-    return after, Block(log, synchronous, first_reactions, pressure, search)
+    return after, Block(log, synchronous, stored, hourglass, reactions, pressure, search)
 
 
-def _forces(
+def _less_external(
     model: Model,
     state: State,
-    velocity: Array,
     residual: Array,
     search: bool,
     row: Array,
-    reactions: Array,
     pressure: Array | None = None,
-) -> None:
-    """Fill the residual: internal force less contact, couples and hinge reactions.
+) -> Array:
+    """Take contact, couples and hinge reactions (P, 2), which it returns, off the internal force.
 
-    Contact comes after all that acts on its nodes, which a constraint needs to know. `pressure`
-    (n_points,) is filled where it is given.
+    Contact comes after all that acts on its nodes, which a constraint needs to know. Its history
+    is committed, `row` and, where it is given, `pressure` (n_points,) are filled.
     """
-    u = state.displacement
-    model.kernel.internal_force(u, residual)
+    u, velocity = state.displacement, state.velocity
     for couple in model.couples:
         couple.apply(u, residual)
     if model.symmetry.size:
@@ -202,6 +198,7 @@ def _forces(
         if model.symmetry.size:
             _hold(residual, model.symmetry)
     hinges = model.hinges
+    reactions = np.zeros((hinges.count, 2))
     if hinges.count:
         hinge_reactions(
             u,
@@ -216,6 +213,7 @@ def _forces(
             hinges.inverse_schur,
             reactions,
         )
+    return reactions
 
 
 @njit(cache=True)

@@ -139,6 +139,27 @@ def test_the_same_bits_for_one_number_of_threads(kind: str) -> None:
 
 
 @each_kind
+@pytest.mark.parametrize("counts", [(9, 7, 5), (1, 1, 1)])
+def test_audited_force_is_the_force_and_the_energies(
+    kind: str, counts: tuple[int, int, int]
+) -> None:
+    points, cells = mesh(kind, counts)
+    k, u = KINDS[kind][0](points, cells), displacement(points)
+    out = np.full(points.shape, np.nan)
+    stored = k.audited_force(u, out)
+    expected = force(k, u)
+    assert np.allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+    # sums of as many terms as there are elements, in another order
+    assert stored == pytest.approx(k.energies(u), rel=1e-13 * len(cells))
+    assert stored[0] > 0.0
+    with pytest.raises(ValueError, match="out is"):
+        k.audited_force(u, np.empty((3, 3)))
+    u[-1, 0] = np.nan
+    assert np.isnan(k.audited_force(u, out)[0])
+    assert np.isnan(out[-1, 0])
+
+
+@each_kind
 def test_inverted_and_lost_elements_are_seen(kind: str) -> None:
     points, cells = mesh(kind, (5, 4, 3))
     k = KINDS[kind][0](points, cells)

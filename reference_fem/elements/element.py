@@ -68,12 +68,18 @@ class BlockElement:
         u = self._checked(displacement)
         loops.internal_force(self.blocks, u, numba.get_num_threads(), out)
 
+    def audited_force(self, displacement: Floats, out: Floats) -> tuple[float, float]:
+        """`internal_force` and `energies` in one pass over the elements."""
+        check_out(out, self.points.shape)
+        parts = np.empty((numba.get_num_threads(), 2))
+        loops.audited_force(self.blocks, self._checked(displacement), out, parts)
+        return _energies(parts)
+
     def energies(self, displacement: Floats) -> tuple[float, float]:
         """Stored energy, and the share of it that hourglass control holds, J."""
         parts = np.empty((numba.get_num_threads(), 2))
         loops.energies(self.blocks, self._checked(displacement), parts)
-        strain, hourglass = parts.sum(axis=0)
-        return float(strain + hourglass), float(hourglass)
+        return _energies(parts)
 
     def strain_energy(self, displacement: Floats) -> float:
         """Stored energy in J, from the strains at the points; that of hourglass modes included."""
@@ -111,3 +117,9 @@ class BlockElement:
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         """Stiffness (n, a*dim, a*dim) and row-sum mass (n, a) of all elements, in chunks."""
         raise NotImplementedError
+
+
+def _energies(parts: Floats) -> tuple[float, float]:
+    """All that is stored and hourglass control's share, J, from the threads' (threads, 2)."""
+    strain, hourglass = (sum(of_threads) for of_threads in parts.T.tolist())
+    return strain + hourglass, hourglass

@@ -12,6 +12,7 @@ from reference_fem.elements.hex8_kernel import (
     BASES,
     DILATATION,
     RESULT,
+    add_audited_force,
     add_force,
     block_dilatation,
 )
@@ -129,4 +130,4 @@ def stresses(
         cauchy_stress(f, mu[cell], pressure, stress[row])
 
 
-implement(Hex8Blocks, add_force, energy, least_det)
+implement(Hex8Blocks, add_force, add_audited_force, energy, least_det)

@@ -76,30 +76,46 @@ def block_dilatation(s: Floats, r: Floats) -> None:
     add_dilatation(s, r, 7, 3, 2, 2)
 
 
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def lane_force(s: Floats, r: Floats, lane: int) -> float:
+    """One element's forces, from what `block_dilatation` left in s; its energy, J."""
+    x = at_points(load_bases(s, BASES, lane))
+    y = at_points(load_bases(s, BASES + 12, lane))
+    z = at_points(load_bases(s, BASES + 24, lane))
+    step = POINT_ROWS * LANES
+    mu, volume = r[56 * LANES + lane], s[DILATATION * LANES + lane]
+    p = r[57 * LANES + lane] * volume
+    f0, e0 = point_force(x[0], y[0], z[0], r, lane, mu, p)
+    f1, e1 = point_force(x[1], y[1], z[1], r, lane + step, mu, p)
+    f2, e2 = point_force(x[2], y[2], z[2], r, lane + 2 * step, mu, p)
+    f3, e3 = point_force(x[3], y[3], z[3], r, lane + 3 * step, mu, p)
+    f4, e4 = point_force(x[4], y[4], z[4], r, lane + 4 * step, mu, p)
+    f5, e5 = point_force(x[5], y[5], z[5], r, lane + 5 * step, mu, p)
+    f6, e6 = point_force(x[6], y[6], z[6], r, lane + 6 * step, mu, p)
+    f7, e7 = point_force(x[7], y[7], z[7], r, lane + 7 * step, mu, p)
+    cx = collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0])
+    cy = collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1])
+    cz = collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2])
+    base_forces(s, 0, lane, cx[0], cx[1], cx[2])
+    base_forces(s, 8, lane, cy[0], cy[1], cy[2])
+    base_forces(s, 16, lane, cz[0], cz[1], cz[2])
+    return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
+
+
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_force(s: Floats, r: Floats) -> None:
     """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s."""
     aligned_frame()
     for lane in range(LANES):
-        x = at_points(load_bases(s, BASES, lane))
-        y = at_points(load_bases(s, BASES + 12, lane))
-        z = at_points(load_bases(s, BASES + 24, lane))
-        step = POINT_ROWS * LANES
-        mu, p = r[56 * LANES + lane], r[57 * LANES + lane] * s[DILATATION * LANES + lane]
-        f0 = point_force(x[0], y[0], z[0], r, lane, mu, p)
-        f1 = point_force(x[1], y[1], z[1], r, lane + step, mu, p)
-        f2 = point_force(x[2], y[2], z[2], r, lane + 2 * step, mu, p)
-        f3 = point_force(x[3], y[3], z[3], r, lane + 3 * step, mu, p)
-        f4 = point_force(x[4], y[4], z[4], r, lane + 4 * step, mu, p)
-        f5 = point_force(x[5], y[5], z[5], r, lane + 5 * step, mu, p)
-        f6 = point_force(x[6], y[6], z[6], r, lane + 6 * step, mu, p)
-        f7 = point_force(x[7], y[7], z[7], r, lane + 7 * step, mu, p)
-        cx = collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0])
-        cy = collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1])
-        cz = collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2])
-        base_forces(s, 0, lane, cx[0], cx[1], cx[2])
-        base_forces(s, 8, lane, cy[0], cy[1], cy[2])
-        base_forces(s, 16, lane, cz[0], cz[1], cz[2])
+        lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_audited_force(s: Floats, r: Floats) -> None:
+    """`block_force`; row RESULT of s: the elements' energies, J."""
+    aligned_frame()
+    for lane in range(LANES):
+        s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -113,3 +129,20 @@ def add_force(
     block_dilatation(s, r)
     block_force(s, r)
     scatter(s, blocks, block, share, t, out)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_audited_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> tuple[float, float]:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    r = blocks.reference[block]
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    block_audited_force(s, r)
+    scatter(s, blocks, block, share, t, out)
+    energy = 0.0
+    for lane in range(LANES):
+        energy += s[RESULT * LANES + lane]
+    return energy, 0.0

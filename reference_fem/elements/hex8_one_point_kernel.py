@@ -95,10 +95,23 @@ def twice_strain(hx: Three, hy: Three, hz: Three) -> tuple[Three, Three]:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def strain_energy(d: Three, c: Three, v_mu: float, v_lame: float) -> float:
+    """V (mu E:E + lambda (tr E)^2 / 2), J, from 2E as `twice_strain` gives it."""
+    trace = d[0] + d[1] + d[2]
+    return 0.25 * (v_mu * (dot(d, d) + 2.0 * dot(c, c)) + 0.5 * v_lame * trace * trace)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def square(q: Four) -> float:
+    """One component's part of sum_n |q^n|^2."""
+    return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def force_row(
     s: Floats, o: int, u: Modes, h: Three, f: Three, k: float, stress: Tensor, b: Six, g: FourThrees
-) -> None:
-    """Overwrite one component of the 8 displacements by that of the 8 forces."""
+) -> float:
+    """Overwrite one component of the 8 displacements by that of the 8 forces; sum_n (q^n)^2."""
     q = hourglass_row(u, h, g)
     q1, q2, q3, q4 = k * q[0], k * q[1], k * q[2], k * q[3]
     g1, g2, g3, g4 = g
@@ -109,6 +122,32 @@ def force_row(
     )
     straight = (dot(t, b[0]), dot(t, b[1]), dot(t, b[2]))
     spread(s, o, (*straight, dot(t, b[3]) + q1, dot(t, b[4]) + q2, dot(t, b[5]) + q3, q4))
+    return square(q)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def lane_force(s: Floats, r: Floats, lane: int) -> tuple[float, float]:
+    """One element's forces in place of its displacements; energies of strains and hourglass, J.
+
+    Inlined where nobody asks for the energies, they are not computed.
+    """
+    o = lane + CORNERS * LANES
+    x, y, z = modes(s, o), modes(s, o + 8 * LANES), modes(s, o + 16 * LANES)
+    b, g = mean_gradients(x, y, z), hourglass_shapes(x, y, z)
+    u, v, w = modes(s, lane), modes(s, lane + 8 * LANES), modes(s, lane + 16 * LANES)
+    hx, hy, hz = gradient_row(u, b), gradient_row(v, b), gradient_row(w, b)
+    mu, lame, k = r[lane], r[lane + LANES], r[lane + 2 * LANES]
+    d, c = twice_strain(hx, hy, hz)
+    p = 0.5 * lame * (d[0] + d[1] + d[2])
+    s12, s23, s13 = mu * c[0], mu * c[1], mu * c[2]
+    stress = ((mu * d[0] + p, s12, s13), (s12, mu * d[1] + p, s23), (s13, s23, mu * d[2] + p))
+    fx, fy, fz = (1.0 + hx[0], hx[1], hx[2]), (hy[0], 1.0 + hy[1], hy[2]), (
+        hz[0], hz[1], 1.0 + hz[2],
+    )  # fmt: skip
+    squares = force_row(s, lane, u, hx, fx, k, stress, b, g)
+    squares += force_row(s, lane + 8 * LANES, v, hy, fy, k, stress, b, g)
+    squares += force_row(s, lane + 16 * LANES, w, hz, fz, k, stress, b, g)
+    return strain_energy(d, c, mu, lame), 0.5 * k * squares
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -116,22 +155,15 @@ def block_force(s: Floats, r: Floats) -> None:
     """Rows 0..23 of s: the nodal forces in place of the nodal displacements."""
     aligned_frame()
     for lane in range(LANES):
-        o = lane + CORNERS * LANES
-        x, y, z = modes(s, o), modes(s, o + 8 * LANES), modes(s, o + 16 * LANES)
-        b, g = mean_gradients(x, y, z), hourglass_shapes(x, y, z)
-        u, v, w = modes(s, lane), modes(s, lane + 8 * LANES), modes(s, lane + 16 * LANES)
-        hx, hy, hz = gradient_row(u, b), gradient_row(v, b), gradient_row(w, b)
-        mu, lame, k = r[lane], r[lane + LANES], r[lane + 2 * LANES]
-        (c11, c22, c33), (c12, c23, c13) = twice_strain(hx, hy, hz)
-        p = 0.5 * lame * (c11 + c22 + c33)
-        s12, s23, s13 = mu * c12, mu * c23, mu * c13
-        stress = ((mu * c11 + p, s12, s13), (s12, mu * c22 + p, s23), (s13, s23, mu * c33 + p))
-        fx, fy, fz = (1.0 + hx[0], hx[1], hx[2]), (hy[0], 1.0 + hy[1], hy[2]), (
-            hz[0], hz[1], 1.0 + hz[2],
-        )  # fmt: skip
-        force_row(s, lane, u, hx, fx, k, stress, b, g)
-        force_row(s, lane + 8 * LANES, v, hy, fy, k, stress, b, g)
-        force_row(s, lane + 16 * LANES, w, hz, fz, k, stress, b, g)
+        lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_audited_force(s: Floats, r: Floats) -> None:
+    """`block_force`; rows RESULT and RESULT + 1 as `block_energy` fills them."""
+    aligned_frame()
+    for lane in range(LANES):
+        s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = lane_force(s, r, lane)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -144,13 +176,9 @@ def block_energy(s: Floats, r: Floats) -> None:
         u, v, w = modes(s, lane), modes(s, lane + 8 * LANES), modes(s, lane + 16 * LANES)
         hx, hy, hz = gradient_row(u, b), gradient_row(v, b), gradient_row(w, b)
         d, c = twice_strain(hx, hy, hz)
-        trace = d[0] + d[1] + d[2]
-        strain = r[lane] * (dot(d, d) + 2.0 * dot(c, c)) + 0.5 * r[lane + LANES] * trace * trace
-        s[RESULT * LANES + lane] = 0.25 * strain
+        s[RESULT * LANES + lane] = strain_energy(d, c, r[lane], r[lane + LANES])
         p, q, t = hourglass_row(u, hx, g), hourglass_row(v, hy, g), hourglass_row(w, hz, g)
-        squares = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]
-        squares += q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
-        squares += t[0] * t[0] + t[1] * t[1] + t[2] * t[2] + t[3] * t[3]
+        squares = square(p) + square(q) + square(t)
         s[(RESULT + 1) * LANES + lane] = 0.5 * r[lane + 2 * LANES] * squares
 
 
@@ -189,15 +217,33 @@ def add_force(
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
-    """See `loops`."""
-    gather_both(blocks, displacement, block, s)
-    block_energy(s, blocks.reference[block])
+def sum_energies(s: Floats) -> tuple[float, float]:
+    """Rows RESULT and RESULT + 1, summed over the lanes."""
     strain, hourglass = 0.0, 0.0
     for lane in range(LANES):
         strain += s[RESULT * LANES + lane]
         hourglass += s[(RESULT + 1) * LANES + lane]
     return strain, hourglass
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_audited_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> tuple[float, float]:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    gather_both(blocks, displacement, block, s)
+    block_audited_force(s, blocks.reference[block])
+    scatter(s, blocks, block, share, t, out)
+    return sum_energies(s)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """See `loops`."""
+    gather_both(blocks, displacement, block, s)
+    block_energy(s, blocks.reference[block])
+    return sum_energies(s)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -230,4 +276,4 @@ def stresses(
         cauchy_stress(f, mu[cell], lame[cell] * trace, stress[row])
 
 
-implement(OnePointBlocks, add_force, energy, least_det)
+implement(OnePointBlocks, add_force, add_audited_force, energy, least_det)

@@ -71,24 +71,35 @@ def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def product(d: Three, h: Three) -> float:
+    """E:E from 2E as `green_strain` gives it."""
+    squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+    return 0.25 * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def point_force(
     gx: Three, gy: Three, gz: Three, r: Floats, o: int, mu: float, pressure: float
-) -> Rows:
-    """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point."""
+) -> tuple[Rows, float]:
+    """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point; w mu E:E, J.
+
+    Inlined where nobody asks for the energy, it is not computed.
+    """
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
     fy = gradient_row(gy[0], gy[1], gy[2], r, o)
     fz = gradient_row(gz[0], gz[1], gz[2], r, o)
-    (c11, c22, c33), (c12, c23, c13) = green_strain(fx, fy, fz)
+    d, h = green_strain(fx, fy, fz)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
-    s12, s23, s13 = wmu * c12, wmu * c23, wmu * c13
-    s1 = (wmu * c11 + wp, s12, s13)
-    s2 = (s12, wmu * c22 + wp, s23)
-    s3 = (s13, s23, wmu * c33 + wp)
-    return (
+    s12, s23, s13 = wmu * h[0], wmu * h[1], wmu * h[2]
+    s1 = (wmu * d[0] + wp, s12, s13)
+    s2 = (s12, wmu * d[1] + wp, s23)
+    s3 = (s13, s23, wmu * d[2] + wp)
+    rows = (
         force_row(fx, s1, s2, s3, r, o),
         force_row(fy, s1, s2, s3, r, o),
         force_row(fz, s1, s2, s3, r, o),
     )
+    return rows, wmu * product(d, h)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -98,8 +109,7 @@ def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
     fy = gradient_row(gy[0], gy[1], gy[2], r, o)
     fz = gradient_row(gz[0], gz[1], gz[2], r, o)
     d, h = green_strain(fx, fy, fz)
-    squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-    return 0.25 * r[o + 6 * LANES] * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
+    return r[o + 6 * LANES] * product(d, h)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)

@@ -25,6 +25,13 @@ def add_force(
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of add_force")
 
 
+def add_audited_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> tuple[float, float]:
+    """`add_force` and `energy` in one."""
+    raise NotImplementedError(f"{type(blocks).__name__} has no overload of add_audited_force")
+
+
 def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
     """Energy of the strains and of the hourglass modes of one block, J."""
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of energy")
@@ -38,10 +45,11 @@ def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> fl
 def implement(
     kind: type[Blocks],
     force: Callable[[Blocks, Floats, int, Integers, int, Floats], None],
+    audited_force: Callable[[Blocks, Floats, int, Integers, int, Floats], tuple[float, float]],
     energies_of: Callable[[Blocks, Floats, int, Floats], tuple[float, float]],
     det: Callable[[Blocks, Floats, int, Floats], float],
 ) -> None:
-    """Let compiled `force`, `energies_of` and `det` stand for the above with blocks of `kind`."""
+    """Let these compiled functions stand for the above, in their order, with blocks of `kind`."""
 
     def asked(blocks: Any) -> bool:
         return getattr(blocks, "instance_class", None) is kind
@@ -50,6 +58,14 @@ def implement(
     def _force(blocks: Any, displacement: Any, block: Any, share: Any, t: Any, out: Any) -> Any:
         if asked(blocks):
             return lambda blocks, displacement, block, share, t, out: force(
+                blocks, displacement, block, share, t, out
+            )
+        return None
+
+    @overload(add_audited_force, strict=False)  # annotations would count as a difference
+    def _audited(blocks: Any, displacement: Any, block: Any, share: Any, t: Any, out: Any) -> Any:
+        if asked(blocks):
+            return lambda blocks, displacement, block, share, t, out: audited_force(
                 blocks, displacement, block, share, t, out
             )
         return None
@@ -85,6 +101,29 @@ def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Fl
     shares = deal(blocks.node_range, n_threads)
     for t in prange(n_threads):
         share_force(blocks, displacement, shares, t, out)
+    finish(blocks, shares, out)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def share_audited_force(
+    blocks: Blocks, displacement: Floats, shares: Integers, t: int, out: Floats, stored: Floats
+) -> None:
+    """`share_force`, and thread t's row of what `energies` gives."""
+    begin(blocks, shares, t, out)
+    strain, hourglass = 0.0, 0.0
+    for block in range(shares[t, START], shares[t, STOP]):
+        more, control = add_audited_force(blocks, displacement, block, shares[t], t, out)
+        strain += more
+        hourglass += control
+    stored[t, 0], stored[t, 1] = strain, hourglass
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def audited_force(blocks: Blocks, displacement: Floats, out: Floats, stored: Floats) -> None:
+    """`internal_force` and `energies`, stored (threads, 2), in one pass over the elements."""
+    shares = deal(blocks.node_range, len(stored))
+    for t in prange(len(stored)):
+        share_audited_force(blocks, displacement, shares, t, out, stored)
     finish(blocks, shares, out)
 
 

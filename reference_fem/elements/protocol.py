@@ -64,6 +64,11 @@ class ElementKernel(Protocol):
         From the strains at the points, not from force times displacement.
         """
 
+    def audited_force(self, displacement: Floats, out: Floats) -> tuple[float, float]:
+        """`internal_force` and `energies` in one pass over the elements, which costs next to
+        nothing more than the force.
+        """
+
     def strain_energy(self, displacement: Floats) -> float:
         """The first of `energies`, J."""
 

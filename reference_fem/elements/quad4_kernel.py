@@ -10,7 +10,7 @@ Edges and frames as in `hex8_edges` and `hex8_point`: [g_1 g_2] from the 4 edge 
 F Q = [g_1 g_2] R^-1.
 `reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
 point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa).
-Scratch rows 0..3 hold x, 4..7 y of the nodes.
+Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
 """
 
 import numpy as np
@@ -25,7 +25,8 @@ from reference_fem.elements.threads import FIRST, LAST, alone
 
 POINT_ROWS = 4
 ROWS = 4 * POINT_ROWS + 2
-SCRATCH_ROWS = 8
+RESULT = 8
+SCRATCH_ROWS = RESULT + 1
 
 
 class Quad4Blocks(Blocks):
@@ -89,39 +90,64 @@ def force_row(f: Two, s11: float, s22: float, s12: float, r: Floats, o: int) -> 
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
-def point_force(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> tuple[Two, Two]:
-    """Rows x, y of w F S J^-T: the forces conjugate to g_1, g_2 at one point."""
+def strain_energy(c: Three, w: float, mu: float, lame: float) -> float:
+    """Energy w (mu E:E + lambda* (tr E)^2 / 2), J, from 2E."""
+    trace = c[0] + c[1]
+    shear = c[0] * c[0] + c[1] * c[1] + 2.0 * c[2] * c[2]
+    return 0.25 * w * (mu * shear + 0.5 * lame * trace * trace)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_force(
+    gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float
+) -> tuple[Two, Two, float]:
+    """Rows x, y of w F S J^-T: the forces conjugate to g_1, g_2 at one point; its energy, J.
+
+    Inlined where nobody asks for the energy, it is not computed.
+    """
     fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
-    c11, c22, c12 = green_strain(fx, fy)
-    w = r[o + 3 * LANES]
-    pressure = 0.5 * w * lame * (c11 + c22)
+    c, w = green_strain(fx, fy), r[o + 3 * LANES]
+    pressure = 0.5 * w * lame * (c[0] + c[1])
     wmu = w * mu
-    s11, s22, s12 = wmu * c11 + pressure, wmu * c22 + pressure, wmu * c12
-    return force_row(fx, s11, s22, s12, r, o), force_row(fy, s11, s22, s12, r, o)
+    s11, s22, s12 = wmu * c[0] + pressure, wmu * c[1] + pressure, wmu * c[2]
+    x, y = force_row(fx, s11, s22, s12, r, o), force_row(fy, s11, s22, s12, r, o)
+    return x, y, strain_energy(c, w, mu, lame)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 def point_energy(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> float:
     """Energy of one point, J."""
-    c11, c22, c12 = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
-    trace = c11 + c22
-    shear = c11 * c11 + c22 * c22 + 2.0 * c12 * c12
-    return 0.25 * r[o + 3 * LANES] * (mu * shear + 0.5 * lame * trace * trace)
+    c = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
+    return strain_energy(c, r[o + 3 * LANES], mu, lame)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def lane_force(s: Floats, r: Floats, lane: int) -> float:
+    """One element's forces in place of its positions; its energy, J."""
+    step = POINT_ROWS * LANES
+    x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+    mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+    f0 = point_force(x[0], y[0], r, lane, mu, lame)
+    f1 = point_force(x[1], y[1], r, lane + step, mu, lame)
+    f2 = point_force(x[2], y[2], r, lane + 2 * step, mu, lame)
+    f3 = point_force(x[3], y[3], r, lane + 3 * step, mu, lame)
+    base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
+    base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
+    return (f0[2] + f1[2]) + (f2[2] + f3[2])
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def block_force(s: Floats, r: Floats) -> None:
     """Rows 0..7 of s: positions in, forces out."""
-    step = POINT_ROWS * LANES
     for lane in range(LANES):
-        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-        mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
-        f0 = point_force(x[0], y[0], r, lane, mu, lame)
-        f1 = point_force(x[1], y[1], r, lane + step, mu, lame)
-        f2 = point_force(x[2], y[2], r, lane + 2 * step, mu, lame)
-        f3 = point_force(x[3], y[3], r, lane + 3 * step, mu, lame)
-        base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
-        base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
+        lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_audited_force(s: Floats, r: Floats) -> None:
+    """`block_force`; row RESULT of s: the elements' energies, J."""
+    for lane in range(LANES):
+        s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -156,6 +182,21 @@ def add_force(
     gather(blocks.points, displacement, blocks.nodes[block], s)
     block_force(s, blocks.reference[block])
     scatter(s, blocks, block, share, t, out)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_audited_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> tuple[float, float]:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    block_audited_force(s, blocks.reference[block])
+    scatter(s, blocks, block, share, t, out)
+    total = 0.0
+    for lane in range(LANES):
+        total += s[RESULT * LANES + lane]
+    return total, 0.0
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -204,4 +245,4 @@ def stresses(
         cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])
 
 
-implement(Quad4Blocks, add_force, energy, least_det)
+implement(Quad4Blocks, add_force, add_audited_force, energy, least_det)

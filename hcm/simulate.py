@@ -9,11 +9,9 @@ from collections.abc import Callable
 import numpy as np
 
 from hcm import rigid_flight, tap
-from hcm.audit import largest_imbalance
 from hcm.begin import after_flight, at_once
 from hcm.clock import Clock, Plan
 from hcm.collocation import STAGES, with_collocation
-from hcm.contact_events import TOUCH
 from hcm.estimate import check_size, most_steps
 from hcm.integrator import Integrator, Motion, coefficients, motion, workspace
 from hcm.layout import build_chain, build_probe, contact_law
@@ -28,12 +26,11 @@ from hcm.parameters import (
     Tip,
     check_scene,
 )
+from hcm.piece import first_piece, next_piece
 from hcm.posture import postures
 from hcm.repeatable import LARGEST_CHANGE, change, factors, repetition
 from hcm.result import (
-    EVENT_KINDS,
     Event,
-    Floats,
     History,
     Statistics,
     Status,
@@ -126,7 +123,7 @@ def simulate(
     new = Motion(*[np.empty_like(part) for part in old])
     # what a finger at rest gathers by round-off: measured up to 1e-20 of E A L at 40 elements of
     # E = 1e12 Pa and 3000 steps; a light finger on a breeze of gravity moves with 1e-12
-    roundoff_J = 1e-16 * float(chain.axial_stiffness @ chain.length)
+    roundoff_J = 1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges)
     work = workspace(n)
     plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
@@ -143,10 +140,8 @@ def simulate(
     if settings.frame_times:
         frames.q[:] = np.nan
         frames.q[frames.time == begin] = rest
-    event_q: list[Floats] = []
-    event_v: list[Floats] = []
-    events: list[Event] = []
-    status, steps, code = Status.COMPLETED, 0, tap.RUNNING
+    status, code = Status.COMPLETED, tap.RUNNING
+    steps, at_touch = 0, False
     consistent = settings.consistent_start
     if settings.flight == "rigid":
         links = rods(finger, surface, drive)
@@ -154,73 +149,65 @@ def simulate(
             fall = fly(links, start, plan, settings.max_steps)
             begun = after_flight(links, fall, consistent, plan, old, plain, probe, frames)
             steps, status = fall.time.size - 1, _FALL[fall.code]
-            if fall.code == TOUCHED:
-                events.append(Event(begun.clock.time, EVENT_KINDS[TOUCH]))
-                event_q, event_v = [old.q[None].copy()], [old.v[None].copy()]
+            at_touch = fall.code == TOUCHED
         except KeyboardInterrupt:
+            old = motion(chain, rest, speed)  # where an unfinished flight left it is no state
             begun = at_once(begin, plan.flight_step, consistent, old, plain, probe)
             status = Status.INTERRUPTED
     else:
         begun = at_once(begin, _first_step(settings), consistent, old, plain, probe)
     if not begun.solved:
         status = Status.NEWTON_FAILED
-    contact, clock, rows, reactions = begun.contact, begun.clock, [begun.rows], [begun.reactions]
-    kinetic_J, imbalance_J = largest_imbalance(rows[0][0], rows[0])
-    while status is Status.COMPLETED and code == tap.RUNNING:
-        size, spent = min(TABLE_ROWS, settings.max_steps - steps), int(work.cost[0])
-        if size <= 0 or spent >= most:
-            status = Status.WORK_LIMIT
-            break
-        plan = plan._replace(iterations=min(most, spent + per_call))
-        table, pulls = np.empty((size, len(tap.COLUMNS))), np.empty((size, 2 * phalanges))
-        located = tap.EventTable(
-            np.empty(EVENT_ROWS),
-            np.empty(EVENT_ROWS, dtype=np.int64),
-            np.empty((EVENT_ROWS, n)),
-            np.empty((EVENT_ROWS, n)),
-        )
-        try:
+    pieces = [first_piece(begun, steps, at_touch, old)]
+    try:
+        while status is Status.COMPLETED and code == tap.RUNNING:
+            last, spent = pieces[-1], int(work.cost[0])
+            size = min(TABLE_ROWS, settings.max_steps - last.steps)
+            if size <= 0 or spent >= most:
+                status = Status.WORK_LIMIT
+                break
+            plan = plan._replace(iterations=min(most, spent + per_call))
+            record = tap.Record(
+                np.empty((size, len(tap.COLUMNS))),
+                np.empty((size, 2 * phalanges)),
+                tap.EventTable(
+                    np.empty(EVENT_ROWS),
+                    np.empty(EVENT_ROWS, dtype=np.int64),
+                    np.empty((EVENT_ROWS, n)),
+                    np.empty((EVENT_ROWS, n)),
+                ),
+                frames,
+            )
             mode, counted, n_rows, n_events, code = tap.run(
-                old, new, contact, clock, plan, integrator, undamped, probe,
-                tap.Record(table, pulls, located, frames),
-            )  # fmt: skip
-            contact, clock = Contact(*mode), Clock(*counted)
-            rows.append(table[:n_rows].copy())
-            reactions.append(pulls[:n_rows].copy())
-            event_q.append(located.q[:n_events].copy())
-            event_v.append(located.v[:n_events].copy())
-            events += [
-                Event(moment, EVENT_KINDS[kind])
-                for moment, kind in zip(
-                    located.time[:n_events].tolist(), located.kind[:n_events].tolist(), strict=True
-                )
-            ]
-            steps += n_rows
-            status = _STATUS.get(code, Status.COMPLETED)
-            # the newest table alone, against the start: what is older has been looked at
-            kinetic, off = largest_imbalance(rows[0][0], rows[-1])
-            kinetic_J = max(kinetic_J, kinetic)
+                old, new, last.contact, last.clock, plan, integrator, undamped, probe, record
+            )
+            pieces.append(next_piece(last, begun.rows[0], mode, counted, n_rows, n_events, record))
+            last, status = pieces[-1], _STATUS.get(code, Status.COMPLETED)
             # a NaN compares false and is no balance
-            imbalance_J = max(imbalance_J, off) if off >= 0 else off
-            balanced = imbalance_J <= LARGEST_RESIDUAL * kinetic_J + roundoff_J
+            balanced = last.imbalance_J <= LARGEST_RESIDUAL * last.kinetic_J + roundoff_J
             if status is Status.COMPLETED and not balanced:
                 status = Status.UNBALANCED
             if progress is not None:
-                progress(*_fraction(clock, contact, settings))
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
-    history = history_of(np.concatenate(rows), np.concatenate(reactions))
-    summary = summarize(history, tuple(events), imbalance_J / max(kinetic_J, roundoff_J))
+                progress(*_fraction(last.clock, last.contact, settings))
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+    last, clock = pieces[-1], pieces[-1].clock
+    events = tuple([event for piece in pieces for event in piece.events])
+    history = history_of(
+        np.concatenate([piece.rows for piece in pieces]),
+        np.concatenate([piece.reactions for piece in pieces]),
+    )
+    summary = summarize(history, events, last.imbalance_J / max(last.kinetic_J, roundoff_J))
     doubt = ""
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
     if status is Status.COMPLETED and settings.repeat:
         status, doubt = _repeated(
-            finger, surface, tip, drive, settings, progress, start, history, summary, tuple(events)
+            finger, surface, tip, drive, settings, progress, start, history, summary, events
         )
     statistics = Statistics(
-        steps=steps,
+        steps=last.steps,
         newton_iterations=int(work.cost[0]),
         factorizations=int(work.cost[1]),
         rejected_steps=clock.rejected,
@@ -230,7 +217,7 @@ def simulate(
     )
     message = ""
     if status is not Status.COMPLETED:
-        message = f"{status.value} at t = {clock.time:.9g} s after {steps} steps"
+        message = f"{status.value} at t = {clock.time:.9g} s after {last.steps} steps"
         if status is Status.WORK_LIMIT:
             message += (
                 f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
@@ -242,10 +229,15 @@ def simulate(
         status,
         message,
         history,
-        tuple(events),
+        events,
         statistics,
         summary,
-        postures(chain, [e.time_s for e in events], _stack(event_q, n), _stack(event_v, n)),
+        postures(
+            chain,
+            [event.time_s for event in events],
+            np.concatenate([piece.q for piece in pieces]),
+            np.concatenate([piece.v for piece in pieces]),
+        ),
         postures(chain, frames.time[reached].tolist(), frames.q[reached]),
     )
 
@@ -296,7 +288,3 @@ def _fraction(clock: Clock, contact: Contact, settings: Settings) -> tuple[float
     if settings.end_time is not None:
         return clock.time / settings.end_time, label
     return clock.taps / settings.taps, label
-
-
-def _stack(tables: list[Floats], n: int) -> Floats:
-    return np.concatenate(tables) if tables else np.empty((0, n))

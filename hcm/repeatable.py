@@ -19,8 +19,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from hcm.compiled import kernel
 from hcm.parameters import Settings
-from hcm.result import Event, History, Status, Summary, TapResult
+from hcm.result import Event, Floats, History, Status, Summary, TapResult
 
 FOLDED = 0.5
 COARSER, TIGHTER = 10.0, 0.1
@@ -30,13 +31,23 @@ GRAZE = 0.01
 LARGEST_CHANGE = 0.01
 
 
+@kernel
+def closest(time: Floats, tip: Floats, end: float) -> float:
+    """Smallest |x|^2 of the tip's positions (m, 2) up to time `end`."""
+    smallest = np.inf
+    for i in range(time.size):
+        if time[i] > end:
+            break
+        smallest = min(smallest, tip[i, 0] * tip[i, 0] + tip[i, 1] * tip[i, 1])
+    return smallest
+
+
 def folded(history: History, summary: Summary, length: float) -> bool:
     """Whether the tip came close to the fixed hinge before the first contact."""
     if summary.contact_time_s is None:
         return False
-    arrived = history.time_s.searchsorted(summary.contact_time_s, side="right")
-    path = history.tip_position_m[: int(arrived)]
-    return float(np.einsum("mi,mi->m", path, path).min()) < (FOLDED * length) ** 2
+    near = closest(history.time_s, history.tip_position_m, summary.contact_time_s)
+    return bool(near < (FOLDED * length) ** 2)
 
 
 def grazes(history: History, events: tuple[Event, ...], summary: Summary) -> bool:

@@ -18,12 +18,17 @@ def extremes(
     stress: Floats,
     particle: Floats,
     mode: NDArray[np.int8],
-    begin: int,
-    end: int,
-) -> tuple[int, int, int, float, float, float]:
-    """Rows of the largest F_n, |F_t| and |stress| in [begin, end), int F_n dt (trapezoidal, N s),
-    and the particle's lowest and highest velocity (m/s) while it slips.
+    contact: float,
+    last: float,
+) -> tuple[int, int, int, int, int, float, float, float]:
+    """Rows [begin, end) of contact <= t <= last, those of the largest F_n, |F_t| and |stress| in
+    them, int F_n dt (trapezoidal, N s), and the particle's lowest and highest velocity (m/s) while
+    it slips.
     """  # fmt: skip
+    begin, end = (
+        int(np.searchsorted(time, contact)),
+        int(np.searchsorted(time, last, side="right")),
+    )
     pressed, dragged, stressed, impulse, back, forth = begin, begin, begin, 0.0, 0.0, 0.0
     for i in range(begin, end):
         if fn[i] > fn[pressed]:
@@ -36,21 +41,26 @@ def extremes(
             back, forth = min(back, particle[i]), max(forth, particle[i])
         if i > begin:
             impulse += 0.5 * (fn[i] + fn[i - 1]) * (time[i] - time[i - 1])
-    return pressed, dragged, stressed, impulse, back, forth
+    return begin, end, pressed, dragged, stressed, impulse, back, forth
 
 
-def _vertex(time: Floats, force: Floats, i: int) -> tuple[float, float]:
-    """Vertex of the parabola through sample i, the largest, and its neighbours: (time, force)."""
-    t, f = (time[i - 1 : i + 2] - time[i]).tolist(), force[i - 1 : i + 2].tolist()
-    if len(t) == 3 and t[0] < 0 < t[2]:
-        slope_left, slope_right = (f[1] - f[0]) / -t[0], (f[2] - f[1]) / t[2]
-        second = (slope_right - slope_left) / (t[2] - t[0])
-        if second < 0:
-            first = slope_left - second * t[0]
-            shift = -first / (2 * second)
-            if t[0] <= shift <= t[2]:
-                return float(time[i] + shift), f[1] - first * first / (4 * second)
-    return float(time[i]), float(force[i])
+@kernel_with()
+def vertex(time: Floats, force: Floats, begin: int, end: int, i: int) -> tuple[float, float]:
+    """Vertex of the parabola through row i of [begin, end), the largest, and its neighbours."""
+    if begin < i < end - 1:
+        left, right = time[i - 1] - time[i], time[i + 1] - time[i]
+        if left < 0.0 < right:
+            slope_left, slope_right = (
+                (force[i] - force[i - 1]) / -left,
+                (force[i + 1] - force[i]) / right,
+            )
+            second = (slope_right - slope_left) / (right - left)
+            if second < 0.0:
+                first = slope_left - second * left
+                shift = -first / (2.0 * second)
+                if left <= shift <= right:
+                    return time[i] + shift, force[i] - first * first / (4.0 * second)
+    return time[i], force[i]
 
 
 def summarize(history: History, events: tuple[Event, ...], energy_residual: float) -> Summary:
@@ -63,12 +73,11 @@ def summarize(history: History, events: tuple[Event, ...], energy_residual: floa
     separation = next((e.time_s for e in events if e.kind == "separation"), None)
     time, fn, ft = history.time_s, history.normal_force_N, history.tangential_force_N
     last = float(time[-1]) if separation is None else separation
-    begin, end = int(time.searchsorted(contact)), int(time.searchsorted(last, side="right"))
     stress = history.stress_R_Pa
-    pressed, dragged, stressed, impulse, back, forth = extremes(
-        time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, begin, end
+    begin, end, pressed, dragged, stressed, impulse, back, forth = extremes(
+        time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
-    peak_time, peak = _vertex(time[begin:end], fn[begin:end], pressed - begin)
+    peak_time, peak = vertex(time, fn, begin, end, pressed)
     of_tap = [e for e in events if e.time_s <= last]
     kinds = [e.kind for e in of_tap]
     first_peak = None

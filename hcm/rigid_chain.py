@@ -31,7 +31,8 @@ class Rods(NamedTuple):
 
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
     the torques at a rod's two ends, N m, which bend it even where they cancel.
-    gravity : m/s^2. height : H, m. inertia (P, P), along (2, P), between (2 P,) : scratch.
+    gravity : m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
+    for angles, then zeros.
     """
 
     length: Floats

@@ -153,7 +153,7 @@ def simulate(
         except KeyboardInterrupt:
             old = motion(chain, rest, speed)  # where an unfinished flight left it is no state
             begun = at_once(begin, plan.flight_step, consistent, old, plain, probe)
-            status = Status.INTERRUPTED
+            steps, at_touch, status = 0, False, Status.INTERRUPTED
     else:
         begun = at_once(begin, _first_step(settings), consistent, old, plain, probe)
     if not begun.solved:

@@ -88,7 +88,7 @@ def half_kick(
     step: float,
     out: Array,
 ) -> None:
-    """v(t) = v(t - Δt/2) + Δt/2 a(t) into `out`: the mean of the two half-step velocities.
+    """v(t) = v(t - Δt/2) + Δt/2 a(t) into `out`, (n_points, dim), m/s.
 
     With step = -Δt it turns the v(0) of an initial state into v(-Δt/2).
     """

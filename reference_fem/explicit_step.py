@@ -197,11 +197,16 @@ def _less_external(
             pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
         if model.symmetry.size:
             _hold(residual, model.symmetry)
+    return less_reactions(model, u, velocity, residual)
+
+
+def less_reactions(model: Model, displacement: Array, velocity: Array, residual: Array) -> Array:
+    """Take the hinges' forces (P, 2), N, which it returns, off a residual that is else complete."""
     hinges = model.hinges
     reactions = np.zeros((hinges.count, 2))
     if hinges.count:
         hinge_reactions(
-            u,
+            displacement,
             velocity,
             residual,
             model.inverse_mass,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import meshes
 from reference_fem.central_difference import half_kick, leapfrog
-from reference_fem.hinges import hinge_reactions
+from reference_fem.explicit_step import less_reactions
 from reference_fem.lumped_contact import (
     ENERGIES,
     FRICTION_LOSS,
@@ -217,20 +217,7 @@ def _forces(model: Model, u: Array, v: Array, residual: Array) -> None:
     for couple in model.couples:
         couple.apply(u, residual)
     residual[model.symmetry, 2:] = 0.0
-    hinges = model.hinges
-    hinge_reactions(
-        u,
-        v,
-        residual,
-        model.inverse_mass,
-        model.gravity,
-        model.step_s,
-        hinges.nodes,
-        hinges.weights,
-        hinges.starts,
-        hinges.inverse_schur,
-        np.empty((hinges.count, 2)),
-    )
+    less_reactions(model, u, v, residual)
 
 
 def _audit(model: Model, u: Array, v: Array, now: float, angles: list[float], row: Array) -> Array:

@@ -63,6 +63,7 @@ def _gather(
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def _smallest_solid(points: Array, displacement: Array, cells: Index, chosen: Index) -> float:
+    """Smallest g_1·(g_2 x g_3), m³, of the chosen hexahedra; NaN if one is."""
     s, least = np.empty(24 * LANES), np.full(LANES, np.inf)
     for first in range(0, chosen.size, LANES):
         _gather(points, displacement, cells, chosen, first, s)
@@ -79,6 +80,7 @@ def _smallest_solid(points: Array, displacement: Array, cells: Index, chosen: In
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def _smallest_plane(points: Array, displacement: Array, cells: Index, chosen: Index) -> float:
+    """Smallest g_1 x g_2, m², of the chosen quadrilaterals; NaN if one is."""
     s, least = np.empty(8 * LANES), np.full(LANES, np.inf)
     for first in range(0, chosen.size, LANES):
         _gather(points, displacement, cells, chosen, first, s)

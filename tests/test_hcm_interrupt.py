@@ -1,4 +1,4 @@
-"""An interrupt at any line of the loop leaves a history whose parts belong together."""
+"""Interrupts: at any line of the loop, and in a rigid flight; what is kept belongs together."""
 
 import sys
 from collections import Counter
@@ -57,3 +57,23 @@ def test_an_interrupt_at_any_line_keeps_whole_pieces(monkeypatch: pytest.MonkeyP
         assert result.statistics.steps == rows - 1, line
         assert f"t = {history.time_s[-1]:.9g} s" in result.message, line
         assert len(result.events) == len(result.event_postures), line
+
+
+def test_an_interrupted_rigid_flight_keeps_where_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = sys.modules["hcm.simulate"]
+    land = module.after_flight
+
+    def interrupted(*arguments: Any) -> None:
+        land(*arguments)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "after_flight", interrupted)
+    start = hcm.RigidStart((0.1, 0.2, 0.3), (0.0, 1.0, 2.0), 0.01)
+    settings = hcm.Settings(flight="rigid")
+    result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings, start=start)
+    assert result.status is hcm.Status.INTERRUPTED
+    assert result.history.time_s.tolist() == [0.01]
+    assert result.statistics.steps == 0
+    assert not result.events
+    tip = -0.04 * np.array([np.cos(start.angles).sum(), np.sin(start.angles).sum()])
+    assert result.history.tip_position_m[0] == pytest.approx(tip, rel=1e-12)

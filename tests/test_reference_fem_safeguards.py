@@ -13,6 +13,7 @@ import reference_fem as rf
 from reference_fem import watchdogs
 from reference_fem.cautions import spike
 from reference_fem.departure import next_touch_s
+from reference_fem.elements.blocks import LANES
 from reference_fem.elements.geometry import geometries
 from reference_fem.explicit_run import run
 from reference_fem.model import Model, build_model
@@ -75,6 +76,15 @@ def test_inversion_under_pressure_is_the_jacobians(dim: int) -> None:
     after = next(geometries(model.points + u, mine)).jacobian
     assert touching_det(model, u, pressure) == pytest.approx(np.linalg.det(after).min(), rel=1e-12)
     assert touching_det(model, u, np.zeros(len(u))) == np.inf
+    # many cells: the last block of lanes is not full
+    chosen = np.arange(len(model.cells) - 3)
+    assert len(chosen) % LANES
+    model, everywhere = dataclasses.replace(model, skin=chosen), np.ones(len(u))
+    after = next(geometries(model.points + u, model.cells[chosen])).jacobian
+    found = touching_det(model, u, everywhere)
+    assert found == pytest.approx(np.linalg.det(after).min(), rel=1e-12)
+    u[model.cells[chosen[-1], 0], 0] = np.nan
+    assert np.isnan(touching_det(model, u, everywhere))
 
 
 def test_a_crushed_element_is_found_between_two_searches(

@@ -35,8 +35,8 @@ from reference_fem.elements.hex8_point import POINT_ROWS, dilatation, point_forc
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
 
 ROWS = 8 * POINT_ROWS + 2
-# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E; and,
-# in `hex8_fields`, energies or dets.
+# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
+# energies or dets.
 BASES = 24
 DILATATION = BASES + 36
 RESULT = DILATATION + 1

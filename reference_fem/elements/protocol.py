@@ -65,8 +65,10 @@ class ElementKernel(Protocol):
         """
 
     def audited_force(self, displacement: Floats, out: Floats) -> tuple[float, float]:
-        """`internal_force` and `energies` in one pass over the elements, which costs next to
-        nothing more than the force.
+        """`internal_force` and `energies` in one pass over the elements.
+
+        It takes 3 % more than the force of 1-point hexahedra, 10 % of 8-point ones, 20 % of plane
+        quadrilaterals (measured); a pass for the energies alone, half of it or more.
         """
 
     def strain_energy(self, displacement: Floats) -> float:

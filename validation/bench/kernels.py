@@ -93,7 +93,7 @@ def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) 
         timed_case = built[name]
         force, step, search = (t.wall_time_s for t in timed[3 * number : 3 * number + 3])
         updates = timed_case.steps * len(cells)
-        more = (search - step) / timed_case.searches
+        more = max(0.0, search - step) / timed_case.searches
         speeds.append(
             Speed(
                 element=name,

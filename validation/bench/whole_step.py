@@ -30,7 +30,8 @@ class Case:
 
     steps : explicit steps, or calls of the force kernel, of each piece
     force : the force kernel alone
-    step : the steps as a tap's window takes them, with their audit
+    step : the steps as a tap's window takes them, with their audit (what is recorded, and when to
+        end, are not asked)
     searching_step : `step` with a search of all elements for inverted ones
     searches : one audit in so many searches
     memory_MB : arrays of model and state

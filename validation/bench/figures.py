@@ -106,20 +106,27 @@ def scaling(path: Path, sizes: Sequence[Size]) -> None:
 
 
 def kernels(path: Path, speeds: Sequence[Speed]) -> None:
-    """Updates per second of the reference's kernels."""
+    """Updates per second of the reference's kernels, alone and in the whole step."""
     with panels(path, 1, width=5.6) as axes:
         axis = axes[0][0]
         names = [f"{s.element}, {s.threads} thread{'s' if s.threads > 1 else ''}" for s in speeds]
-        values = [s.updates_per_s / 1e6 for s in speeds]
-        axis.barh(range(len(speeds)), values, color=COLORS[2])
-        for number, value in enumerate(values):
-            axis.annotate(f" {value:.3g}", (value, number), va="center", fontsize=8)
+        alone = [s.updates_per_s / 1e6 for s in speeds]
+        whole = [s.step_updates_per_s / 1e6 for s in speeds]
+        for label, values, shift, color in (
+            ("force alone", alone, -0.2, COLORS[2]),
+            ("whole step", whole, 0.2, GREY),
+        ):
+            places = [number + shift for number in range(len(speeds))]
+            axis.barh(places, values, height=0.38, color=color, label=label)
+            for place, value in zip(places, values, strict=True):
+                axis.annotate(f" {value:.3g}", (value, place), va="center", fontsize=7)
         axis.set_yticks(range(len(speeds)), names, fontsize=7)
         axis.invert_yaxis()
         axis.set_axisbelow(True)
         axis.margins(x=0.12)
+        axis.legend()
         axis.set_xlabel("million element updates/s")
-        axis.set_title("force kernels, 60,000 elements", fontsize=10, loc="left")
+        axis.set_title(f"{speeds[0].elements:,} elements", fontsize=10, loc="left")
 
 
 def bar_peers(path: Path, rows: Sequence[Row]) -> None:

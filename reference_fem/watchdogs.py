@@ -14,8 +14,8 @@ from reference_fem.touching_det import touching_det
 
 Failure = tuple[Status, str]
 
-# Audits between two searches of all elements and nodes: what watches a run then takes 1.4 to 2.0 %
-# of its time on the presets (measured; 4 to 5 % with a search at every fourth audit).
+# Audits between two searches of all elements and nodes: what watches a run then takes 3 to 6 % of
+# its time on the presets on two threads (measured; 8 to 12 % with a search at every fourth audit).
 FULL_SEARCH = 16
 # How far below the surface a node may be that the contact law doesn't know, over H: round-off.
 PASSED = 1e-9

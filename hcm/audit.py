@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from hcm.beam.chain import Floats
 from hcm.compiled import kernel_with
-from hcm.layout import Floats
-from hcm.tap import COLUMNS
+from hcm.loop import COLUMNS
 
 # Energies held, then losses, lie between these two.
 KINETIC, DRIVE_WORK = COLUMNS.index("kinetic"), COLUMNS.index("drive_work")

@@ -4,7 +4,7 @@
   a count of each a tap takes 1.3 times as long, to the same bits (measured on 15 elements). The
   price is that a kernel can't allocate; the caller in Python holds every array while it runs.
   `_nrt` is an option that numba doesn't promise to keep: pyproject.toml lets its next minor version
-  in once tests/test_hcm_compiled.py passes with it.
+  in once tests/hcm/test_compiled.py passes with it.
 - Divisions follow IEEE (infinity and NaN) instead of raising: what is not finite is found where
   Newton's iteration ends.
 - a*b + c may be rounded once (`contract`), which is safe with NaN, unlike full fastmath.

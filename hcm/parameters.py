@@ -166,7 +166,7 @@ class Settings:
 
     Parameters
     ----------
-    flight : "elastic" throughout, or "rigid" until the first touch (`hcm.rigid_flight`): the
+    flight : "elastic" throughout, or "rigid" until the first touch (`hcm.flight.rigid_flight`): the
         finger's bending and vibration on the way down are left out.
     flight_step : s, longest step out of contact.
     flight_tolerance : m, bound on a flight step's local error, which shortens the steps where
@@ -193,11 +193,12 @@ class Settings:
         tenfold with it; False makes a new one in every iteration, which changes no result beyond
         `newton_tolerance`.
     flight_integrator : "generalized-alpha", or "gauss": collocation of order 10 out of contact,
-        which keeps vibrations in phase over long flights at much longer steps (`hcm.gauss`); its
-        `flight_tolerance` bounds what the last term of a step's polynomial adds to it.
+        which keeps vibrations in phase over long flights at much longer steps
+        (`hcm.integrators.gauss`); its `flight_tolerance` bounds what the last
+        term of a step's polynomial adds to it.
     frame_times : s, rising; the posture is kept at these times (interpolated, steps unchanged).
     repeat : whether a run whose finger folded up, or whose tap barely ended, is solved again with
-        other tolerances to see whether it can be relied on (`hcm.repeatable`); others never are.
+        other tolerances to see whether it can be relied on (`hcm.sensitivity`); others never are.
     """
 
     flight: Flight = "elastic"

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.audit import largest_imbalance
-from hcm.begin import Beginning
-from hcm.clock import Clock
-from hcm.contact_events import TOUCH
-from hcm.integrator import Motion
-from hcm.layout import Floats
-from hcm.lumped_contact import Contact, PlainContact
+from hcm.beam.chain import Floats
+from hcm.contact.events import TOUCH
+from hcm.contact.law import Contact, PlainContact
+from hcm.integrators.workspace import Motion
+from hcm.loop import PlainClock, Record
 from hcm.result import EVENT_KINDS, Event
-from hcm.tap import PlainClock, Record
+from hcm.start import Beginning
+from hcm.state import Clock
 
 
 class Piece(NamedTuple):

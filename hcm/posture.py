@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from hcm.layout import Chain
+from hcm.beam.chain import Chain
 
 Floats = NDArray[np.float64]
 

@@ -144,7 +144,7 @@ class Statistics:
     steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
     trial steps of the event search, steps taken through chatter, and seconds of solving. In flight
     by collocation an iteration is one of all stages, and its three systems' factorizations count as
-    three. The repetition of an unsure run (`hcm.repeatable`) counts in the seconds only.
+    three. The repetition of an unsure run (`hcm.sensitivity`) counts in the seconds only.
     """
 
     steps: int

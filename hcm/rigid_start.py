@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcm.beam.chain import Chain, Floats
 from hcm.compiled import kernel
-from hcm.layout import Chain, Floats
 from hcm.parameters import Finger, ParameterError
 
 

@@ -8,14 +8,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hcm import rigid_flight, tap
-from hcm.begin import after_flight, at_once
-from hcm.clock import Clock, Plan
-from hcm.collocation import STAGES, with_collocation
-from hcm.estimate import check_size, most_steps
-from hcm.integrator import Integrator, Motion, coefficients, motion, workspace
-from hcm.layout import build_chain, build_probe, contact_law
-from hcm.lumped_contact import FLIGHT, Contact
+from hcm import loop as tap
+from hcm.beam.chain import build_chain, build_probe, contact_law
+from hcm.contact.law import FLIGHT, Contact
+from hcm.flight import rigid_flight
+from hcm.flight.rigid_chain import rods
+from hcm.flight.rigid_flight import TOUCHED, fly
+from hcm.integrators.gauss_tableau import STAGES, with_collocation
+from hcm.integrators.workspace import Integrator, Motion, coefficients, motion, workspace
 from hcm.parameters import (
     GAUSS,
     Drive,
@@ -28,7 +28,6 @@ from hcm.parameters import (
 )
 from hcm.piece import first_piece, next_piece
 from hcm.posture import postures
-from hcm.repeatable import LARGEST_CHANGE, change, factors, repetition
 from hcm.result import (
     Event,
     History,
@@ -38,10 +37,12 @@ from hcm.result import (
     TapResult,
     history_of,
 )
-from hcm.rigid_chain import rods
-from hcm.rigid_flight import TOUCHED, fly
 from hcm.rigid_start import RigidStart, rigid_motion
+from hcm.sensitivity import LARGEST_CHANGE, change, factors, repetition
+from hcm.start import after_flight, at_once
+from hcm.state import Clock, Plan
 from hcm.summary import summarize
+from hcm.workload import check_size, most_steps
 
 Progress = Callable[[float, str], None]
 

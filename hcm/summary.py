@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm.compiled import kernel_with
-from hcm.lumped_contact import SLIP
+from hcm.contact.law import SLIP
 from hcm.result import Event, Floats, History, Summary
 
 

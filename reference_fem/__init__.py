@@ -8,14 +8,14 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
+from reference_fem.contact.lumped import LumpedContact
+from reference_fem.contact.lumped_result import LumpedTapResult
+from reference_fem.contact.lumped_tap import simulate_lumped
+from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.impact_state import impact_state, touch_angle
-from reference_fem.lumped_contact import LumpedContact
-from reference_fem.lumped_result import LumpedTapResult
-from reference_fem.lumped_tap import simulate_lumped
-from reference_fem.parameters import Drive, Material, Settings, Surface
-from reference_fem.restart import Restart, RestartError
 from reference_fem.result import ForceRecord, History, Snapshot, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
+from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.simulate import simulate
 from reference_fem.status import Status
 

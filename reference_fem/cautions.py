@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_fem.model import Model
-from reference_fem.parameters import Settings
 from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.settings import Settings
 
 Array = NDArray[np.float64]
 

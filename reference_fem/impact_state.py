@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import meshes
 from reference_fem.model import build_model
-from reference_fem.parameters import Drive, Material, Settings, Surface
 from reference_fem.rigid_chain import ChainState, chain_and_start, fly
+from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.simulate import surface_gap
 
 

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 import meshes
 from reference_fem import elements
-from reference_fem.contact_law import ContactLaw
-from reference_fem.contact_laws import TouchingSurface, contact_law
-from reference_fem.couples import Couple, build_couple
+from reference_fem.contact.law import ContactLaw
+from reference_fem.contact.laws import TouchingSurface, contact_law
 from reference_fem.elements import ElementKernel, hex8
-from reference_fem.hinges import Hinges, build_hinges
-from reference_fem.parameters import Drive, Material, Settings, Surface
-from reference_fem.plane_stress_thickness import chord_thickness
+from reference_fem.elements.plane_stress_thickness import chord_thickness
+from reference_fem.joints.hinges import Hinges, build_hinges
+from reference_fem.joints.torques import Couple, build_couple
 from reference_fem.rigid_chain import RigidChain, build_chain
+from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.stable_step import stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
 

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import meshes
-from reference_fem.explicit_run import resume, run
+from reference_fem.dynamics.loop import resume, run
+from reference_fem.dynamics.recorder import Recorder
+from reference_fem.dynamics.restart import Restart, RestartFile, identity
 from reference_fem.model import Model, build_model
-from reference_fem.parameters import Drive, Material, Settings, Surface
-from reference_fem.recorder import Recorder
-from reference_fem.restart import Restart, RestartFile, identity
 from reference_fem.result import TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
+from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.status import Status
 from reference_fem.summary import Cost, summarize
 from reference_fem.workload import check_work

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_fem.elements import ElementKernel
-from reference_fem.rotation import best_fit_angle, centred_arms
+from reference_fem.joints.rotation import best_fit_angle, centred_arms
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

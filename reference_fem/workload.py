@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reference_fem.model import Model
-from reference_fem.parameters import Settings
+from reference_fem.settings import Settings
 
 # Element updates per second of one thread, of the order measured for every element (README).
 UPDATES_PER_S = 1e7

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from validation.provenance import provenance
-from validation.record import Event, RunRecord
+from validation.harness.provenance import provenance
+from validation.harness.record import Event, RunRecord
 from validation.scenes.load import load_scene
 
 PEAK, DURATION, CONTACT, FRICTION = 64.0, 2e-4, 0.136, 0.5

@@ -52,7 +52,7 @@ def run(
     fresh
         Run again; without it an unchanged run that is in OUT/store is read back.
     """
-    from validation.run_command import run_scene
+    from validation.runs.command import run_scene
 
     run_scene(scene, model, overrides, as_json, out, resume, fresh)
 
@@ -79,7 +79,7 @@ def compare(
     out
         Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
     """
-    from validation.compare_command import compare as run_comparison
+    from validation.compare.command import compare as run_comparison
 
     run_comparison(scene, model, overrides, out)
 
@@ -106,7 +106,7 @@ def render(
     out
         Folder for render/NAME-WHAT.png and .gif, and for run/SCENE-MODEL/ of a scene.
     """
-    from validation.render_command import render as draw
+    from validation.render.command import render as draw
 
     draw(run_or_scene, model, overrides, out)
 
@@ -130,7 +130,7 @@ def validate(
     fresh
         Run everything again; without it a run that is unchanged is read back from OUT/store.
     """
-    from validation.validate_command import run_validation
+    from validation.validate.command import run_validation
 
     run_validation(out, ladder, fresh)
 
@@ -153,7 +153,7 @@ def paper(
     fresh
         Run everything again; without it a run that is unchanged is read back from OUT/store.
     """
-    from validation.paper_command import run_paper
+    from validation.studies.paper.command import run_paper
 
     run_paper(out, reference, fresh)
 
@@ -185,7 +185,7 @@ def converge(
     out
         Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png.
     """
-    from validation.converge_command import run_converge
+    from validation.converge.command import run_converge
 
     run_converge(scene, overrides, model, quick, out)
 
@@ -215,7 +215,7 @@ def bench(
     out
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
     """
-    from validation.bench_command import bench as measure
+    from validation.studies.bench.command import bench as measure
 
     measure(out, quick, skips, peers, resume)
 
@@ -262,7 +262,7 @@ def identify_torque(
     as_json
         Print only one JSON object.
     """
-    from validation.identify.torque_command import run_identify_torque
+    from validation.studies.paper.torque_command import run_identify_torque
 
     run_identify_torque(as_json)
 
@@ -291,7 +291,7 @@ def stress(
     out
         Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
     """
-    from validation.stress_command import run_peers, run_stress
+    from validation.studies.stress.command import run_peers, run_stress
 
     if peers:
         run_peers(out)
@@ -301,8 +301,8 @@ def stress(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
-    from validation.console import say_error
-    from validation.interrupts import heard_interrupts
+    from validation.harness.console import say_error
+    from validation.harness.interrupts import heard_interrupts
 
     # threads that spin while they wait make a shared machine many times slower
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")

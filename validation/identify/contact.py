@@ -2,10 +2,10 @@
 
 The last phalanx's end (three radii long, its cut held) is pressed on a frictionless rigid plane in
 the direction in which the scene touches; small-strain linear elasticity, penalty contact integrated
-over the surface (`reference_fem.indentation`). It is measured against the section through the
-hemisphere's centre, moved as a rigid body: what bends and shortens behind it is the beam's, which
-the reduced model has already. The choice matters: against a section one
-radius further behind, k is 14 % (soft finger) and 8 % (hard finger) smaller.
+over the surface (`reference_fem.statics.indentation`). It is measured against the section through
+the hemisphere's centre, moved as a rigid body: what bends and shortens behind it is the beam's,
+which the reduced model has already. The choice matters: against a section one radius further
+behind, k is 14 % (soft finger) and 8 % (hard finger) smaller.
 
     k = F^2/(2 U_c)  at F = the reduced model's own peak force with that k (a fixed point, so that
                      no result of the dynamic reference enters),
@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 
+from validation.compare.grid_convergence import Convergence, convergence
 from validation.errors import RunFailedError, UserError
-from validation.grid_convergence import Convergence, convergence
-from validation.impact import impact_of
-from validation.interrupts import unless_interrupted
+from validation.harness.interrupts import unless_interrupted
 from validation.models.hcm import translate
+from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene
 
 # Edge at the contact over Hertz's contact radius, and its growth from one edge to the next: with
@@ -103,7 +103,7 @@ def identify_contact(
         The reduced model does not tap, or the contact's active set does not settle.
     """
     import reference_fem
-    from reference_fem.indentation import (
+    from reference_fem.statics.indentation import (
         contact_area,
         hertz_indentation,
         hertz_stiffness,
@@ -220,7 +220,7 @@ def _tip(
 ) -> tuple[int, Any]:
     """Elements (of the full body) of the last phalanx's end, and its compliance at the contact."""
     import meshes
-    from reference_fem.static_tip import tip_compliance
+    from reference_fem.statics.tip import tip_compliance
 
     tables = scene.tables
     length = tables.per_phalanx(tables.finger.length)[-1]

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from validation.console import progress_bar
-from validation.figures import BLACK, BLUE, GREY, ORANGE, STYLE
-from validation.grid_convergence import Convergence
+from validation.compare.figures import BLACK, BLUE, GREY, ORANGE, STYLE
+from validation.compare.grid_convergence import Convergence
+from validation.harness.console import progress_bar
+from validation.harness.files import atomic, output_folder, safe_name, write_json
+from validation.harness.record import plain
+from validation.harness.tables import write_table
 from validation.identify.contact import ContactIdentification, identify_contact
-from validation.record import plain
 from validation.scenes.load import load_scene
-from validation.storage import atomic, output_folder, safe_name, write_json
-from validation.tables import write_table
 
 OWN = "the scene's own, in built-in scenes the paper's"
 ROWS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")

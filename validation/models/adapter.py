@@ -9,9 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.fields import Fields
-from validation.provenance import provenance
-from validation.record import SOLID_KEYS, SUMMARY_KEYS, Event, RunRecord
+from validation.harness.fields import Fields
+from validation.harness.provenance import provenance
+from validation.harness.record import SOLID_KEYS, SUMMARY_KEYS, Event, RunRecord
 from validation.scenes.load import NamedScene
 
 Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done

@@ -4,7 +4,7 @@ import time
 from typing import Any
 
 from validation.errors import UserError
-from validation.interrupts import unless_interrupted
+from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
 from validation.scenes.load import NamedScene, load_scene
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from validation.errors import UserError
-from validation.fields import Fields
-from validation.interrupts import unless_interrupted
+from validation.harness.fields import Fields
+from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene

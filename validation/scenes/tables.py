@@ -103,7 +103,7 @@ def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
 
 def _cost(elements: float) -> str:
     """Memory and time that the reduced model would need for so many elements."""
-    from hcm.estimate import ELEMENT_BYTES, SECONDS_A_STEP
+    from hcm.workload import ELEMENT_BYTES, SECONDS_A_STEP
 
     memory, step = ELEMENT_BYTES * elements / 2**30, SECONDS_A_STEP * elements
     return f"some {memory:.2g} GiB and {step:.2g} s a time step"

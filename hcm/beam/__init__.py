@@ -1,0 +1,1 @@
+"""Planar ANCF beams chained by hinges: element, chain, equations of motion, their factors."""

@@ -1,0 +1,220 @@
+"""Numbering of the finger's unknowns, so that the bordered matrix is a narrow band.
+
+Walking from the fixed hinge to the tip, phalanx w contributes its hinge's two multipliers and then,
+node by node, the four nodal coordinates (X, Y, r'_X, r'_Y):
+
+    [lam_1 | node 1.1 | node 1.2 | ... | lam_2 | node 2.1 | ... ]
+
+Neighbouring nodes lie at most seven places apart, and lam_w couples the last node of phalanx w-1
+(four places before) with the first of phalanx w (two places after), so the half bandwidth is 7
+whatever the number of elements. Vectors of this length are called *bordered*: nodal coordinates
+in the nodes' places and, in the accelerations, the multipliers in the hinges' places.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm.beam.element import UNIT_MASS, fill_matrices
+from hcm.compiled import kernel_with
+from hcm.parameters import Drive, Finger, Phalanx, Surface, Tip
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Chain(NamedTuple):
+    """The finger as arrays; N elements, P phalanges, n bordered unknowns.
+
+    first, second : (N,) place of the element's first and second node, second = first + 4.
+    length, axial_stiffness : (N,) l (m) and E A (N).
+    mass, bending : (N, 4, 4) one component's mass (kg, kg m, kg m^2) and bending stiffness.
+    hinge : (P,) place of hinge w's first multiplier.
+    hinge_inner, hinge_outer : (P,) place of the node before (-1 at the fixed hinge) and after it.
+    weight : (n,) generalized gravity force Q (N, N m).
+    torque, torque_node : (T,) tau (N m) and the place of the node that it acts on.
+    scale : (n,) D, the unit of each unknown: 1 for positions, 1/l for slopes, an element's mass for
+        multipliers. x = D y makes y an acceleration throughout, and D A D of one magnitude.
+    tip : place of the tip node C.
+    roundoff : m/s^2, largest acceleration that one rounding of a slope or chord can cause through
+        an element's stiffness; an iteration that stalls below it has nothing left to gain.
+    """
+
+    first: Ints
+    second: Ints
+    length: Floats
+    axial_stiffness: Floats
+    mass: Floats
+    bending: Floats
+    hinge: Ints
+    hinge_inner: Ints
+    hinge_outer: Ints
+    weight: Floats
+    torque: Floats
+    torque_node: Ints
+    scale: Floats
+    tip: int
+    roundoff: float
+
+
+class Probe(NamedTuple):
+    """Section R, mid-length of the last phalanx: one element, or the two that meet there.
+
+    elements : (2,) indices of the elements; abscissa : (2,) x/l in each.
+    youngs_modulus : Pa; radius : d/2, m.
+    """
+
+    elements: Ints
+    abscissa: Floats
+    youngs_modulus: float
+    radius: float
+
+
+class Law(NamedTuple):
+    """Constants of the lumped contact: k (N/m), e*, eta^-2, mu and H (m)."""
+
+    k: float
+    restitution: float
+    tangential_ratio: float
+    mu: float
+    height: float
+
+
+def contact_law(surface: Surface, tip: Tip) -> Law:
+    """Gather the contact's constants from the surface and the tip."""
+    return Law(
+        float(tip.normal_stiffness),
+        float(tip.restitution),
+        float(tip.tangential_ratio),
+        float(surface.friction),
+        float(surface.height),
+    )
+
+
+def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
+    """Number the unknowns and evaluate the constant element matrices.
+
+    Returns
+    -------
+    chain : the finger as arrays.
+    rest : (n,) nodal coordinates at rest along -X: positions (-s, 0), slopes (-1, 0).
+    """
+    phalanges = finger.phalanges
+    counts = np.array([p.elements for p in phalanges])
+    given = np.array([_section(p) for p in phalanges])
+    # each phalanx takes its hinge's two multipliers, then its nodes' four coordinates each
+    links, elements = counts.size, int(counts.sum())
+    n = 4 * elements + 6 * links
+    inner, outer = np.empty(links, dtype=np.int64), np.empty(links, dtype=np.int64)
+    chain = Chain(
+        np.empty(elements, dtype=np.int64),
+        np.empty(elements, dtype=np.int64),
+        np.empty(elements),
+        np.empty(elements),
+        np.empty((elements, 4, 4)),
+        np.empty((elements, 4, 4)),
+        np.empty(links, dtype=np.int64),
+        inner,
+        outer,
+        np.zeros(n),
+        np.empty(0),
+        np.empty(0, dtype=np.int64),
+        np.ones(n),
+        n - 4,
+        _roundoff(given),
+    )
+    rest = np.zeros(n)
+    fill_chain(counts, given, float(drive.gravity), chain, rest)
+    if drive.torques:
+        torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
+        chain = chain._replace(torque=torque, torque_node=torque_node)
+    return chain, rest
+
+
+def _section(p: Phalanx) -> tuple[float, float, float, float, float]:
+    area, modulus = p.area, p.youngs_modulus
+    return (
+        p.length / p.elements,
+        p.density * area,
+        modulus * area,
+        modulus * p.second_moment,
+        p.length,
+    )
+
+
+@kernel_with()
+def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: Floats) -> None:
+    """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros and scales of 1.
+
+    counts : (P,) elements. given : (P, 5) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m).
+    """
+    element, place, begin = 0, 0, 0.0
+    for w in range(counts.size):
+        el, per_length = given[w, 0], given[w, 1]
+        chain.hinge[w], chain.hinge_outer[w] = place, place + 2
+        chain.hinge_inner[w] = place - 4 if w else -1
+        chain.scale[place] = chain.scale[place + 1] = per_length * el
+        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
+        force, moment = per_length * gravity * el / 2.0, per_length * gravity * el**2 / 12.0
+        for i in range(counts[w] + 1):
+            node = place + 2 + 4 * i
+            rest[node], rest[node + 2] = -(begin + el * i), -1.0
+            chain.scale[node + 2] = chain.scale[node + 3] = 1.0 / el
+            if i == counts[w]:
+                break
+            chain.first[element], chain.second[element] = node, node + 4
+            chain.length[element], chain.axial_stiffness[element] = el, given[w, 2]
+            fill_matrices(per_length, given[w, 3], el, chain.mass[element], chain.bending[element])
+            chain.weight[node + 1] -= force
+            chain.weight[node + 5] -= force
+            element += 1
+        chain.weight[place + 5] -= moment
+        place += 4 * counts[w] + 6
+        chain.weight[place - 1] += moment
+        begin += given[w, 4]
+
+
+# Smallest eigenvalue of an element mass matrix over the mass, in units of 1 and 1/l.
+SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
+
+
+def _roundoff(given: Floats) -> float:
+    # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
+    largest = 0.0
+    for el, per_length, axial, bending, _ in given.tolist():
+        largest = max(largest, (12 * bending / el**2 + axial) / (SOFTEST_MASS * per_length * el))
+    return sys.float_info.epsilon * largest
+
+
+def _torques(drive: Drive, inner: list[int], outer: list[int]) -> tuple[Floats, Ints]:
+    torque: list[float] = []
+    node: list[int] = []
+    for w, tau in enumerate(drive.torques):
+        if tau != 0.0:
+            torque.append(float(tau))
+            node.append(outer[w])
+            if drive.reaction and w > 0:
+                torque.append(-float(tau))
+                node.append(inner[w])
+    return np.array(torque), np.array(node, dtype=np.int64)
+
+
+def build_probe(finger: Finger) -> Probe:
+    """Locate section R at mid-length of the last phalanx."""
+    last = finger.phalanges[-1]
+    offset = sum(p.elements for p in finger.phalanges[:-1])
+    middle = last.elements // 2
+    if last.elements % 2:
+        elements, abscissa = [offset + middle] * 2, [0.5, 0.5]
+    else:  # r'' jumps at a node: the two sides are averaged
+        elements, abscissa = [offset + middle - 1, offset + middle], [1.0, 0.0]
+    return Probe(
+        np.array(elements, dtype=np.int64),
+        np.array(abscissa),
+        float(last.youngs_modulus),
+        last.diameter / 2,
+    )

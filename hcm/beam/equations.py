@@ -1,0 +1,223 @@
+"""Equations of motion of the tapping finger and their tangent (paper, eqs. 15-16).
+
+    M q.. + Phi_q^T lam + K(q) q = Q + tau(q) + F_c(q),      Phi(q) = Phi_q q = 0,
+
+Phi_q constant: the fixed hinge holds the first node at the origin, each further hinge joins the
+positions of two neighbouring nodes. lam_w is the force that hinge w takes from phalanx w.
+The constraint is imposed as Phi_q q.. = 0: Phi being linear and zero at the start, the integrator's
+updates of q and v turn that into Phi = 0 at every step (to round-off), and unlike Phi/h^2 it keeps
+its precision when an event search makes h very short.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hcm.beam.banded_ldl import HALF_BANDWIDTH
+from hcm.beam.chain import Chain, Law
+from hcm.beam.element import inertia, internal_force, tangent_stiffness
+from hcm.beam.joint_torque import torque_force, torque_tangent
+from hcm.compiled import inlined, kernel
+from hcm.contact.law import Contact, contact_force, contact_tangent
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def fill_chords(q: Floats, chain: Chain, out: Floats) -> None:
+    """Write each element's chord (r_2 - r_1)/l to `out` (N, 2)."""
+    for e in range(chain.first.size):
+        a, b, length = chain.first[e], chain.second[e], chain.length[e]
+        out[e, 0], out[e, 1] = (q[b] - q[a]) / length, (q[b + 1] - q[a + 1]) / length
+
+
+@inlined
+def move_chords(chords: Floats, moved: Floats, chain: Chain, out: Floats) -> None:
+    """Write the chords (N, 2) of nodes that have moved by `moved` (n,) since `chords` to `out`."""
+    for e in range(chain.first.size):
+        a, length = chain.first[e], chain.length[e]
+        change = moved[a : a + 6]
+        out[e, 0] = chords[e, 0] + (change[4] - change[0]) / length
+        out[e, 1] = chords[e, 1] + (change[5] - change[1]) / length
+
+
+@inlined
+def residual_from_chords(
+    q: Floats,
+    chords: Floats,
+    acceleration: Floats,
+    chain: Chain,
+    contact: Contact,
+    law: Law,
+    out: Floats,
+) -> None:
+    """Write M q.. + Phi_q^T lam + K q - Q - tau - F_c (N, N m) and Phi_q q.. (m/s^2) to `out` (n,).
+
+    `acceleration` is bordered: q.. in the nodes' places, lam in the hinges'. `chords` (N, 2) are
+    the elements' (r_2 - r_1)/l: strains are differences of positions, and an integrator that adds
+    up the chords' increments knows them to more digits than the positions hold.
+    """
+    for i in range(out.size):
+        out[i] = -chain.weight[i]
+    for e in range(chain.first.size):
+        a, length, bending = chain.first[e], chain.length[e], chain.bending[e]
+        # an element's two nodes are neighbours: one slice of eight
+        qe, x, f = q[a : a + 8], acceleration[a : a + 8], out[a : a + 8]
+        fx, fy, f1x, f1y, f2x, f2y = internal_force(
+            chords[e, 0], chords[e, 1], qe[2], qe[3], qe[6], qe[7],
+            chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
+        )  # fmt: skip
+        fx, fy = fx / length, fy / length
+        mass = chain.mass[e]
+        p0, p1, p2, p3 = inertia(mass, x[0], x[2], x[4], x[6])
+        r0, r1, r2, r3 = inertia(mass, x[1], x[3], x[5], x[7])
+        f[0] += p0 - fx
+        f[1] += r0 - fy
+        f[2] += p1 + f1x
+        f[3] += r1 + f1y
+        f[4] += p2 + fx
+        f[5] += r2 + fy
+        f[6] += p3 + f2x
+        f[7] += r3 + f2y
+    for t in range(chain.torque.size):
+        slope = chain.torque_node[t] + 2
+        fx, fy = torque_force(chain.torque[t], q[slope], q[slope + 1])
+        out[slope] -= fx
+        out[slope + 1] -= fy
+    tip = chain.tip
+    ft, fn = contact_force(q[tip], q[tip + 1] + law.height, contact, law)
+    out[tip] -= ft
+    out[tip + 1] -= fn
+    for w in range(chain.hinge.size):
+        lam, inner, outer = chain.hinge[w], chain.hinge_inner[w], chain.hinge_outer[w]
+        for c in range(2):
+            out[outer + c] += acceleration[lam + c]
+            out[lam + c] = acceleration[outer + c]
+            if inner >= 0:
+                out[inner + c] -= acceleration[lam + c]
+                out[lam + c] -= acceleration[inner + c]
+
+
+@njit(cache=True)
+def residual(
+    q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: Law, out: Floats
+) -> None:
+    """`residual_from_chords` with the chords of q's own positions."""
+    chords = np.empty((chain.first.size, 2))
+    fill_chords(q, chain, chords)
+    residual_from_chords(q, chords, acceleration, chain, contact, law, out)
+
+
+@kernel
+def add_component(
+    block: tuple[float, float, float, float, float, float],
+    mass: Floats,
+    weight: float,
+    length: float,
+    s1: float,
+    s2: float,
+    rows: Floats,
+) -> None:
+    """Add one component's M + weight K of an element to `rows` (8, w + 1), the element's own.
+
+    `block` is K in (c, r'_1, r'_2) (`tangent_stiffness`), s1 and s2 the slopes' units. The
+    component's four coordinates lie two places apart, so that (i, j) is found at w - 2 (i - j).
+    """
+    w = HALF_BANDWIDTH
+    cc, c1, c2, k11, k12, k22 = block
+    cc, c1, c2 = weight * cc / (length * length), weight * c1 / length, weight * c2 / length
+    rows[0, w] += mass[0, 0] + cc
+    rows[2, w - 2] += s1 * (mass[1, 0] - c1)
+    rows[2, w] += s1 * s1 * (mass[1, 1] + weight * k11)
+    rows[4, w - 4] += mass[2, 0] - cc
+    rows[4, w - 2] += s1 * (mass[2, 1] + c1)
+    rows[4, w] += mass[2, 2] + cc
+    rows[6, w - 6] += s2 * (mass[3, 0] - c2)
+    rows[6, w - 4] += s1 * s2 * (mass[3, 1] + weight * k12)
+    rows[6, w - 2] += s2 * (mass[3, 2] + c2)
+    rows[6, w] += s2 * s2 * (mass[3, 3] + weight * k22)
+
+
+@kernel
+def add_coupling(
+    block: tuple[float, float, float, float, float, float],
+    weight: float,
+    length: float,
+    s1: float,
+    s2: float,
+    rows: Floats,
+) -> None:
+    """Add weight K_XY of an element, symmetric in the coordinates too, to its `rows` (8, w + 1).
+
+    Entry (Y of i, X of j) lies one place left of where (i, j) of one component is, and
+    (X of i, Y of j), i > j, one place right of it in the row before.
+    """
+    w = HALF_BANDWIDTH
+    cc, c1, c2, k11, k12, k22 = block
+    cc, c1, c2 = weight * cc / (length * length), weight * c1 / length, weight * c2 / length
+    k11, k12, k22 = s1 * s1 * weight * k11, s1 * s2 * weight * k12, s2 * s2 * weight * k22
+    rows[1, w - 1] += cc
+    rows[3, w - 1] += k11
+    rows[5, w - 1] += cc
+    rows[7, w - 1] += k22
+    rows[3, w - 3] -= s1 * c1
+    rows[2, w - 1] -= s1 * c1
+    rows[5, w - 5] -= cc
+    rows[4, w - 3] -= cc
+    rows[5, w - 3] += s1 * c1
+    rows[4, w - 1] += s1 * c1
+    rows[7, w - 7] -= s2 * c2
+    rows[6, w - 5] -= s2 * c2
+    rows[7, w - 5] += k12
+    rows[6, w - 3] += k12
+    rows[7, w - 3] += s2 * c2
+    rows[6, w - 1] += s2 * c2
+
+
+@kernel
+def tangent(
+    q: Floats, weight: float, chain: Chain, contact: Contact, law: Law, rows: Floats
+) -> float:
+    """Write the bordered matrix [M + weight d(K q - tau - F_c)/dq, Phi_q^T; Phi_q, 0] to `rows`.
+
+    `weight` is dq/dq.. of the integrator, s^2 (0 leaves M); `rows` is (w + n, w + 1) in
+    `banded_ldl`'s storage, scaled by D on both sides. Returns the one entry that is not symmetric,
+    (X_C, Y_C) of a sliding tip, which the rows leave out.
+    """
+    w = HALF_BANDWIDTH
+    rows[:] = 0.0
+    for e in range(chain.first.size):
+        a, length, bending, mass = chain.first[e], chain.length[e], chain.bending[e], chain.mass[e]
+        qe, scale = q[a : a + 8], chain.scale[a : a + 8]
+        own = rows[w + a : w + a + 8]
+        xx, xy, yy = tangent_stiffness(
+            (qe[4] - qe[0]) / length, (qe[5] - qe[1]) / length, qe[2], qe[3], qe[6], qe[7],
+            chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
+        )  # fmt: skip
+        add_component(xx, mass, weight, length, scale[2], scale[6], own)
+        add_component(yy, mass, weight, length, scale[2], scale[6], own[1:])
+        add_coupling(xy, weight, length, scale[2], scale[6], own)
+    for t in range(chain.torque.size):
+        s = chain.torque_node[t] + 2
+        dxx, dxy = torque_tangent(chain.torque[t], q[s], q[s + 1])
+        unit = weight * chain.scale[s] * chain.scale[s]
+        rows[w + s, w] -= unit * dxx
+        rows[w + s + 1, w - 1] -= unit * dxy
+        rows[w + s + 1, w] += unit * dxx
+    dtx, dty, dny = contact_tangent(contact, law)
+    tip = chain.tip
+    rows[w + tip, w] -= weight * dtx
+    rows[w + tip + 1, w] -= weight * dny
+    for hinge in range(chain.hinge.size):
+        lam, inner, outer = (
+            chain.hinge[hinge],
+            chain.hinge_inner[hinge],
+            chain.hinge_outer[hinge],
+        )
+        for c in range(2):
+            rows[w + outer + c, lam - outer + w] += chain.scale[lam]
+            if inner >= 0:
+                rows[w + lam + c, inner - lam + w] -= chain.scale[lam]
+    return -weight * dty

@@ -1,0 +1,1 @@
+"""The lumped contact of the fingertip: its law and the events that change its mode."""

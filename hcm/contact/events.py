@@ -1,0 +1,115 @@
+"""Event functions of the contact (paper, section 3.1, eqs. 21-26, fig. 5).
+
+Three slots, each positive inside the mode and zero at the event:
+
+    slot NORMAL      flight: u_Y - u_ref | compression: -v_n | restitution: v_n
+    slot SEPARATION  restitution: F_n
+    slot TANGENTIAL  stick: mu F_n - |F_t| | slip: s V_P
+
+A slot that the mode does not have is +inf. Rates are exact within the mode, so that a double
+crossing inside a step can be suspected from its ends.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hcm.beam.chain import Law
+from hcm.compiled import kernel
+from hcm.contact.law import (
+    COMPRESSION,
+    FLIGHT,
+    FREE,
+    RESTITUTION,
+    SLIP,
+    STICK,
+    Contact,
+    contact_force,
+    has_tangential_element,
+    normal_slope,
+    particle_position,
+    particle_velocity,
+)
+
+NORMAL, SEPARATION, TANGENTIAL = 0, 1, 2
+
+# Kinds of located events.
+TOUCH, TO_RESTITUTION, TO_COMPRESSION, TO_SLIP, TO_STICK, LIFT_OFF = 0, 1, 2, 3, 4, 5
+
+Triple = tuple[float, float, float]
+
+
+@kernel
+def event_values(x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law) -> Triple:
+    """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
+    if contact.normal == FLIGHT:
+        return gap - contact.gap_ref, math.inf, math.inf
+    ft, fn = contact_force(x, gap, contact, law)
+    tangential = math.inf
+    if contact.tangential == STICK:
+        tangential = law.mu * fn - abs(ft)
+    elif contact.tangential == SLIP:
+        tangential = contact.slip_sign * particle_velocity(vt, vn, contact, law)
+    if contact.normal == COMPRESSION:
+        return -vn, math.inf, tangential
+    return vn, fn, tangential
+
+
+@kernel
+def event_rates(
+    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact, law: Law
+) -> Triple:
+    """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
+    if contact.normal == FLIGHT:
+        return vn, 0.0, 0.0
+    ft, _ = contact_force(x, gap, contact, law)
+    fn_rate = -normal_slope(contact, law) * vn
+    tangential = 0.0
+    if contact.tangential == STICK:
+        ft_rate = -law.k * law.tangential_ratio * vt
+        pull = abs(ft_rate) if ft == 0.0 else math.copysign(1.0, ft) * ft_rate
+        tangential = law.mu * fn_rate - pull
+    elif contact.tangential == SLIP:
+        tangential = contact.slip_sign * particle_velocity(at, an, contact, law)
+    if contact.normal == COMPRESSION:
+        return -an, 0.0, tangential
+    return an, fn_rate, tangential
+
+
+@kernel
+def transition(
+    slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
+) -> tuple[Contact, int]:
+    """The contact's next mode at an event, and the event's kind. Forces are continuous."""
+    if slot == NORMAL and contact.normal == FLIGHT:
+        # the branch starts where the tip is: a repeated step ends there to Newton's tolerance only,
+        # and F_n would start with k times that difference
+        if not has_tangential_element(law):
+            return Contact(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
+        # eq. 21: initial stick inside the cone |V_t/V_n| < mu eta^2
+        if abs(vt) * law.tangential_ratio < law.mu * abs(vn):
+            return Contact(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
+        sign = math.copysign(1.0, vt)
+        return Contact(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH
+    ft, fn = contact_force(x, gap, contact, law)
+    if slot == SEPARATION:
+        return Contact(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF
+    if slot == NORMAL:
+        compressing = contact.normal == COMPRESSION
+        normal = RESTITUTION if compressing else COMPRESSION
+        kind = TO_RESTITUTION if compressing else TO_COMPRESSION
+        return (
+            Contact(normal, contact.tangential, contact.slip_sign, fn, gap, contact.particle),
+            kind,
+        )
+    if contact.tangential == STICK:
+        sign = -math.copysign(1.0, ft)
+        return (
+            Contact(contact.normal, SLIP, sign, contact.force_ref, contact.gap_ref, x),
+            TO_SLIP,
+        )
+    particle = particle_position(x, gap, contact, law)
+    return (
+        Contact(contact.normal, STICK, 0.0, contact.force_ref, contact.gap_ref, particle),
+        TO_STICK,
+    )

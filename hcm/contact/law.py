@@ -1,0 +1,136 @@
+"""Lumped-parameter contact of the fingertip (paper, section 2.2.2, eqs. 18-20, figs. 2b and 4).
+
+The tip node C meets the surface through a bilinear normal element and a linear tangential element
+that hangs on a massless particle P. With u_Y = Y_C + H (negative in compression):
+
+    F_n = F_ref - k_n (u_Y - u_ref),   k_n = k while compressing, k/e*^2 while restituting,
+
+(F_ref, u_ref) being the values at the last reversal, so that F_n is continuous there and the
+hysteresis loops of eq. 19 follow, however many. With the spring's extension u_X = X_C - X_P:
+
+    stick:  F_t = -k eta^-2 u_X, P at rest;      slip:  F_t = -s mu F_n, s = sgn(V_P).
+
+While slipping u_X = -F_t eta^2/k, so V_P = V_t - du_X/dt = V_t - s mu (eta^2/k) dF_n/dt.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from hcm.beam.chain import Law
+from hcm.compiled import kernel
+
+FLIGHT, COMPRESSION, RESTITUTION = 0, 1, 2
+FREE, STICK, SLIP = 0, 1, 2
+
+
+class Contact(NamedTuple):
+    """Mode and history of the contact; committed only when a step is accepted.
+
+    normal : FLIGHT, COMPRESSION or RESTITUTION. tangential : FREE (no tangential element), STICK
+    or SLIP. slip_sign : s. force_ref, gap_ref : F_ref (N) and u_ref (m) of the branch; in flight
+    gap_ref is where contact begins: zero, or the residual deformation that an unloaded e* < 1 loop
+    left, until the tip has risen above the surface. particle : X_P in stick, m.
+    """
+
+    normal: int
+    tangential: int
+    slip_sign: float
+    force_ref: float
+    gap_ref: float
+    particle: float
+
+
+PlainContact = tuple[int, int, float, float, float, float]
+
+
+@kernel
+def plain_contact(c: Contact) -> PlainContact:
+    """The fields of a contact, for what goes from compiled code to Python (see `tap.run`)."""
+    return c.normal, c.tangential, c.slip_sign, c.force_ref, c.gap_ref, c.particle
+
+
+@kernel
+def normal_slope(contact: Contact, law: Law) -> float:
+    """k_n = -dF_n/du_Y of the current branch, N/m."""
+    if contact.normal == COMPRESSION:
+        return law.k
+    if contact.normal == RESTITUTION:
+        return law.k / (law.restitution * law.restitution)
+    return 0.0
+
+
+@kernel
+def has_tangential_element(law: Law) -> bool:
+    """Whether a tangential force can arise at all: mu > 0 and eta^-2 > 0."""
+    return law.mu > 0.0 and law.tangential_ratio > 0.0
+
+
+@kernel
+def contact_force(x: float, gap: float, contact: Contact, law: Law) -> tuple[float, float]:
+    """(F_t, F_n) on the tip, N, at X_C = x and u_Y = gap."""
+    if contact.normal == FLIGHT:
+        return 0.0, 0.0
+    fn = contact.force_ref - normal_slope(contact, law) * (gap - contact.gap_ref)
+    if contact.tangential == STICK:
+        return -law.k * law.tangential_ratio * (x - contact.particle), fn
+    if contact.tangential == SLIP:
+        return -contact.slip_sign * law.mu * fn, fn
+    return 0.0, fn
+
+
+@kernel
+def contact_tangent(contact: Contact, law: Law) -> tuple[float, float, float]:
+    """(dF_t/dX, dF_t/dY, dF_n/dY), N/m, constant within a mode."""
+    slope = normal_slope(contact, law)
+    if contact.tangential == STICK:
+        return -law.k * law.tangential_ratio, 0.0, -slope
+    if contact.tangential == SLIP:
+        return 0.0, contact.slip_sign * law.mu * slope, -slope
+    return 0.0, 0.0, -slope
+
+
+@kernel
+def particle_position(x: float, gap: float, contact: Contact, law: Law) -> float:
+    """X_P = X_C - u_X, m; X_C itself where there is no tangential element."""
+    if contact.tangential == STICK:
+        return contact.particle
+    if contact.tangential == SLIP:
+        ft, _ = contact_force(x, gap, contact, law)
+        return x + ft / (law.k * law.tangential_ratio)
+    return x
+
+
+@kernel
+def particle_velocity(vt: float, vn: float, contact: Contact, law: Law) -> float:
+    """V_P, m/s, from the tip's velocity (vt, vn)."""
+    if contact.tangential == STICK:
+        return 0.0
+    if contact.tangential == SLIP:
+        ft_rate = contact.slip_sign * law.mu * normal_slope(contact, law) * vn
+        return vt + ft_rate / (law.k * law.tangential_ratio)
+    return vt
+
+
+@kernel
+def stored_energy(x: float, gap: float, contact: Contact, law: Law) -> float:
+    """Recoverable energy of both elements, F_n^2 e*^2/(2 k) + F_t^2 eta^2/(2 k), J."""
+    ft, fn = contact_force(x, gap, contact, law)
+    energy = 0.5 * fn * fn * law.restitution**2 / law.k
+    if has_tangential_element(law):
+        energy += 0.5 * ft * ft / (law.k * law.tangential_ratio)
+    return energy
+
+
+@kernel
+def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: Law) -> float:
+    """Energy that the normal element can't give back, between two gaps of one branch, J.
+
+    Compression stores (F1^2 - F0^2)/(2 k), of which the share e*^2 is recoverable; restitution
+    follows the slope k/e*^2 and loses nothing.
+    """
+    if contact.normal != COMPRESSION:
+        return 0.0
+    _, f0 = contact_force(0.0, gap0, contact, law)
+    _, f1 = contact_force(0.0, gap1, contact, law)
+    return 0.5 * (1.0 - law.restitution**2) * (f1 * f1 - f0 * f0) / law.k

@@ -1,0 +1,160 @@
+"""Equations of motion of a planar chain of rigid thin rods, which falling phalanges nearly are.
+
+With theta_j the angle of rod j from -X, counter-clockwise, mu_jk the mass that both rods j and k
+carry about (m_k/2 of the outer one of them, k, and the mass beyond it; m_j/3 and the mass beyond
+for j = k), and t_j = (-cos theta_j, -sin theta_j), Lagrange's equations are
+
+    sum_k mu_jk L_j L_k [cos(theta_j - theta_k) theta..k + sin(theta_j - theta_k) theta.k^2]
+        = tau_j + g mu_jj' L_j cos theta_j,       mu_jj' = m_j/2 + the mass beyond,
+
+which are those of ANCF elements (sections without rotary inertia, torques on a phalanx's first
+slope) that neither bend nor stretch.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcm.beam.chain import Floats
+from hcm.compiled import kernel
+from hcm.parameters import Drive, Finger, Surface
+
+# A moment at one hinge bends a beam on two by M L^2/(E I) over this.
+SAG_OF_MOMENT = 9.0 * math.sqrt(3.0)
+
+
+class Rods(NamedTuple):
+    """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg; torque (P,), N m.
+
+    bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
+    the torques at a rod's two ends, N m, which bend it even where they cancel.
+    gravity : m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
+    for angles, then zeros.
+    """
+
+    length: Floats
+    mass: Floats
+    beyond: Floats
+    torque: Floats
+    bending: Floats
+    axial: Floats
+    moment: Floats
+    gravity: float
+    height: float
+    inertia: Floats
+    along: Floats
+    between: Floats
+
+
+def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
+    """The finger's phalanges as rods; a torque that reacts takes from the phalanx before."""
+    phalanges = finger.phalanges
+    mass = np.array([p.density * p.area * p.length for p in phalanges])
+    torque = np.array(drive.torques or (0.0,) * len(phalanges), dtype=float)
+    moment = np.abs(torque)
+    if drive.reaction:
+        moment[:-1] += np.abs(torque[1:])
+        torque[:-1] -= torque[1:].copy()
+    return Rods(
+        np.array([p.length for p in phalanges]),
+        mass,
+        mass[::-1].cumsum()[::-1] - mass,
+        torque,
+        np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
+        np.array([p.youngs_modulus * p.area for p in phalanges]),
+        moment,
+        float(drive.gravity),
+        float(surface.height),
+        np.empty((len(phalanges), len(phalanges))),
+        np.empty((2, len(phalanges))),
+        np.zeros(2 * len(phalanges)),
+    )
+
+
+@kernel
+def rates(state: Floats, chain: Rods, out: Floats) -> None:
+    """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
+    length, mass, beyond, torque, _, _, _, gravity, _, inertia, along, _ = chain
+    n = length.size
+    for j in range(n):
+        along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
+    for j in range(n):
+        load = torque[j] + gravity * (0.5 * mass[j] + beyond[j]) * length[j] * along[0, j]
+        for k in range(n):
+            outer, share = max(j, k), 0.5 if j != k else 1.0 / 3.0
+            size = (share * mass[outer] + beyond[outer]) * length[j] * length[k]
+            inertia[j, k] = size * (along[0, j] * along[0, k] + along[1, j] * along[1, k])
+            sine = along[1, j] * along[0, k] - along[0, j] * along[1, k]
+            load -= size * sine * state[n + k] ** 2
+        out[j], out[n + j] = state[n + j], load
+    # Gauss's elimination without pivots: the inertia is symmetric and positive definite
+    for j in range(n):
+        for i in range(j + 1, n):
+            factor = inertia[i, j] / inertia[j, j]
+            for k in range(j + 1, n):
+                inertia[i, k] -= factor * inertia[j, k]
+            out[n + i] -= factor * out[n + j]
+    for j in range(n - 1, -1, -1):
+        for k in range(j + 1, n):
+            out[n + j] -= inertia[j, k] * out[n + k]
+        out[n + j] /= inertia[j, j]
+
+
+@kernel
+def clearance(state: Floats, chain: Rods) -> tuple[float, float]:
+    """The tip's height above the surface, m, and its velocity, m/s, along +Y."""
+    gap, speed = chain.height, 0.0
+    for j in range(chain.length.size):
+        gap -= chain.length[j] * math.sin(state[j])
+        speed -= chain.length[j] * math.cos(state[j]) * state[chain.length.size + j]
+    return gap, speed
+
+
+@kernel
+def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> float:
+    """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (g - r..i).
+
+    Returns the speed that rods leave out, m/s: what their loads p = rho A (g - r..), the larger of
+    both ends', the force F of the rods beyond and the torques M at the ends would bend a beam on
+    two hinges and stretch a beam held at one, each times its first frequency,
+
+        (5 p_n L^4/384 + M L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
+        (p_t L^2/2 + F_t L)/(E A) pi/(2 L) sqrt(E A/rho A),
+
+    the largest sum of all rods. It vibrates so fast if the loads come suddenly.
+    """
+    n, fastest = chain.length.size, 0.0
+    ax, ay = 0.0, 0.0
+    for w in range(n):
+        cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
+        # r.. of the rod's centre is that of its hinge and half of what the rod adds at its end
+        dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
+        dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
+        out[2 * w] = -chain.mass[w] * (ax + 0.5 * dx)
+        out[2 * w + 1] = -chain.mass[w] * (chain.gravity + ay + 0.5 * dy)
+        ax, ay = ax + dx, ay + dy
+    fx, fy = 0.0, 0.0
+    for w in range(n - 1, -1, -1):
+        cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
+        length = chain.length[w]
+        dx = length * (acceleration[w] * sin + spin * cos)
+        dy = length * (-acceleration[w] * cos + spin * sin)
+        per_length = chain.mass[w] / length
+        across, stretch = 0.0, 0.0
+        for _ in range(2):  # the outer end, then the hinge
+            across = max(across, abs(cos * (chain.gravity + ay) - sin * ax))
+            stretch = max(stretch, abs(cos * ax + sin * (chain.gravity + ay)))
+            ax, ay = ax - dx, ay - dy
+        ax, ay = ax + dx, ay + dy
+        sag = per_length * across * length**4 * (5.0 / 384.0)
+        sag += chain.moment[w] * length**2 / SAG_OF_MOMENT
+        pulled = per_length * stretch * 0.5 * length**2 + abs(cos * fx + sin * fy) * length
+        bent = sag * (math.pi / length) ** 2 / math.sqrt(chain.bending[w] * per_length)
+        drawn = pulled * 0.5 * math.pi / length / math.sqrt(chain.axial[w] * per_length)
+        fastest = max(fastest, bent + drawn)
+        fx, fy = fx + out[2 * w], fy + out[2 * w + 1]
+        out[2 * w], out[2 * w + 1] = fx, fy
+    return fastest

@@ -1,0 +1,167 @@
+"""The first flight of a finger that neither bends nor stretches, to the moment of first contact.
+
+Nothing but gravity and the joint torques loads a finger in flight: from rest it stays straight to
+1e-5 of its length, and the vibration that its release excites moves the soft tap's peak force by
+1e-4. Where that is below the error asked for, the thin rods of `hcm.flight.rigid_chain` fall
+instead, and the beams take over, unstrained, at the touch.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcm.beam.chain import Floats
+from hcm.compiled import kernel
+from hcm.flight.rigid_chain import Rods, clearance, rates
+from hcm.integrators.dormand_prince import STAGES, dormand_prince
+from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip
+from hcm.integrators.step_size import REPEATS, SHRINK
+from hcm.rigid_start import RigidStart
+from hcm.state import Plan
+
+# How a call of `fall` ended.
+TOUCHED, ENDED, FULL, FAILED = 0, 1, 2, 3
+# A fall's share of its height that the touch is located to.
+LOCATED = 1e-15
+GROWTH = 4.0
+TABLE_ROWS = 256
+
+
+class Fall(NamedTuple):
+    """Rods from a state to the touch or the end.
+
+    time : (m,) s. states : (m, 2 P) angles (rad) and rates (rad/s). accelerations : (m, P) rad/s^2.
+    code : TOUCHED, ENDED, or FAILED. repeats, trials : steps taken again, and those of the search.
+    """
+
+    time: Floats
+    states: Floats
+    accelerations: Floats
+    code: int
+    repeats: int
+    trials: int
+
+
+@kernel
+def touch(h: float, state: Floats, stages: Floats, chain: Rods, new: Floats) -> tuple[float, int]:
+    """Length of the step that ends on the surface, `new` its state, inside a step that passes it.
+
+    Newton's iteration on the tip's height, with bisection where it leaves the bracket.
+    """
+    low, high, length, trials = 0.0, h, h, 0
+    gap, speed = clearance(new, chain)
+    while abs(gap) > LOCATED * chain.height and high - low > TIME_RESOLUTION and trials < TRIALS:
+        low, high = (length, high) if gap > 0.0 else (low, length)
+        length = length - gap / speed if speed != 0.0 else math.inf
+        if not low < length < high:
+            length = 0.5 * (low + high)
+        trials += 1
+        dormand_prince(length, state, stages, chain, new)
+        gap, speed = clearance(new, chain)
+    return length, trials
+
+
+@kernel
+def kept(
+    h: float, tolerance: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+) -> tuple[float, float, int]:
+    """Take a step of at most h that keeps the tolerance (m; 0: any finite one).
+
+    Returns its length, the factor by which the next may change, and the repeats used: more than
+    `REPEATS` mean failure.
+    """
+    for repeats in range(REPEATS + 1):
+        error = dormand_prince(h, state, stages, chain, new)
+        change = 0.9 * (tolerance / max(error, 1e-6 * tolerance)) ** 0.2 if tolerance > 0.0 else 1.0
+        if error <= tolerance or (tolerance == 0.0 and error < math.inf):
+            return h, min(GROWTH, change), repeats
+        h *= max(SHRINK, change) if error < math.inf else SHRINK
+    return h, SHRINK, REPEATS + 1
+
+
+@kernel
+def fall(
+    time: float,
+    h: float,
+    end: float,
+    longest: float,
+    tolerance: float,
+    state: Floats,
+    new: Floats,
+    stages: Floats,
+    chain: Rods,
+    rows: Floats,
+) -> tuple[int, int, int, int, float]:
+    """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (m, 1 + 3 P) are full.
+
+    `stages` (7, 2 P) begin with the state's rates, here and when it returns.
+
+    Steps keep `tolerance` (m) and are at most `longest` (s); without a tolerance all are. Returns
+    the rows written (time, state, accelerations), how it ended, repeats, trials, the next step.
+    """
+    n = chain.length.size
+    repeats, trials = 0, 0
+    for row in range(rows.shape[0]):
+        remaining = end - time
+        if remaining <= 1e-12 * time:
+            return row, ENDED, repeats, trials, h
+        h = min(h, longest, remaining)
+        before, rate = clearance(state, chain)
+        h, change, again = kept(h, tolerance, state, stages, chain, new)
+        repeats += again
+        if again > REPEATS:
+            return row, FAILED, repeats, trials, h
+        after, late = clearance(new, chain)
+        code, step = FULL, h
+        passed = dip(h, before, rate, after, late) if after > 0.0 else h
+        if passed > 0.0:
+            if passed < h:
+                trials += 1
+                dormand_prince(passed, state, stages, chain, new)
+            if clearance(new, chain)[0] <= 0.0:
+                step, used = touch(passed, state, stages, chain, new)
+                trials += used
+                code = TOUCHED
+            else:
+                dormand_prince(h, state, stages, chain, new)
+        time += step
+        rows[row, 0] = time
+        for i in range(2 * n):
+            stages[0, i] = stages[STAGES - 1, i]
+            state[i] = rows[row, 1 + i] = new[i]
+        for i in range(n):
+            rows[row, 1 + 2 * n + i] = stages[0, n + i]
+        h *= change
+        if code == TOUCHED:
+            return row + 1, TOUCHED, repeats, trials, h
+    return rows.shape[0], FULL, repeats, trials, h
+
+
+def fly(chain: Rods, start: RigidStart | None, plan: Plan, most: int) -> Fall:
+    """Let the rods fall from `start` (None: from rest), to the plan's end, in `most` steps."""
+    links, begin = chain.length.size, 0.0
+    state, stages = np.zeros(2 * links), np.empty((STAGES, 2 * links))
+    if start is not None:
+        state[:links], state[links:], begin = start.angles, start.rates, float(start.time_s)
+    end = min(plan.end_time, begin + plan.max_flight_time)
+    tolerance = plan.flight_tolerance
+    if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
+        tolerance = max(tolerance, LOCATED * float(chain.length.sum()))
+    rates(state, chain, stages[0])
+    tables = [np.array([[begin, *state.tolist(), *stages[0, links:].tolist()]])]
+    steps, repeats, trials, h, code = 0, 0, 0, plan.flight_step, FULL
+    while code == FULL and steps < most:
+        rows = np.empty((min(TABLE_ROWS, most - steps), 1 + 3 * links))
+        time = float(tables[-1][-1, 0])
+        written, code, again, tried, h = fall(
+            time, h, end, plan.flight_step, tolerance, state, np.empty_like(state), stages, chain,
+            rows,
+        )  # fmt: skip
+        tables.append(rows[:written])
+        steps, repeats, trials = steps + written, repeats + again, trials + tried
+    table = np.concatenate(tables)
+    states, accelerations = table[:, 1 : 1 + 2 * links], table[:, 1 + 2 * links :]
+    return Fall(table[:, 0], states, accelerations, code, repeats, trials)

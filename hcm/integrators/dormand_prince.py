@@ -1,0 +1,51 @@
+"""One step of Dormand and Prince's Runge-Kutta pair, order 5 with an embedded 4.
+
+Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, table II.5.2. The last
+stage is the next step's first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcm.beam.chain import Floats
+from hcm.compiled import kernel
+from hcm.flight.rigid_chain import Rods, rates
+
+STAGES = 7
+A = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0],
+        [44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0],
+        [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+# what the two orders' weights differ by
+E = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+
+
+@kernel
+def dormand_prince(h: float, state: Floats, stages: Floats, chain: Rods, new: Floats) -> float:
+    """Step `state` (2 P,) by h into `new`; returns the error estimate, m.
+
+    stages : (7, 2 P), the first one of `state`, overwritten from the second on. The error is the
+    way that the rods' ends go too far, that of the rates over one step included.
+    """
+    for s in range(1, STAGES):
+        for i in range(state.size):
+            slope = 0.0
+            for j in range(s):
+                slope += A[s, j] * stages[j, i]
+            new[i] = state[i] + h * slope
+        rates(new, chain, stages[s])
+    error, n = 0.0, chain.length.size
+    for i in range(state.size):
+        off = 0.0
+        for s in range(STAGES):
+            off += E[s] * stages[s, i]
+        error += abs(h * off) * (chain.length[i] if i < n else h * chain.length[i - n])
+    return error

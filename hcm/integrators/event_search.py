@@ -1,0 +1,178 @@
+"""Location of the first event inside a step.
+
+The step is repeated with trial lengths h' in (0, h], the integrator being the interpolant, until a
+bracket of the event function's sign change is shorter than `TIME_RESOLUTION`, or than what
+Newton's tolerance leaves uncertain of a trial. A slot is looked at
+when its sign has changed over the step, or when its rates at both ends and the cubic through them
+suspect a dip below zero in between. An event function that starts at zero (it has just fired, or
+two events coincide) is judged by where it goes: it fires again only after it has been positive.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hcm.compiled import kernel
+from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
+from hcm.contact.law import Contact
+from hcm.integrators.step import AnyIntegrator, take_step
+from hcm.integrators.workspace import Motion
+
+TRIALS = 80
+TIME_RESOLUTION = 1e-15
+# Trials of one length differ by Newton's tolerance in their acceleration, which moves an event by
+# about that share of the step; a bracket this many times longer can still be halved.
+NOISE = 10.0
+NO_EVENT = -1
+
+
+@kernel
+def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Triple:
+    """Event functions of a motion's tip."""
+    law, c = integrator.law, integrator.chain.tip
+    q, v = motion.q, motion.v
+    return event_values(q[c], q[c + 1] + law.height, v[c], v[c + 1], contact, law)
+
+
+@kernel
+def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Triple:
+    """Rates of the event functions of a motion's tip."""
+    law, c = integrator.law, integrator.chain.tip
+    q, v, a = motion.q, motion.v, motion.acceleration
+    return event_rates(q[c], q[c + 1] + law.height, v[c], v[c + 1], a[c], a[c + 1], contact, law)
+
+
+@kernel
+def overshot(tolerance: Triple, motion: Motion, contact: Contact, integrator: AnyIntegrator) -> int:
+    """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
+    values = values_at(motion, contact, integrator)
+    for slot in (SEPARATION, TANGENTIAL, NORMAL):
+        if values[slot] < -tolerance[slot]:
+            return slot
+    return NO_EVENT
+
+
+@kernel
+def dip(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
+    """Time in (0, h) where the cubic Hermite interpolant has a minimum below zero, or 0."""
+    if not (g0 > 0.0 and g1 > 0.0 and d0 < 0.0 and d1 > 0.0):
+        return 0.0
+    # p'(s) = A s^2 + B s + C on s = t/h, a minimum where p' rises through zero
+    a = 6.0 * (g0 - g1) + 3.0 * h * (d0 + d1)
+    b = 6.0 * (g1 - g0) - h * (4.0 * d0 + 2.0 * d1)
+    c = h * d0
+    root = math.sqrt(max(b * b - 4.0 * a * c, 0.0))
+    s = 2.0 * c / (-b - root) if b + root != 0.0 else 0.5
+    if not 0.0 < s < 1.0:
+        return 0.0
+    value = g0 + s * (c + s * (0.5 * b + s * a / 3.0))
+    return s * h if value < 0.0 else 0.0
+
+
+@kernel
+def locate(
+    slot: int,
+    high: float,
+    g_low: float,
+    g_high: float,
+    tolerance: float,
+    contact: Contact,
+    old: Motion,
+    new: Motion,
+    integrator: AnyIntegrator,
+) -> tuple[float, int]:
+    """Bracketing search (Illinois, with bisection when it stalls) for the slot's zero in [0, high].
+
+    Returns the bracket's end just past the event (0 when it fires at once) and the trials used;
+    a trial whose Newton iteration fails ends the search with NaN.
+    """
+    low, trials, lower_point = 0.0, 0, high
+    while g_low <= tolerance:
+        # starts at zero: look for a moment at which it is positive
+        lower_point *= 0.25
+        if trials >= 12:
+            return 0.0, trials
+        trials += 1
+        if not take_step(lower_point, contact, old, new, integrator):
+            return math.nan, trials
+        g = values_at(new, contact, integrator)[slot]
+        if g > tolerance:
+            low, g_low = lower_point, g
+        elif g < -tolerance:
+            high, g_high = lower_point, g
+    side, share = 0, max(1e-14, NOISE * integrator.co.tolerance)
+    while high - low > TIME_RESOLUTION + share * high and trials < TRIALS and -g_high > 0.0:
+        middle = high - g_high * (high - low) / (g_high - g_low)
+        if trials % 8 == 7 or (trials > 16 and trials % 2) or not low < middle < high:
+            middle = 0.5 * (low + high)
+        trials += 1
+        if not take_step(middle, contact, old, new, integrator):
+            return math.nan, trials
+        g = values_at(new, contact, integrator)[slot]
+        if g > 0.0:
+            low, g_low = middle, g
+            if side == 1:
+                g_high *= 0.5
+            side = 1
+        else:
+            high, g_high = middle, g
+            if -g <= tolerance:
+                break
+            if side == -1:
+                g_low *= 0.5
+            side = -1
+    return high, trials
+
+
+@kernel
+def first_event(
+    h: float,
+    tolerance: Triple,
+    contact: Contact,
+    old: Motion,
+    new: Motion,
+    integrator: AnyIntegrator,
+) -> tuple[float, int, int]:
+    """Shorten the step `old` -> `new` (already taken with h) to end on the first event.
+
+    Returns the step's length, the slot that fires (`NO_EVENT`) and the trials used. `new` holds the
+    step of that length; a length of NaN says that a trial failed.
+    """
+    g0 = values_at(old, contact, integrator)
+    d0 = rates_at(old, contact, integrator)
+    g1 = values_at(new, contact, integrator)
+    d1 = rates_at(new, contact, integrator)
+    found, total = NO_EVENT, 0
+    for _ in range(4):
+        changed = False
+        for slot in range(3):
+            if slot == found or not math.isfinite(g1[slot]):
+                continue
+            high, g_high = h, g1[slot]
+            if g_high >= -tolerance[slot]:
+                high = dip(h, g0[slot], d0[slot], g1[slot], d1[slot])
+                if high == 0.0:
+                    continue
+                total += 1
+                if not take_step(high, contact, old, new, integrator):
+                    return math.nan, slot, total
+                g_high = values_at(new, contact, integrator)[slot]
+                if g_high >= -tolerance[slot]:
+                    take_step(h, contact, old, new, integrator)
+                    continue
+            event, trials = locate(
+                slot, high, g0[slot], g_high, tolerance[slot], contact, old, new, integrator
+            )
+            total += trials
+            if not math.isfinite(event):
+                return event, slot, total
+            h, found, changed = event, slot, True
+            if h == 0.0:
+                return h, found, total
+            if not take_step(h, contact, old, new, integrator):
+                return math.nan, slot, total
+            g1 = values_at(new, contact, integrator)
+            d1 = rates_at(new, contact, integrator)
+        if not changed:
+            break
+    return h, found, total

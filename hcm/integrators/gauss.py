@@ -1,0 +1,169 @@
+"""One step of Gauss collocation, for a finger in flight (`collocation` has the coefficients).
+
+    Q_i = q0 + c_i h v0 + h^2 B_i,   B_i = sum_j abar_ij A_j,   abar = a a,
+    M A_i + Phi_q^T lam_i - F(Q_i) = 0,   Phi_q A_i = 0,
+    q1 = q0 + h v0 + h^2 sum_ij b_i a_ij A_j,   v1 = v0 + h sum_j b_j A_j:
+
+order 2 s, symplectic (a quadratic invariant stays to round-off, energy does not drift), symmetric,
+stable at any step (Hairer, Lubich and Wanner 2006, sections II.1.3, IV.2.1, VI.4).
+
+The stages are solved for by Newton's iteration (`stage_systems`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
+from hcm.beam.equations import move_chords, residual_from_chords
+from hcm.compiled import inlined, kernel
+from hcm.contact.law import Contact
+from hcm.integrators.gauss_systems import (
+    close_hinges,
+    combine,
+    measure_turns,
+    phalanx_end,
+    refactorize,
+    solve_all,
+    turn_back,
+    turn_forth,
+)
+from hcm.integrators.gauss_tableau import GaussIntegrator
+from hcm.integrators.newton import (
+    ITERATIONS,
+    converged,
+    is_finite,
+    keep_count,
+    largest_in_units,
+    largest_size,
+)
+from hcm.integrators.workspace import Motion
+
+
+@inlined
+def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
+    """Fill own.stage (A), own.q and own.chords from own.unknown (B)."""
+    chain, table, own = integrator.chain, integrator.tableau, integrator.gauss
+    combine(table.inverse, own.unknown, own.stage)
+    for i in range(table.c.size):
+        place, b, chords, along = own.q[i], own.unknown[i], own.chords[i], table.c[i] * h
+        for m in range(place.size):
+            place[m] = along * old.v[m] + h * h * b[m]
+        move_chords(old.chords, place, chain, chords)
+        for m in range(place.size):
+            place[m] += old.q[m]
+
+
+@kernel
+def finish(h: float, old: Motion, new: Motion, contact: Contact,
+           integrator: GaussIntegrator) -> bool:  # fmt: skip
+    """Fill `new` from B: q and v by quadrature, q.. and lam by the equations there; if finite.
+
+    new.a is the step's mean acceleration, which the next step guesses its stages from: a polynomial
+    continued would amplify what the iteration has left of the stiffest modes.
+    """
+    chain, own, ends = integrator.chain, integrator.gauss, integrator.tableau.ends
+    moved = integrator.work.increment
+    for m in range(moved.size):
+        to_q, to_v = 0.0, 0.0
+        for j in range(ends.shape[1]):
+            to_q += ends[0, j] * own.unknown[j, m]
+            to_v += ends[1, j] * own.unknown[j, m]
+        moved[m] = h * old.v[m] + h * h * to_q
+        new.q[m] = old.q[m] + moved[m]
+        new.v[m] = old.v[m] + h * to_v
+        new.a[m] = to_v
+        new.jerk[m] = new.acceleration[m] = 0.0
+    move_chords(old.chords, moved, chain, new.chords)
+    right = own.real_right[HALF_BANDWIDTH:]
+    law = integrator.law
+    residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
+    for m in range(right.size):
+        right[m] *= -chain.scale[m]
+    solve(own.mass_factors, own.real_right)
+    for m in range(right.size):
+        new.acceleration[m] = chain.scale[m] * right[m]
+    return is_finite(right)
+
+
+@kernel
+def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator) -> bool:
+    """Advance `old` by h into `new`, in flight. Returns whether the iteration converged.
+
+    It stops, keeps its factors and gives them up as generalized-alpha's does; what is compared is
+    the largest change of B with the largest B after the first change.
+    """
+    co, chain, work = integrator.co, integrator.chain, integrator.work
+    table, own = integrator.tableau, integrator.gauss
+    stages, n = own.unknown.shape
+    for i in range(stages):
+        for m in range(n):
+            own.stage[i, m] = old.a[m]
+    combine(table.double, own.stage, own.unknown)
+    if not co.reuse:
+        own.key[0] = np.nan
+    largest = 0.0
+    previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
+    for iteration in range(ITERATIONS):
+        move_stages(h, old, integrator)
+        if own.key[0] != h:
+            if not refactorize(h, own.q[stages // 2], contact, integrator):
+                return False
+            measure_turns(own, chain)
+        elif iteration == 0:
+            measure_turns(own, chain)
+        for i in range(stages):
+            residual_from_chords(
+                own.q[i], own.chords[i], own.stage[i], chain, contact, integrator.law,
+                own.residual[i],
+            )  # fmt: skip
+        turn_back(own.turns, chain, own.residual)
+        combine(table.forward, own.residual, own.change)
+        solve_all(table, own)
+        combine(table.backward, own.change, own.residual)
+        work.cost[0] += 1
+        change = 0.0
+        for i in range(stages):
+            if not is_finite(own.residual[i]):
+                own.key[0] = np.nan
+                return False
+            change = max(change, largest_size(own.residual[i]))
+        turn_forth(own.turns, chain, own.residual)
+        for i in range(stages):
+            for m in range(n):
+                own.unknown[i, m] += own.residual[i, m]
+            if iteration == 0:
+                largest = max(largest, largest_in_units(own.unknown[i], chain.scale))
+        close_hinges(chain, own.unknown)
+        done, slow = converged(
+            change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
+            co.tolerance, own.rate,
+        )  # fmt: skip
+        if done:
+            break
+        if slow or not co.reuse:
+            own.key[0] = np.nan
+        fast, previous = previous < np.inf and not slow, change
+    else:
+        own.key[0] = np.nan
+        return False
+    keep_count(work.cost[0] - iterations, own.age, own.key)
+    return finish(h, old, new, contact, integrator)
+
+
+@kernel
+def local_error(h: float, integrator: GaussIntegrator) -> float:
+    """What the last term of the acceleration's polynomial moves a stage by, m (slopes times l).
+
+    The difference from a collocation with one stage less, of order h^(s+1): the step's own error,
+    of order h^(2s+1), is far smaller. What stays below a bound is resolved, or negligible.
+    """
+    own, chain, last = integrator.gauss, integrator.chain, integrator.tableau.last
+    largest = 0.0
+    for w in range(chain.hinge.size):
+        for m in range(chain.hinge_outer[w], phalanx_end(w, chain)):
+            term = 0.0
+            for j in range(last.size):
+                term += last[j] * own.stage[j, m]
+            largest = max(largest, abs(term) / chain.scale[m])
+    return h * h * largest

@@ -1,0 +1,158 @@
+"""The linear systems of Newton's iteration on a collocation's stages (`hcm.integrators.gauss`).
+
+The iteration is simplified: one K for all stages, so that the eigenvectors T of abar decouple them
+into s banded systems, of which each complex pair needs one (Hairer and Wanner 1996, section IV.8):
+
+    (M + h^2 mu_k K) w_k + Phi_q^T l_k = -(T^-1 R)_k,   dB = T diag(mu) w.
+
+K turns with the phalanges, and the axial stiffness is so much larger than M/h^2 that an angle of
+1e-3 would spoil the convergence. K is therefore that of the factorization turned along:
+K(Q_i) = G_i K G_i^T with G_i the turn of each phalanx's chord since then, so that R_i is turned
+back before, and dB_i forth after the solution. M commutes with G but for its differences between
+the stages, and so does Phi_q but for those between neighbouring phalanges: errors of the size of
+the angle, without a stiffness in front. The hinges that B_i is opened at by that are closed by
+moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve
+from hcm.beam.chain import Chain
+from hcm.beam.equations import tangent
+from hcm.compiled import kernel
+from hcm.contact.law import Contact
+from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def combine(weights: Floats, source: Floats, target: Floats) -> None:
+    """target_i = sum_j weights_ij source_j, for rows (s, n)."""
+    for i in range(target.shape[0]):
+        row, first, only = target[i], source[0], weights[i, 0]
+        for m in range(row.size):
+            row[m] = only * first[m]
+        for j in range(1, source.shape[0]):
+            other, weight = source[j], weights[i, j]
+            for m in range(row.size):
+                row[m] += weight * other[m]
+
+
+@kernel
+def phalanx_end(w: int, chain: Chain) -> int:
+    """Place after phalanx w's last unknown; its first is its hinge's."""
+    return chain.hinge[w + 1] if w + 1 < chain.hinge.size else chain.scale.size
+
+
+@kernel
+def direction(q: Floats, w: int, chain: Chain) -> tuple[float, float]:
+    """Unit vector along phalanx w's chord."""
+    a, b = chain.hinge_outer[w], phalanx_end(w, chain) - 4
+    x, y = q[b] - q[a], q[b + 1] - q[a + 1]
+    size = np.sqrt(x * x + y * y)
+    return x / size, y / size
+
+
+@kernel
+def turn_back(turns: Floats, chain: Chain, rows: Floats) -> None:
+    """rows_i = -D G_i^T rows_i, (s, n)."""
+    for i in range(rows.shape[0]):
+        row = rows[i]
+        for w in range(chain.hinge.size):
+            c, s = turns[i, w, 0], turns[i, w, 1]
+            for m in range(chain.hinge[w], phalanx_end(w, chain), 2):
+                x, y, unit = row[m], row[m + 1], -chain.scale[m]
+                row[m], row[m + 1] = unit * (c * x + s * y), unit * (c * y - s * x)
+
+
+@kernel
+def turn_forth(turns: Floats, chain: Chain, rows: Floats) -> None:
+    """rows_i = G_i D rows_i, (s, n)."""
+    for i in range(rows.shape[0]):
+        row = rows[i]
+        for w in range(chain.hinge.size):
+            c, s, end = turns[i, w, 0], turns[i, w, 1], phalanx_end(w, chain)
+            for m in range(chain.hinge[w], end, 2):
+                x, y, unit = row[m], row[m + 1], chain.scale[m]
+                row[m], row[m + 1] = unit * (c * x - s * y), unit * (s * x + c * y)
+
+
+@kernel
+def close_hinges(chain: Chain, rows: Floats) -> None:
+    """Move phalanges as rigid bodies, from the fixed hinge on, until Phi_q rows_i = 0."""
+    for i in range(rows.shape[0]):
+        row = rows[i]
+        for w in range(chain.hinge.size):
+            outer, inner = chain.hinge_outer[w], chain.hinge_inner[w]
+            x, y = -row[outer], -row[outer + 1]
+            if inner >= 0:
+                x, y = x + row[inner], y + row[inner + 1]
+            for m in range(outer, phalanx_end(w, chain), 4):
+                row[m] += x
+                row[m + 1] += y
+
+
+@kernel
+def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrator) -> bool:
+    """Keep the factors of all systems for the stiffness at q (n,)."""
+    chain, table, own = integrator.chain, integrator.tableau, integrator.gauss
+    own.key[0] = np.nan
+    tangent(q, h * h, chain, contact, integrator.law, own.stiff)
+    mass, stiff = own.mass, own.stiff
+    for k in range(table.mu.size):
+        mu = table.mu[k]
+        if k == 0 and table.c.size % 2 == 1:
+            for i in range(mass.shape[0]):
+                for j in range(mass.shape[1]):
+                    own.real_factors[i, j] = mass[i, j] + mu.real * (stiff[i, j] - mass[i, j])
+            if not factorize(own.real_factors):
+                return False
+        else:
+            factors = own.factors[k]
+            for i in range(mass.shape[0]):
+                for j in range(mass.shape[1]):
+                    factors[i, j] = mass[i, j] + mu * (stiff[i, j] - mass[i, j])
+            if not factorize(factors):
+                return False
+    for w in range(chain.hinge.size):
+        own.frame[w, 0], own.frame[w, 1] = direction(q, w, chain)
+    own.key[0] = h
+    own.rate[0] = 1.0
+    own.age[0] = own.age[1] = 0
+    integrator.work.cost[1] += table.mu.size
+    return True
+
+
+@kernel
+def measure_turns(own: GaussWork, chain: Chain) -> None:
+    """Fill the turns of all stages' phalanges since the factorization."""
+    for i in range(own.turns.shape[0]):
+        for w in range(chain.hinge.size):
+            x, y = direction(own.q[i], w, chain)
+            fx, fy = own.frame[w, 0], own.frame[w, 1]
+            own.turns[i, w, 0], own.turns[i, w, 1] = fx * x + fy * y, fx * y - fy * x
+
+
+@kernel
+def solve_all(table: Tableau, own: GaussWork) -> None:
+    """Overwrite own.change (s, n), the right-hand sides T^-1 R, with w: pairs as (Re, Im)."""
+    w, odd = HALF_BANDWIDTH, table.c.size % 2
+    if odd == 1:
+        row, real = own.change[0], own.real_right
+        for m in range(row.size):
+            real[w + m] = row[m]
+        solve(own.real_factors, real)
+        for m in range(row.size):
+            row[m] = real[w + m]
+    for k in range(odd, table.mu.size):
+        first = odd + 2 * (k - odd)
+        re, im, right = own.change[first], own.change[first + 1], own.right
+        for m in range(re.size):
+            right[w + m] = complex(re[m], im[m])
+        solve(own.factors[k], right)
+        for m in range(re.size):
+            re[m], im[m] = right[w + m].real, right[w + m].imag

@@ -1,0 +1,153 @@
+"""Gauss collocation with s stages: its coefficients, and the memory that its steps need.
+
+c_i are the zeros of the Legendre polynomial on [0, 1], a_ij = int_0^c_i l_j, b_j = int_0^1 l_j with
+Lagrange's l_j: order 2 s, symplectic, symmetric, A-stable with modulus 1 on the imaginary axis. A
+vibration keeps its amplitude and is out of phase by (s!)^2/((2 s)! (2 s + 1)!) (omega h)^(2 s) of
+its angle (Hairer, Lubich and Wanner 2006, sections II.1.3 and IV.2; Hairer and Wanner 1996, IV.5).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, storage
+from hcm.beam.chain import Chain, Law
+from hcm.beam.equations import tangent
+from hcm.contact.law import FLIGHT, FREE, Contact
+from hcm.integrators.workspace import Coefficients, Integrator, Workspace
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
+
+STAGES = 5
+
+
+class Tableau(NamedTuple):
+    """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
+
+    c, b : (s,). double : (s, s) abar. inverse : (s, s) of it. ends : (2, s) what B gives to
+    (q1 - q0 - h v0)/h^2 and to (v1 - v0)/h. mu : (p,) eigenvalues of abar, the real one first where
+    s is odd, one of each complex pair. forward, backward : (s, s) T^-1 and T diag(mu), T the
+    eigenvectors, a pair's two rows (columns) being the real and the imaginary part (of what counts
+    twice). last : (s,) what A gives to the last term of its polynomial's Legendre series, times the
+    largest part that this term has in B.
+    """
+
+    c: Floats
+    b: Floats
+    double: Floats
+    inverse: Floats
+    ends: Floats
+    mu: Complexes
+    forward: Floats
+    backward: Floats
+    last: Floats
+
+
+def tableau(stages: int) -> Tableau:
+    """Coefficients of `stages` stages (s >= 2)."""
+    nodes, weights = legendre.leggauss(stages)
+    c, b = 0.5 * (nodes + 1.0), 0.5 * weights
+    series = legendre.legvander(nodes, stages - 1).T
+    # int_0^c P_m(2 t - 1) dt: l_j = sum_m (2 m + 1) b_j P_m(c_j) P_m
+    whole = [0.5 * legendre.legval(nodes, legendre.legint(row, lbnd=-1)) for row in np.eye(stages)]
+    a = np.array(whole).T @ ((2 * np.arange(stages) + 1)[:, None] * series * b)
+    double = a @ a
+    inverse = np.linalg.inv(double).astype(np.float64)
+    lam, vectors = np.linalg.eig(a)
+    back = np.linalg.inv(vectors)
+    mu, forward, backward = [], [], []
+    for k in np.argsort(np.abs(lam.imag)):
+        if lam[k].imag < -1e-9:
+            continue
+        mu.append(lam[k] ** 2)
+        column = vectors[:, k] * lam[k] ** 2
+        if abs(lam[k].imag) < 1e-9:
+            # eigenvectors of a real eigenvalue are real up to a factor, which cancels in the two
+            turn = back[k] / np.abs(back[k]).max()
+            phase = turn[np.abs(turn).argmax()]
+            forward.append((back[k] / phase).real)
+            backward.append((column * phase).real)
+        else:
+            forward += [back[k].real, back[k].imag]
+            backward += [2.0 * column.real, -2.0 * column.imag]
+    ends = np.array([b @ a, b]) @ inverse
+    last = (2 * stages - 1) * b * series[-1] * np.abs(double @ series[-1]).max()
+    return Tableau(
+        c, b, double, inverse, ends, np.array(mu, dtype=np.complex128),
+        np.ascontiguousarray(forward), np.ascontiguousarray(np.array(backward).T), last,
+    )  # fmt: skip
+
+
+class GaussWork(NamedTuple):
+    """What the steps keep, and scratch; P phalanges, p = mu.size systems.
+
+    mass : (w + n, w + 1) the bordered mass matrix, constant. mass_factors : its factors. stiff :
+    (w + n, w + 1) h^2 K of the factors. real_factors : (w + n, w + 1), factors : (p, w + n, w + 1)
+    complex, [M + h^2 mu K, Phi^T; Phi, 0]. frame : (P, 2) directions of the phalanges at the
+    factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
+    complex right-hand side; real_right : (w + n,). unknown, stage : (s, n) B and A. q : (s, n),
+    chords : (s, N, 2). residual, change : (s, n). key : (1,) step of the factors (NaN: none).
+    rate : (1,), age : (2,) of the factors, as in `Workspace`.
+    """
+
+    mass: Floats
+    mass_factors: Floats
+    stiff: Floats
+    real_factors: Floats
+    factors: Complexes
+    frame: Floats
+    turns: Floats
+    right: Complexes
+    real_right: Floats
+    unknown: Floats
+    stage: Floats
+    q: Floats
+    chords: Floats
+    residual: Floats
+    change: Floats
+    key: Floats
+    rate: Floats
+    age: Ints
+
+
+class GaussIntegrator(NamedTuple):
+    """`Integrator` with what collocation needs in flight; generalized-alpha's part is the same."""
+
+    co: Coefficients
+    chain: Chain
+    law: Law
+    work: Workspace
+    tableau: Tableau
+    gauss: GaussWork
+
+
+def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
+    """Allocate for `stages` stages, the mass matrix factorized."""
+    n, elements, phalanges = chain.scale.size, chain.first.size, chain.hinge.size
+    w, systems = HALF_BANDWIDTH, (stages + 1) // 2
+    mass = storage(n)
+    # without weight the matrix does not depend on q, nor on the contact
+    tangent(np.ones(n), 0.0, chain, Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), law, mass)
+    mass_factors = mass.copy()
+    factorize(mass_factors)
+    many = [np.zeros((stages, n)) for _ in range(5)]
+    return GaussWork(
+        mass, mass_factors, storage(n), storage(n),
+        np.zeros((systems, w + n, w + 1), dtype=np.complex128),
+        np.zeros((phalanges, 2)), np.zeros((stages, phalanges, 2)),
+        np.zeros(w + n, dtype=np.complex128), np.zeros(w + n),
+        many[0], many[1], many[2], np.zeros((stages, elements, 2)), many[3], many[4],
+        np.full(1, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
+    )  # fmt: skip
+
+
+def with_collocation(plain: Integrator, stages: int = STAGES) -> GaussIntegrator:
+    """The same run with collocation in flight."""
+    own = gauss_work(stages, plain.chain, plain.law)
+    return GaussIntegrator(*plain, tableau(stages), own)

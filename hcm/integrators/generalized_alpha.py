@@ -1,0 +1,181 @@
+"""One step of the generalized-alpha method (paper, eqs. 27-28; Arnold and Bruls 2007, eqs. 11-13).
+
+    q1 = q0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1),   v1 = v0 + h ((1 - gamma) a0 + gamma a1),
+    (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) q..1 + alpha_f q..0,
+
+with alpha_m = (2 xi - 1)/(xi + 1), alpha_f = xi/(xi + 1), gamma = 1/2 + alpha_f - alpha_m,
+beta = (1 + alpha_f - alpha_m)^2/4: order 2 in q, v and lam, spectral radius xi at infinite
+frequency. The equations of motion hold at the step's end with q..1 and lam1 as unknowns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
+from hcm.beam.chain import Chain
+from hcm.beam.equations import move_chords, residual_from_chords, tangent
+from hcm.compiled import inlined, kernel
+from hcm.contact.law import Contact, contact_tangent
+from hcm.integrators.newton import (
+    ITERATIONS,
+    converged,
+    is_finite,
+    keep_count,
+    largest_in_units,
+    largest_size,
+)
+from hcm.integrators.workspace import Coefficients, Integrator, Motion
+
+Floats = NDArray[np.float64]
+
+
+@inlined
+def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
+    """Keep the factors of the tangent at q, and the column that its unsymmetric entry needs."""
+    _, chain, law, work = integrator
+    key, border = work.key, work.border
+    key[0] = np.nan
+    skew = tangent(q, weight, chain, contact, law, work.factors)
+    if not factorize(work.factors):
+        return False
+    if skew != 0.0:
+        border[:] = 0.0
+        border[HALF_BANDWIDTH + chain.tip] = 1.0
+        solve(work.factors, border)
+        if not abs(1.0 + skew * border[HALF_BANDWIDTH + chain.tip + 1]) > SMALLEST_PIVOT:
+            return False
+    key[1], key[2], key[3] = contact_tangent(contact, law)
+    key[0], key[4] = weight, skew
+    work.rate[0] = 1.0
+    work.age[0] = work.age[1] = 0
+    work.cost[1] += 1
+    return True
+
+
+@inlined
+def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
+    """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
+
+    A = S + skew e_x e_y^T, S symmetric and factorized, e_x and e_y the tip's places: the solution
+    is z - S^-1 e_x skew z_y/(1 + skew (S^-1 e_x)_y), S z = right (Sherman and Morrison).
+    """
+    _, chain, law, work = integrator
+    dtx, dty, dny = contact_tangent(contact, law)
+    key, right = work.key, work.right
+    kept = key[0] == weight and key[1] == dtx and key[2] == dty and key[3] == dny
+    if not kept and not refactorize(q, weight, contact, integrator):
+        return False
+    solve(work.factors, right)
+    skew = key[4]
+    if skew != 0.0:
+        y, border = HALF_BANDWIDTH + chain.tip + 1, work.border
+        share = skew * right[y] / (1.0 + skew * border[y])
+        for i in range(HALF_BANDWIDTH, right.size):
+            right[i] -= share * border[i]
+    return True
+
+
+@inlined
+def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
+           increment: Floats) -> None:  # fmt: skip
+    """Fill new.a, new.q, new.v and new.chords from new.acceleration (eqs. 27-28)."""
+    new_part, old_part = (
+        (1.0 - co.alpha_f) / (1.0 - co.alpha_m),
+        co.alpha_f / (1.0 - co.alpha_m),
+    )
+    carried = co.alpha_m / (1.0 - co.alpha_m)
+    q0, q1 = h * h * (0.5 - co.beta), h * h * co.beta
+    v0, v1 = h * (1.0 - co.gamma), h * co.gamma
+    for i in range(old.q.size):
+        a0 = old.a[i]
+        a1 = new_part * new.acceleration[i] + old_part * old.acceleration[i] - carried * a0
+        dq = h * old.v[i] + (q0 * a0 + q1 * a1)
+        new.a[i] = a1
+        increment[i] = dq
+        new.q[i] = old.q[i] + dq
+        new.v[i] = old.v[i] + (v0 * a0 + v1 * a1)
+    move_chords(old.chords, increment, chain, new.chords)
+
+
+@kernel
+def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator) -> bool:
+    """Advance `old` by h into `new`, the contact staying in its mode.
+
+    Newton's iteration on (q.., lam) with the exact tangent, whose factors are kept as long as each
+    iteration shrinks the change by `SLOW`. Returns whether it converged; `new` is then finite.
+    """
+    co, chain, law, work = integrator
+    n, right = old.q.size, work.right[HALF_BANDWIDTH:]
+    weight = h * h * co.beta * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
+    for i in range(n):
+        new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
+    if not co.reuse:
+        work.key[0] = np.nan
+    previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
+    for _ in range(ITERATIONS):
+        update(h, co, old, new, chain, work.increment)
+        residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
+        for i in range(n):
+            right[i] *= -chain.scale[i]
+        if not solve_linear(new.q, weight, contact, integrator):
+            return False
+        work.cost[0] += 1
+        if not is_finite(right):
+            return False
+        for i in range(n):
+            new.acceleration[i] += chain.scale[i] * right[i]
+        change, largest = largest_size(right), largest_in_units(new.acceleration, chain.scale)
+        done, slow = converged(
+            change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
+            co.tolerance, work.rate,
+        )  # fmt: skip
+        if done:
+            break
+        if slow or not co.reuse:
+            work.key[0] = np.nan
+        fast, previous = previous < np.inf and not slow, change
+    else:
+        return False
+    update(h, co, old, new, chain, work.increment)
+    keep_count(work.cost[0] - iterations, work.age, work.key)
+    for i in range(n):
+        new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
+    return True
+
+
+@kernel
+def local_error(h: float, old: Motion, new: Motion, integrator: Integrator) -> float:
+    """Leading term of the step's error in q, m: h^2 |beta + (alpha_m - alpha_f)/2 - 1/6| |a1 - a0|.
+
+    a is q.. delayed by (alpha_f - alpha_m) h (Arnold and Bruls, section 3), so eq. 27 reproduces
+    h^3/6 of the jerk up to that factor. The largest value over the nodes, slopes times l.
+    """
+    largest, scale = 0.0, integrator.chain.scale
+    for i in range(old.q.size):
+        largest = max(largest, abs(new.a[i] - old.a[i]) / scale[i])
+    return integrator.co.error * h * h * largest
+
+
+@kernel
+def change_step(ratio: float, motion: Motion) -> None:
+    """Fit a to a step that changes by `ratio`: its delay behind q.. is proportional to h."""
+    for i in range(motion.q.size):
+        motion.a[i] = motion.acceleration[i] + ratio * (motion.a[i] - motion.acceleration[i])
+
+
+@kernel
+def initial_acceleration(state: Motion, contact: Contact, integrator: Integrator) -> bool:
+    """Fill state.acceleration with the q.. and lam that the equations ask for, and a with q.. ."""
+    _, chain, law, work = integrator
+    right = work.right[HALF_BANDWIDTH:]
+    state.acceleration[:] = 0.0
+    residual_from_chords(state.q, state.chords, state.acceleration, chain, contact, law, right)
+    for i in range(state.q.size):
+        right[i] *= -chain.scale[i]
+    solved = solve_linear(state.q, 0.0, contact, integrator)
+    for i in range(state.q.size):
+        state.acceleration[i] = chain.scale[i] * right[i]
+        state.a[i] = state.acceleration[i]
+    return solved

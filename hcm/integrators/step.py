@@ -1,0 +1,75 @@
+"""Which integrator takes a step: the one for the contact's mode that the run was set up with.
+
+An `Integrator` takes all steps by generalized-alpha; a `GaussIntegrator` takes those in flight by
+Gauss collocation. The choice is made by the type, while the loop is compiled: a run that does not
+use collocation neither compiles it nor hands its arrays around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import overload
+
+from hcm.contact.law import FLIGHT, Contact
+from hcm.integrators import gauss, generalized_alpha
+from hcm.integrators.gauss_tableau import GaussIntegrator
+from hcm.integrators.workspace import Integrator, Motion
+
+AnyIntegrator = Integrator | GaussIntegrator
+
+
+def take_step(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator
+) -> bool:
+    """Advance `old` by h into `new`, the contact staying in its mode; whether that converged.
+
+    For compiled callers only, as are the others here.
+    """
+    raise NotImplementedError
+
+
+def error_of_step(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator
+) -> tuple[float, float]:
+    """The latest step's estimated error in q, m, and the power of h that it goes with."""
+    raise NotImplementedError
+
+
+def _by_collocation(integrator: Any) -> bool:
+    return getattr(integrator, "instance_class", None) is GaussIntegrator
+
+
+@overload(take_step, inline="always")
+def _take_step(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> Callable[..., bool]:
+    plain, collocation = generalized_alpha.step, gauss.step
+
+    def alone(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
+        return plain(h, contact, old, new, integrator)
+
+    def both(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
+        if contact.normal == FLIGHT:
+            return collocation(h, contact, old, new, integrator)
+        parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
+        return plain(h, contact, old, new, parts)
+
+    return both if _by_collocation(integrator) else alone
+
+
+@overload(error_of_step, inline="always")
+def _error_of_step(
+    h: Any, contact: Any, old: Any, new: Any, integrator: Any
+) -> Callable[..., tuple[float, float]]:
+    plain, collocation = generalized_alpha.local_error, gauss.local_error
+
+    def alone(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
+        return plain(h, old, new, integrator), 3.0
+
+    def both(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
+        if contact.normal == FLIGHT:
+            return collocation(h, integrator), integrator.tableau.c.size + 1.0
+        parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
+        return plain(h, old, new, parts), 3.0
+
+    return both if _by_collocation(integrator) else alone

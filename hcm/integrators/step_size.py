@@ -1,0 +1,97 @@
+"""How long the next step is: Newton's convergence, the phase's tolerance, the first event."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hcm.beam.chain import Law
+from hcm.compiled import kernel
+from hcm.contact.events import Triple
+from hcm.contact.law import FLIGHT, STICK, Contact, normal_slope
+from hcm.integrators.event_search import NO_EVENT, first_event, overshot
+from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
+from hcm.integrators.workspace import Motion
+from hcm.state import Clock, Plan
+
+# A step is tried again at most this often, shorter each time.
+REPEATS = 40
+# A contact step's local error, over the way that the tip goes in it at its largest speed so far: a
+# stiff surface is dented by less than any tolerance in metres. On a spring it bounds (omega h)^2.
+RELATIVE = 1e-3
+# A flight step's local error, over the tip's clearance: a tip that has just left may touch again
+# within its own vibration, which the tolerance of a free flight skips.
+NEAR = 0.01
+# Factors by which the error control may change a step at once, and the least that it changes it.
+SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
+# In an undamped flight the step grows only where the error allows this factor, and shrinks only
+# where a step fails: one that followed each swing of the vibration would feed its highest modes.
+CALM = 2.0
+
+
+@kernel
+def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> Triple:
+    """Round-off of each event function: metres or m/s, N, and m/s or N."""
+    force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
+    speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
+    return (
+        1e-16 if contact.normal == FLIGHT else speed_tolerance,
+        force_tolerance,
+        force_tolerance if contact.tangential == STICK else speed_tolerance,
+    )
+
+
+@kernel
+def accept(
+    h: float,
+    in_flight: bool,
+    rebound: bool,
+    chatter: bool,
+    speed: float,
+    tolerance: Triple,
+    plan: Plan,
+    contact: Contact,
+    old: Motion,
+    new: Motion,
+    integrator: AnyIntegrator,
+) -> tuple[float, int, int, int, float]:
+    """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
+
+    Through chatter the step is whole, and what it has passed fires at its end.
+
+    Returns its length, the slot that fires, the trials and the repeats used, and the factor by
+    which the next step may grow. More than `REPEATS` repeats mean failure.
+    """
+    chain, law, work = integrator.chain, integrator.law, integrator.work
+    clearance = max(old.q[chain.tip + 1] + law.height - contact.gap_ref, 0.0)
+    slot, trials, growth = NO_EVENT, 0, GROW
+    for repeats in range(REPEATS + 1):
+        if not take_step(h, contact, old, new, integrator):
+            work.key[0] = np.nan
+            h *= 0.5
+            continue
+        bound = min(plan.contact_tolerance, RELATIVE * speed * h)
+        if in_flight:
+            near = bound + NEAR * clearance if bound > 0.0 else plan.flight_tolerance
+            bound = min(plan.flight_tolerance, near)
+        if bound > 0.0:
+            error, order = error_of_step(h, contact, old, new, integrator)
+            growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / order)
+            if error > bound:
+                h *= max(SHRINK, growth)
+                continue
+            # a changed step costs a factorization: small gains are not worth one
+            if rebound:
+                growth = GROW if growth > CALM else 1.0
+            else:
+                growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
+        if chatter:
+            return h, overshot(tolerance, new, contact, integrator), trials, repeats, growth
+        length, slot, used = first_event(h, tolerance, contact, old, new, integrator)
+        trials += used
+        if math.isfinite(length):
+            return length, slot, trials, repeats, growth
+        work.key[0] = np.nan
+        h *= 0.5
+    return h, NO_EVENT, trials, REPEATS + 1, growth

@@ -1,0 +1,114 @@
+"""What the integrator keeps: coefficients, state, factors and scratch, and how they are made."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
+from hcm.beam.chain import Chain, Law
+from hcm.beam.equations import fill_chords
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Coefficients(NamedTuple):
+    """alpha_m, alpha_f, beta, gamma, Newton's tolerance, `error`: see `local_error`.
+
+    reuse : whether factors serve again (False: a factorization in every iteration).
+    """
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    tolerance: float
+    error: float
+    reuse: bool
+
+
+class Motion(NamedTuple):
+    """State of the integrator: q, v, bordered acceleration (q.., lam) and a, each (n,).
+
+    chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
+    acceleration over the step that led here, which only predicts the next acceleration; after a
+    step of collocation a is its mean acceleration, which does the same.
+    """
+
+    q: Floats
+    v: Floats
+    acceleration: Floats
+    a: Floats
+    chords: Floats
+    jerk: Floats
+
+
+class Workspace(NamedTuple):
+    """Factors kept between iterations and steps, with what they belong to, and scratch.
+
+    factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), dF_c/dq (3), and the
+    matrix entry outside the factors. border : (w + n,) the factors' solution for that entry's row.
+    right : (w + n,) right-hand side. increment : (n,) change of q over the step. rate : (1,) last
+    contraction that the factors gave, 1 while unknown. age : (2,) iterations of the first step with
+    these factors (0 before its end), and those beyond that in later steps. cost : (2,) iterations
+    and factorizations so far.
+    """
+
+    factors: Floats
+    key: Floats
+    border: Floats
+    right: Floats
+    increment: Floats
+    rate: Floats
+    age: Ints
+    cost: Ints
+
+
+class Integrator(NamedTuple):
+    """What a step needs beside the state: method, finger, contact's constants, memory."""
+
+    co: Coefficients
+    chain: Chain
+    law: Law
+    work: Workspace
+
+
+def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -> Coefficients:
+    """Arnold and Bruls' optimal parameters for the spectral radius xi."""
+    xi = spectral_radius
+    alpha_m, alpha_f = (2 * xi - 1) / (xi + 1), xi / (xi + 1)
+    beta = 0.25 * (1 + alpha_f - alpha_m) ** 2
+    return Coefficients(
+        alpha_m,
+        alpha_f,
+        beta,
+        0.5 + alpha_f - alpha_m,
+        tolerance,
+        abs(beta + 0.5 * (alpha_m - alpha_f) - 1 / 6),
+        reuse,
+    )
+
+
+def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
+    """A state with coordinates q and velocities v (n,), accelerations zero."""
+    chords = np.empty((chain.first.size, 2))
+    fill_chords(q, chain, chords)
+    n = q.size
+    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n))
+
+
+def workspace(n: int) -> Workspace:
+    """Allocate for n bordered unknowns, with no factors kept."""
+    return Workspace(
+        storage(n),
+        np.full(5, np.nan),
+        np.zeros(HALF_BANDWIDTH + n),
+        np.zeros(HALF_BANDWIDTH + n),
+        np.empty(n),
+        np.ones(1),
+        np.zeros(2, dtype=np.int64),
+        np.zeros(2, dtype=np.int64),
+    )

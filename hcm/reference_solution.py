@@ -1,0 +1,278 @@
+"""A truth to measure the integrator against: the same semi-discrete equations, solved otherwise.
+
+Beams, torques, contact law and event functions are hcm's own kernels; the hinges are eliminated
+(`minimal_coordinates`) and time is SciPy's: an explicit Runge-Kutta pair of order 8 (DOP853) with
+error control, phase by phase, each phase ended by the first event function that falls through zero.
+Explicit steps are bounded by the shortest wave (about 1 us at 5 elements a phalanx, shorter by the
+square of the refinement), so a tap costs tenths of a second and the flight before it a minute.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import OdeSolution, solve_ivp
+
+from hcm.beam.chain import Chain, Law, build_chain, contact_law
+from hcm.beam.minimal_coordinates import (
+    Coordinates,
+    bordered_acceleration,
+    expand,
+    minimal_coordinates,
+    rate,
+)
+from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
+from hcm.contact.law import FLIGHT, FREE, Contact, contact_force
+from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
+from hcm.result import EVENT_KINDS, Event
+
+Floats = NDArray[np.float64]
+Slots = tuple[float, float, float, float]
+
+# More transitions than this mean chatter, which has no end at any tolerance.
+MAX_PHASES = 10_000
+# s; which way an event function that starts at zero goes is seen after this time.
+PROBE = 1e-9
+IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Start:
+    """State to start from: bordered coordinates (n,) and velocities (n,) at time_s, and the mode.
+
+    Flight by default: a tip that sits on the surface and moves down then touches at once.
+    """
+
+    coordinates: Floats
+    velocities: Floats
+    time_s: float = 0.0
+    contact: Contact = IN_FLIGHT
+
+
+@dataclass(frozen=True)
+class Phase:
+    """Motion between two transitions; `dense` is None unless it was asked for."""
+
+    begin_s: float
+    end_s: float
+    contact: Contact
+    origin: Floats
+    dense: OdeSolution | None
+
+
+@dataclass(frozen=True)
+class State:
+    """q, q. and (q.., lam), bordered (n,); F_t and F_n on the tip, N."""
+
+    coordinates: Floats
+    velocities: Floats
+    acceleration: Floats
+    tangential_force_N: float
+    normal_force_N: float
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A solved tap.
+
+    F_n turns only where v_n = 0, so its peak is the largest value at a compression-restitution
+    transition. normal_impulse_N_s and friction_dissipation_J are integrated with the motion.
+    end is the state in which the run ended, and evaluations counts right-hand sides.
+    """
+
+    events: tuple[Event, ...]
+    peak_normal_force_N: float
+    normal_impulse_N_s: float
+    friction_dissipation_J: float
+    end: Start
+    phases: tuple[Phase, ...]
+    evaluations: int
+    chain: Chain
+    law: Law
+    mapping: Coordinates
+
+    def time_of(self, kind: str) -> float:
+        """Time of the first event of a kind, s."""
+        return next(e.time_s for e in self.events if e.kind == kind)
+
+    def at(self, time_s: float) -> State:
+        """State at a time of a dense run.
+
+        Raises
+        ------
+        ValueError
+            The time lies outside the run, or the run was not dense.
+        """
+        for phase in self.phases:
+            if phase.dense is not None and phase.begin_s <= time_s <= phase.end_s:
+                y, m = phase.dense(time_s), self.mapping.place.size
+                q = expand(phase.origin + y[:m], self.mapping.source)
+                v = expand(y[m : 2 * m], self.mapping.source)
+                tip, law = self.chain.tip, self.law
+                ft, fn = contact_force(q[tip], q[tip + 1] + law.height, phase.contact, law)
+                a = bordered_acceleration(q, self.mapping, self.chain, phase.contact, law)
+                return State(q, v, a, ft, fn)
+        raise ValueError(f"no dense solution at t = {time_s!r} s: solve with dense=True")
+
+
+def solve(
+    finger: Finger,
+    surface: Surface,
+    tip: Tip,
+    drive: Drive = Drive(),  # noqa: B008  frozen
+    rtol: float = 1e-10,
+    atol: float = 1e-14,
+    start: Start | None = None,
+    taps: int = 1,
+    end_time: float = 2.0,
+    dense: bool = False,
+) -> Truth:
+    """Solve a tap from rest, or from `start`, until `taps` separations or `end_time`.
+
+    Parameters
+    ----------
+    finger, surface, tip, drive : the scene, as for `hcm.simulate`.
+    rtol : bound on a step's local error relative to the displacement since the phase began.
+    atol : m, the same absolutely; slopes in units of 1/l, velocities per sqrt(mass/k).
+    start : where to begin; None means at rest along -X.
+    taps, end_time : when to stop; s since the start of the motion.
+    dense : keep the interpolant of every phase (megabytes per millisecond).
+
+    Raises
+    ------
+    ParameterError
+        The parts of the scene do not fit each other.
+    RuntimeError
+        The integrator failed, or the contact chatters without end.
+    """
+    check_scene(finger, surface, drive)
+    chain, rest = build_chain(finger, drive)
+    if start is None:
+        start = Start(rest, np.zeros_like(rest))
+    law = contact_law(surface, tip)
+    return solve_chain(chain, law, start, rtol, atol, taps, end_time, dense)
+
+
+def solve_chain(
+    chain: Chain,
+    law: Law,
+    start: Start,
+    rtol: float,
+    atol: float,
+    taps: int = 1,
+    end_time: float = 2.0,
+    dense: bool = False,
+) -> Truth:
+    """`solve` for a chain of elements that is given as arrays."""
+    mapping = minimal_coordinates(chain)
+    m = mapping.place.size
+    tolerance = _tolerance(mapping, chain, law, atol)
+    y = np.concatenate([start.coordinates[mapping.place], start.velocities[mapping.place], [0, 0]])
+    time, contact, kind = start.time_s, start.contact, -1
+    events: list[Event] = []
+    phases: list[Phase] = []
+    peak, evaluations = 0.0, 0
+    while taps > 0 and time < end_time:
+        if len(phases) >= MAX_PHASES:
+            raise RuntimeError(
+                f"{MAX_PHASES} transitions by t = {time:.9g} s: the contact chatters"
+            )
+        origin = y[:m].copy()
+        y[:m] = 0.0
+
+        def slope(
+            _time: float, y: Floats, origin: Floats = origin, contact: Contact = contact
+        ) -> Floats:
+            return rate(y, origin, mapping, chain, contact, law)
+
+        soon = solve_ivp(slope, (0.0, PROBE), y, method="DOP853", rtol=rtol, atol=tolerance)
+        functions = _event_functions(time, y, soon.y[:, -1], origin, mapping, chain, contact, law)
+        solved = solve_ivp(
+            slope, (time, end_time), y, method="DOP853", events=functions,
+            rtol=rtol, atol=tolerance, dense_output=dense, t_eval=[end_time],
+        )  # fmt: skip
+        if solved.status < 0:
+            raise RuntimeError(f"the integrator failed at t = {time:.9g} s: {solved.message}")
+        evaluations += soon.nfev + solved.nfev
+        fired = [i for i, times in enumerate(solved.t_events) if times.size]
+        stop = float(solved.t_events[fired[0]][0]) if fired else end_time
+        y = (solved.y_events[fired[0]][0] if fired else solved.y[:, -1]).copy()
+        y[:m] += origin
+        phases.append(Phase(time, stop, contact, origin, solved.sol))
+        time = stop
+        q, v = expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source)
+        if not fired:
+            break
+        x, gap = q[chain.tip], q[chain.tip + 1] + law.height
+        vt, vn = v[chain.tip], v[chain.tip + 1]
+        if functions[fired[0]].slot < 0:  # risen above the surface: a new tap begins at zero gap
+            contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, x)
+            continue
+        contact, kind = transition(functions[fired[0]].slot, x, gap, vt, vn, contact, law)
+        events.append(Event(time, EVENT_KINDS[kind]))
+        if kind == TO_RESTITUTION:
+            peak = max(peak, contact.force_ref)
+        taps -= kind == LIFT_OFF
+    end = Start(
+        expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source), time, contact
+    )  # fmt: skip
+    return Truth(
+        tuple(events), peak, float(y[-2]), float(y[-1]), end, tuple(phases), evaluations,
+        chain, law, mapping,
+    )  # fmt: skip
+
+
+def _tolerance(mapping: Coordinates, chain: Chain, law: Law, atol: float) -> Floats:
+    """Absolute tolerances of y: a velocity's is the position's per contact time sqrt(mass/k)."""
+    mass = float(chain.mass[:, ::2, ::2].sum())
+    period = (mass / law.k) ** 0.5
+    position = atol * mapping.unit
+    force = atol * law.k
+    # the friction's work: the force's tolerance over a micrometre
+    return np.concatenate([position, position / period, [force * period, force * 1e-6]])
+
+
+class _Falling:
+    """One slot of `event_values` as SciPy wants it: it ends the phase when it falls through zero.
+
+    slot -1 is the rise above the surface of a tip that left it with a residual deformation.
+    A function that starts at zero has just fired, or coincides with one that has. Its round-off
+    says nothing: it starts on the side where it is *not* a moment later if it rises (and fires only
+    after it has been positive), and on the upper side if it falls (and fires at once).
+    """
+
+    terminal = True
+    direction = -1.0
+
+    def __init__(self, slot: int, values: Callable[[Floats], Slots], begin: float, start: Slots,
+                 soon: Slots):  # fmt: skip
+        self.slot, self.values, self.begin = slot, values, begin
+        self.at_begin = start[slot]
+        if abs(start[slot]) < 0.01 * abs(soon[slot]):
+            self.at_begin = -math.copysign(1e-300, soon[slot])
+
+    def __call__(self, time: float, y: Floats) -> float:
+        return self.values(y)[self.slot] if time > self.begin else self.at_begin
+
+
+def _event_functions(
+    begin: float, start: Floats, soon: Floats, origin: Floats, mapping: Coordinates, chain: Chain,
+    contact: Contact, law: Law,
+) -> list[_Falling]:  # fmt: skip
+    m = mapping.place.size
+    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))
+
+    def values(state: Floats) -> Slots:
+        gap = origin[y] + state[y] + law.height
+        slots = event_values(origin[x] + state[x], gap, state[m + x], state[m + y], contact, law)
+        return (*slots, -gap)
+
+    now, later = values(start), values(soon)
+    wanted = [slot for slot in range(3) if math.isfinite(now[slot])]
+    if contact.normal == FLIGHT and contact.gap_ref < 0.0:
+        wanted.append(-1)
+    return [_Falling(slot, values, begin, now, later) for slot in wanted]

@@ -1,0 +1,97 @@
+"""Scalars that travel with the state, and the account of losses and works of an accepted step."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hcm.beam.chain import Chain, Law
+from hcm.beam.joint_torque import turned_angle
+from hcm.compiled import kernel
+from hcm.contact.law import Contact, contact_force, hysteresis_loss, particle_position
+from hcm.integrators.workspace import Motion
+
+
+class Plan(NamedTuple):
+    """Step sizes and bounds of a run, from `Settings` (seconds, metres, counts).
+
+    iterations : Newton iterations at which the loop returns, all those before included. undamped :
+    whether generalized-alpha takes xi = 1 in flights after a tap.
+    """
+
+    flight_step: float
+    contact_step: float
+    taps: int
+    end_time: float
+    flight_tolerance: float
+    contact_tolerance: float
+    max_flight_time: float
+    max_contact_time: float
+    iterations: int = np.iinfo(np.int64).max
+    undamped: bool = False
+
+
+class Clock(NamedTuple):
+    """Scalars that travel with the state.
+
+    time, phase_start : s. step : s, current step. taps : separations so far.
+    instant : events in a row without an advance. rejected, trials, chatter_steps : counts.
+    friction_loss, restitution_loss, drive_work : J, accumulated. speed, force : scales of the tip's
+    speed (m/s) and of F_n (N) so far, for the events' round-off.
+    """
+
+    time: float
+    phase_start: float
+    step: float
+    taps: int
+    instant: int
+    rejected: int
+    trials: int
+    chatter_steps: int
+    friction_loss: float
+    restitution_loss: float
+    drive_work: float
+    speed: float
+    force: float
+
+
+@kernel
+def account(
+    clock: Clock,
+    h: float,
+    old: Motion,
+    new: Motion,
+    chain: Chain,
+    contact: Contact,
+    law: Law,
+) -> Clock:
+    """Advance the clock by an accepted step and add its losses and works.
+
+    Friction takes -int F_t dX_P (trapezoidal); restitution loss and drive work are exact.
+    """
+    tip = chain.tip
+    x0, y0 = old.q[tip], old.q[tip + 1] + law.height
+    x1, y1 = new.q[tip], new.q[tip + 1] + law.height
+    ft0, _ = contact_force(x0, y0, contact, law)
+    ft1, fn1 = contact_force(x1, y1, contact, law)
+    slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
+    work = 0.0
+    for t in range(chain.torque.size):
+        s = chain.torque_node[t] + 2
+        work += chain.torque[t] * turned_angle(old.q[s], old.q[s + 1], new.q[s], new.q[s + 1])
+    return Clock(
+        clock.time + h,
+        clock.phase_start,
+        clock.step,
+        clock.taps,
+        clock.instant if h == 0.0 else 0,
+        clock.rejected,
+        clock.trials,
+        clock.chatter_steps,
+        clock.friction_loss - 0.5 * (ft0 + ft1) * slid,
+        clock.restitution_loss + hysteresis_loss(y0, y1, contact, law),
+        clock.drive_work + work,
+        max(clock.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
+        max(clock.force, fn1),
+    )

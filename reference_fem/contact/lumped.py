@@ -1,0 +1,174 @@
+"""The lumped contact law for a solid: bilinear normal element, stick or slip.
+
+The same law as the reduced model's (paper, section 2.2.2), written on its own as a return mapping
+that is evaluated once per explicit step, without located events. It acts on one point C of the
+solid (see `lumped_point`), at x_C with the gap g:
+
+- normal: ΔF_n = -k_n Δg, k_n = k while g falls and k/e*² while it rises; contact begins at the gap
+  g_0 (zero, or the residual deformation of an earlier loop until the face has left the surface)
+  and ends at F_n = 0;
+- tangential: F_t = -k_t (x_C - a), k_t = k η⁻², |F_t| <= μ F_n, the anchor a sliding on the cone
+  (see `friction`). While slipping a moves with V_P = V_t - d/dt(-F_t/k_t): the anchor is the
+  paper's massless particle P.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference_fem.contact.friction import return_map
+
+Array = NDArray[np.float64]
+
+# Places of the law's memory ...
+TOUCHING, FORCE, GAP, START_GAP, ANCHOR, TANGENTIAL = range(6)
+MEMORY = 6
+# ... and of the energies that one evaluation reports: stored now, and lost in this step.
+STORED, FRICTION_LOSS, HYSTERESIS_LOSS = range(3)
+ENERGIES = 3
+
+
+@dataclass(frozen=True)
+class LumpedContact:
+    """Constants of the law.
+
+    Parameters
+    ----------
+    normal_stiffness
+        k, N/m, greater than 0.
+    restitution
+        e*, energetic coefficient, greater than 0 and at most 1.
+    tangential_ratio
+        η⁻², tangential over normal stiffness, at least 0; 0 transmits no tangential force.
+    hertz_force
+        None: the law above. A force F*, N: Hertz's law instead of the linear normal element,
+        F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at F*.
+
+    Raises
+    ------
+    ValueError
+        Naming the key, its value and what is allowed.
+    """
+
+    normal_stiffness: float
+    restitution: float = 1.0
+    tangential_ratio: float = 0.75
+    hertz_force: float | None = None
+
+    def __post_init__(self) -> None:
+        for key, value, allowed, holds in (
+            ("normal_stiffness", self.normal_stiffness, "above 0, N/m", self.normal_stiffness > 0),
+            ("restitution", self.restitution, "above 0 and at most 1", 0 < self.restitution <= 1),
+            ("tangential_ratio", self.tangential_ratio, "at least 0", self.tangential_ratio >= 0),
+        ):
+            if not (math.isfinite(value) and holds):
+                raise ValueError(f"{key} = {value}: must be a finite number {allowed}")
+        force = self.hertz_force
+        if force is not None and not (math.isfinite(force) and force > 0 and self.restitution == 1):
+            raise ValueError(
+                f"hertz_force = {force}: must be a finite number above 0, in N, and goes with "
+                f"restitution = 1 alone (it is {self.restitution})"
+            )
+
+    @property
+    def stiffest(self) -> float:
+        """Largest slope of the law, N/m: what the explicit step has to resolve.
+
+        Hertz's slope at force F is (15/8) k (F/F*)^(1/3): this covers up to four times F*.
+        """
+        steep = 3.0 if self.hertz_force is not None else self.restitution**-2
+        return self.normal_stiffness * max(steep, self.tangential_ratio)
+
+    @property
+    def constants(self) -> tuple[float, float, float, float]:
+        """k, e*, η⁻² and F* (0 for the linear law), as the kernel takes them."""
+        return (
+            self.normal_stiffness,
+            self.restitution,
+            self.tangential_ratio,
+            self.hertz_force or 0.0,
+        )
+
+
+@njit(cache=True)
+def lumped_force(
+    x: float,
+    gap: float,
+    speed_x: float,
+    speed_y: float,
+    stiffness: float,
+    restitution: float,
+    tangential_ratio: float,
+    hertz_force: float,
+    friction: float,
+    memory: Array,
+    energies: Array,
+) -> tuple[float, float]:
+    """(F_t, F_n) on the tip, N; commits the law's memory.
+
+    Losses come from the law itself, not from the work of the forces: friction -½(F_t + F_t')Δa
+    (trapezoid), hysteresis ½(1 - e*²)(F'² - F²)/k while compressing; what both elements can give
+    back is F_n² e*²/2k + F_t²/2k_t.
+
+    Parameters
+    ----------
+    x, gap : m
+    speed_x, speed_y
+        Of the half step that led here, m/s: they place the crossing inside the step.
+    memory : (MEMORY,)
+        Changed in place. TOUCHING is 0 or 1.
+    energies : (ENERGIES,)
+        Filled.
+    """
+    energies[:] = 0.0
+    if memory[TOUCHING] == 0.0:
+        if gap > 0.0:
+            memory[START_GAP] = 0.0
+        if gap >= memory[START_GAP] or speed_y >= 0.0:
+            return 0.0, 0.0
+        since = (gap - memory[START_GAP]) / speed_y
+        memory[TOUCHING] = 1.0
+        memory[FORCE] = memory[TANGENTIAL] = 0.0
+        memory[GAP] = memory[START_GAP]
+        memory[ANCHOR] = x - since * speed_x
+    before, closing = memory[FORCE], memory[GAP] - gap
+    share = restitution * restitution
+    slope = stiffness if closing > 0.0 else stiffness / share
+    normal = before + slope * closing
+    if hertz_force > 0.0:
+        depth = max(0.0, -gap)
+        normal = hertz_force * (0.8 * stiffness * depth / hertz_force) ** 1.5
+    k_t = stiffness * tangential_ratio
+    if normal <= 0.0:
+        energies[FRICTION_LOSS] = _release(memory, k_t)
+        # Where the branch reached zero, inside the step.
+        memory[START_GAP] = 0.0 if hertz_force > 0.0 else min(0.0, memory[GAP] + before / slope)
+        memory[TOUCHING] = 0.0
+        return 0.0, 0.0
+    tangential = 0.0
+    if friction > 0.0 and k_t > 0.0:
+        tangential, _, slip, _ = return_map(k_t, x - memory[ANCHOR], 0.0, friction * normal)
+        memory[ANCHOR] += slip
+        energies[FRICTION_LOSS] = -0.5 * (memory[TANGENTIAL] + tangential) * slip
+        energies[STORED] = 0.5 * tangential * tangential / k_t
+    if closing > 0.0:
+        energies[HYSTERESIS_LOSS] = 0.5 * (1.0 - share) * (normal**2 - before**2) / stiffness
+    if hertz_force > 0.0:
+        energies[STORED] += 0.4 * normal * max(0.0, -gap)
+    else:
+        energies[STORED] += 0.5 * normal * normal * share / stiffness
+    memory[FORCE], memory[GAP], memory[TANGENTIAL] = normal, gap, tangential
+    return tangential, normal
+
+
+@njit(cache=True)
+def _release(memory: Array, k_t: float) -> float:
+    """Energy left in the tangential element when contact ends within a step: the anchor's slip."""
+    left = 0.5 * memory[TANGENTIAL] ** 2 / k_t if k_t > 0.0 else 0.0
+    memory[FORCE] = memory[TANGENTIAL] = 0.0
+    return left

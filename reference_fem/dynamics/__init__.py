@@ -1,0 +1,1 @@
+"""The explicit loop: steps, state, record, energy audit, guards, restart files."""

@@ -1,0 +1,121 @@
+"""Energy audit of one state: every term from its own source, none from the sum of forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference_fem.contact.law import (
+    AREA,
+    DAMPING,
+    DISSIPATION,
+    EXCESS,
+    NORMAL,
+    SPRING_ENERGY,
+    TANGENTIAL,
+)
+from reference_fem.dynamics.state import State
+from reference_fem.dynamics.step import Block
+from reference_fem.model import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One row of the history, for the full body; names and units as in `result.History`."""
+
+    time_s: float
+    normal_force_N: float
+    tangential_force_N: float
+    tip_position_m: tuple[float, float]
+    tip_velocity_m_per_s: tuple[float, float]
+    stress_R_Pa: float
+    kinetic_energy_J: float
+    strain_energy_J: float
+    hourglass_energy_J: float
+    gravity_energy_J: float
+    contact_energy_J: float
+    friction_dissipation_J: float
+    contact_damping_J: float
+    drive_work_J: float
+    energy_balance_J: float
+    coulomb_excess: float
+    contact_area_m2: float
+    peak_pressure_Pa: float
+    hinge_reactions_N: Array
+
+    @property
+    def finite(self) -> bool:
+        """Whether the state is made of numbers."""
+        return bool(np.isfinite(self.energy_balance_J) and np.isfinite(self.kinetic_energy_J))
+
+
+def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> Sample:
+    """Audit `state`, from which `block` started.
+
+    - kinetic: ½ Σ m v², v the mean of the two half-step velocities around t_n
+    - strain: the elements' own, from strains; hourglass: the part of it that is control
+    - gravity: Σ m g u_y
+    - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
+      from the dashpots' forces and speeds
+    - drive work: Σ t_w θ_w, θ_w the rotation of the driven face
+
+    balance = kinetic + strain + gravity + contact + dissipation + damping - drive work - origin,
+    the origin being what the same sum was where the motion started (zero for a finger at rest).
+    """
+    u, v, row = state.displacement, block.velocity, block.log[0] * model.copies
+    with np.errstate(all="ignore"):
+        kinetic, weight_rise = _kinetic_and_rise(u, v, model.mass)
+        kinetic *= model.copies
+        strain, hourglass = model.copies * block.stored_J, model.copies * block.hourglass_J
+        gravity = model.gravity * weight_rise * model.copies
+        work = model.copies * sum(
+            couple.torque * angle
+            for couple, angle in zip(model.couples, state.face_angles, strict=True)
+        )
+        stored = kinetic + strain + gravity + row[SPRING_ENERGY] + row[DISSIPATION] + row[DAMPING]
+        stress = model.probe.read(model.kernel, u)
+    x, y = model.points[model.pole, :2] + u[model.pole, :2]
+    return Sample(
+        time_s=state.time_s,
+        normal_force_N=float(row[NORMAL]),
+        tangential_force_N=float(row[TANGENTIAL]),
+        tip_position_m=(float(x), float(y)),
+        tip_velocity_m_per_s=(float(v[model.pole, 0]), float(v[model.pole, 1])),
+        stress_R_Pa=stress,
+        kinetic_energy_J=kinetic,
+        strain_energy_J=strain,
+        hourglass_energy_J=hourglass,
+        gravity_energy_J=gravity,
+        contact_energy_J=float(row[SPRING_ENERGY]),
+        friction_dissipation_J=float(row[DISSIPATION]),
+        contact_damping_J=float(row[DAMPING]),
+        drive_work_J=work,
+        energy_balance_J=stored - work - origin_energy_J,
+        coulomb_excess=float(row[EXCESS]),
+        contact_area_m2=float(row[AREA]),
+        peak_pressure_Pa=float(block.pressure.max()),
+        hinge_reactions_N=block.reactions * model.copies,
+    )
+
+
+@njit(cache=True)
+def _kinetic_and_rise(displacement: Array, velocity: Array, mass: Array) -> tuple[float, float]:
+    """½ Σ m_i |v_i|² and Σ m_i u_yi.
+
+    One thread does it for all: up to some 30,000 nodes it takes no longer than to wake the others.
+    """
+    kinetic = 0.0
+    rise = 0.0
+    n_points, dim = velocity.shape
+    for i in range(n_points):
+        square = 0.0
+        for d in range(dim):
+            square += velocity[i, d] * velocity[i, d]
+        kinetic += 0.5 * mass[i] * square
+        rise += mass[i] * displacement[i, 1]
+    return kinetic, rise

@@ -1,0 +1,163 @@
+"""Restart files: a run that is killed at any moment resumes to the same result, bit for bit."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import hashlib
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Arrays = Mapping[str, NDArray[Any]]
+
+IDENTITY, CHECKSUM = "identity", "checksum"
+
+
+class RestartError(ValueError):
+    """A restart file cannot be used or written; the message is one line meant for users."""
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Where a run leaves what it needs to be resumed.
+
+    Parameters
+    ----------
+    path
+        An .npz file, replaced as a whole at each writing. It stays when the run ends: whoever
+        keeps the result removes it then, so that a kill in between loses nothing.
+    resume
+        Whether to continue from the file; without a file there the run starts afresh.
+    every_s
+        Wall time between two writings, s; 0 writes after every block of steps.
+    """
+
+    path: Path
+    resume: bool = False
+    every_s: float = 30.0
+
+
+def identity(**parts: object) -> dict[str, str]:
+    """What a run is, part by part: SHA-256 of each input and of this package's own source.
+
+    The same bits need the same code, numba, number of threads and inputs.
+    """
+    code = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parents[1].rglob("*.py")):
+        code.update(source.read_bytes())
+    return {"program": code.hexdigest()} | {name: _digest(part) for name, part in parts.items()}
+
+
+def _digest(value: object) -> str:
+    """SHA-256 of a value made of dataclasses, mappings, sequences, arrays and plain values."""
+    if isinstance(value, np.ndarray):
+        head = f"{value.dtype.str}{value.shape}".encode()
+        return hashlib.sha256(head + np.ascontiguousarray(value).tobytes()).hexdigest()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        text = repr(sorted((str(key), _digest(item)) for key, item in value.items()))
+    elif isinstance(value, tuple | list):
+        text = repr([_digest(item) for item in value])
+    else:
+        text = repr(value)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class RestartFile:
+    """One run's restart file.
+
+    Parameters
+    ----------
+    restart
+        Where, and how often.
+    run
+        The run's identity; a file with another one is refused.
+    """
+
+    def __init__(self, restart: Restart, run: Mapping[str, str]) -> None:
+        self._restart = restart
+        self._run = dict(run)
+        self._written: float | None = None
+        self.problem = ""
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time to write: at once the first time."""
+        since = self._written
+        return since is None or time.perf_counter() - since >= self._restart.every_s
+
+    def write(self, arrays: Arrays) -> None:
+        """Replace the file: a reader sees the old one or the new one, whole.
+
+        A disk that fills up later on does not end a long run: the file before stays, and
+        `problem` says why.
+
+        Raises
+        ------
+        RestartError
+            If it cannot be written the first time.
+        """
+        path = self._restart.path
+        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+        content = dict(arrays) | {
+            IDENTITY: np.array(json.dumps(self._run)),
+            CHECKSUM: np.array(_digest(dict(arrays))),
+        }
+        try:
+            with partial.open("wb") as file:
+                np.savez(file, allow_pickle=False, **content)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(path)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                partial.unlink()
+            self.problem = (
+                f"{path}: the restart file cannot be written ({error.strerror or error}); "
+                "make room or choose another folder"
+            )
+            if self._written is None:
+                raise RestartError(self.problem) from error
+        else:
+            self.problem = ""
+        self._written = time.perf_counter()
+
+    def read(self) -> dict[str, NDArray[Any]] | None:
+        """What was written last; None if the run is to start afresh or nothing was written.
+
+        Raises
+        ------
+        RestartError
+            One line: the file is truncated, altered, or of another run.
+        """
+        path = self._restart.path
+        if not self._restart.resume or not path.exists():
+            return None
+        try:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+                content = {name: file[name] for name in file.files}
+            run, checksum = json.loads(str(content.pop(IDENTITY))), str(content.pop(CHECKSUM))
+        except Exception as error:  # numpy, zipfile and zlib raise whatever their parsing hits
+            reason = " ".join(str(error).split())[:100] or type(error).__name__
+            raise self._refused(f"is truncated or no restart file ({reason})") from error
+        if checksum != _digest(content):
+            raise self._refused("was altered after it was written")
+        differing = [name for name in self._run if run.get(name) != self._run[name]]
+        if differing:
+            raise self._refused(f"belongs to another run: other {', '.join(differing)}")
+        return content
+
+    def _refused(self, what: str) -> RestartError:
+        return RestartError(
+            f"{self._restart.path}: the restart file {what}; delete it or start without resuming"
+        )

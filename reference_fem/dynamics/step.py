@@ -1,0 +1,228 @@
+"""A block of explicit steps: state in, state out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
+from reference_fem.dynamics.central_difference import first_leapfrog, half_kick, leapfrog
+from reference_fem.dynamics.state import State
+from reference_fem.joints.hinges import hinge_reactions
+from reference_fem.model import Model
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a block of steps saw, summed over the mesh as given.
+
+    Attributes
+    ----------
+    log : (steps, COLUMNS)
+        Contact at t_n, t_{n+1}, ... (see `contact_law`); DISSIPATION and DAMPING accumulate from
+        the start of the run. All zero, and GAP infinite, where contact was not searched for.
+    velocity : (n_points, dim)
+        v at t_n, synchronous with the displacement of the state that went in.
+    stored_J, hourglass_J
+        Stored energy at t_n, and what hourglass control holds of it.
+    reactions : (P, 2)
+        Hinge forces at t_n.
+    pressure : (n_points,)
+        Contact pressure at t_n, Pa: each node's normal force over its tributary area.
+    searched
+        Whether contact was searched for.
+    """
+
+    log: Array
+    velocity: Array
+    stored_J: float
+    hourglass_J: float
+    reactions: Array
+    pressure: Array
+    searched: bool
+
+
+def start_state(
+    model: Model,
+    displacement: Array,
+    velocity: Array,
+    time_s: float,
+    angles: Array | None = None,
+) -> State:
+    """State for the first step from u and v at the same time.
+
+    v(-Δt/2) = v(0) - Δt/2 a(0): central differences keep their second order from the start.
+
+    Parameters
+    ----------
+    angles : (phalanges,)
+        Rotations of the phalanges so far, to within half a turn; None: less than half a turn.
+
+    Raises
+    ------
+    ValueError
+        If the surface already cuts into the body.
+    """
+    sites = model.contact.sites
+    dim = model.points.shape[1]
+    state = State(
+        step=0,
+        time_s=time_s,
+        displacement=np.array(displacement, dtype=np.float64, order="C"),
+        velocity=np.array(velocity, dtype=np.float64, order="C"),
+        touching=np.zeros(sites, dtype=np.bool_),
+        anchor=np.zeros((sites, dim - 1)),
+        spring_force=np.zeros((sites, dim - 1)),
+        dissipation_J=0.0,
+        damping_J=0.0,
+        face_angles=np.array(
+            [
+                c.angle(displacement, 0.0 if angles is None else angles[c.phalanx])
+                for c in model.couples
+            ]
+        ),
+    )
+    gap = lowest_gap(model, state.displacement)
+    if gap < 0.0:
+        raise ValueError(
+            f"surface.height = {model.surface.height}: the surface cuts {-gap:.3g} m into the "
+            "finger at the start; put it lower"
+        )
+    residual = np.empty_like(state.velocity)
+    model.kernel.internal_force(state.displacement, residual)
+    _less_external(model, state, residual, False, np.zeros(COLUMNS))
+    back = np.empty_like(residual)
+    half_kick(state.velocity, residual, model.inverse_mass, model.gravity, -model.step_s, back)
+    return State(**{**vars(state), "velocity": back})
+
+
+def lowest_gap(model: Model, displacement: Array) -> float:
+    """Height of the lowest surface node above the plane, m."""
+    nodes = model.contact.nodes
+    return float(np.min(model.points[nodes, 1] + displacement[nodes, 1]) + model.surface.height)
+
+
+def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State, Block]:
+    """Take `steps` explicit steps; the state that goes in is left as it is.
+
+    Parameters
+    ----------
+    search
+        False skips contact: the caller knows that the surface is out of reach.
+
+    A driven face must not turn by half a turn or more within a block: the drive work counts its
+    turns from one block to the next.
+    """
+    first = State(
+        **{
+            **vars(state),
+            "touching": state.touching.copy(),
+            "anchor": state.anchor.copy(),
+            "spring_force": state.spring_force.copy(),
+        }
+    )
+    residual, u, v, synchronous = (np.empty_like(state.displacement) for _ in range(4))
+    log = np.zeros((steps, COLUMNS))
+    log[:, GAP] = np.inf
+    pressure = np.zeros(len(u))
+    stored, hourglass = model.kernel.audited_force(state.displacement, residual)
+    reactions = _less_external(model, first, residual, search, log[0], pressure)
+    constants = model.inverse_mass, model.gravity, model.step_s
+    first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
+    work = State(**{**vars(first), "displacement": u, "velocity": v})
+    for number in range(1, steps):
+        model.kernel.internal_force(u, residual)
+        _less_external(model, work, residual, search, log[number])
+        leapfrog(u, v, residual, *constants)
+    log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
+    log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
+    after = State(
+        **{
+            **vars(work),
+            "step": state.step + steps,
+            "time_s": state.time_s + steps * model.step_s,
+            "dissipation_J": float(log[-1, DISSIPATION]),
+            "damping_J": float(log[-1, DAMPING]),
+            "face_angles": np.array(
+                [
+                    couple.angle(u, near)
+                    for couple, near in zip(model.couples, state.face_angles, strict=True)
+                ]
+            ),
+        }
+    )
+    return after, Block(log, synchronous, stored, hourglass, reactions, pressure, search)
+
+
+def _less_external(
+    model: Model,
+    state: State,
+    residual: Array,
+    search: bool,
+    row: Array,
+    pressure: Array | None = None,
+) -> Array:
+    """Take contact, couples and hinge reactions (P, 2), which it returns, off the internal force.
+
+    Contact comes after all that acts on its nodes, which a constraint needs to know. Its history
+    is committed, `row` and, where it is given, `pressure` (n_points,) are filled.
+    """
+    u, velocity = state.displacement, state.velocity
+    for couple in model.couples:
+        couple.apply(u, residual)
+    if model.symmetry.size:
+        _hold(residual, model.symmetry)
+    if search:
+        motion = Motion(
+            points=model.points,
+            displacement=u,
+            velocity=velocity,
+            inverse_mass=model.inverse_mass,
+            gravity=model.gravity,
+            step=model.step_s,
+            height=model.surface.height,
+            friction=model.surface.friction,
+        )
+        memory = Memory(state.touching, state.anchor, state.spring_force)
+        nodes = model.contact.nodes
+        before = None if pressure is None else residual[nodes, 1]
+        model.contact.apply(motion, memory, residual, row)
+        if pressure is not None and before is not None:
+            pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
+        if model.symmetry.size:
+            _hold(residual, model.symmetry)
+    return less_reactions(model, u, velocity, residual)
+
+
+def less_reactions(model: Model, displacement: Array, velocity: Array, residual: Array) -> Array:
+    """Take the hinges' forces (P, 2), N, which it returns, off a residual that is else complete."""
+    hinges = model.hinges
+    reactions = np.zeros((hinges.count, 2))
+    if hinges.count:
+        hinge_reactions(
+            displacement,
+            velocity,
+            residual,
+            model.inverse_mass,
+            model.gravity,
+            model.step_s,
+            hinges.nodes,
+            hinges.weights,
+            hinges.starts,
+            hinges.inverse_schur,
+            reactions,
+        )
+    return reactions
+
+
+@njit(cache=True)
+def _hold(residual: Array, nodes: Index) -> None:
+    """r_z = 0 on the symmetry plane, where u_z and v_z start at zero: u_z stays zero."""
+    for j in range(nodes.size):
+        residual[nodes[j], 2] = 0.0

@@ -1,0 +1,133 @@
+"""Compiled kernels of the 8-node hexahedron for outputs: energy, det F, stress at the centre.
+
+Same equations, layout and scratch rows as `hex8_kernel`; row RESULT holds energies or dets.
+"""
+
+import numpy as np
+from numba import njit
+
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.hexahedron.edges import Three
+from reference_fem.elements.hexahedron.kernel import (
+    BASES,
+    DILATATION,
+    RESULT,
+    add_audited_force,
+    add_force,
+    block_dilatation,
+)
+from reference_fem.elements.hexahedron.nodes import gather_positions
+from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det, shear_energy
+from reference_fem.elements.loops import implement
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.stress import cauchy_stress, deformation, lower
+
+# Which of the 4 values of g_1, g_2, g_3 the 8 points take.
+VALUES = (
+    (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
+)  # fmt: skip
+
+
+class Hex8Blocks(Blocks):
+    """Blocks of 8-point hexahedra."""
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Three, Three, Three]:
+    """Rows of [g_1 g_2 g_3] at one point, from what `block_dilatation` left in s."""
+    a, b, c = values
+    o = BASES * LANES + lane
+    return (
+        (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
+        (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
+        (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def add_shear(s: Floats, r: Floats, q: int, values: tuple[int, int, int]) -> None:
+    """Add w E:E of point q, which takes these values of g_1, g_2, g_3, to row RESULT."""
+    for lane in range(LANES):
+        x, y, z = point_bases(s, lane, values)
+        o = lane + q * POINT_ROWS * LANES
+        s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_energy(s: Floats, r: Floats) -> float:
+    """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
+    for lane in range(LANES):
+        s[RESULT * LANES + lane] = 0.0
+    add_shear(s, r, 0, VALUES[0])
+    add_shear(s, r, 1, VALUES[1])
+    add_shear(s, r, 2, VALUES[2])
+    add_shear(s, r, 3, VALUES[3])
+    add_shear(s, r, 4, VALUES[4])
+    add_shear(s, r, 5, VALUES[5])
+    add_shear(s, r, 6, VALUES[6])
+    add_shear(s, r, 7, VALUES[7])
+    energy = 0.0
+    for lane in range(LANES):
+        dilatation = s[DILATATION * LANES + lane]
+        energy += r[56 * LANES + lane] * s[RESULT * LANES + lane]
+        energy += 0.5 * r[57 * LANES + lane] * dilatation * dilatation
+    return energy
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """See `loops`."""
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, blocks.reference[block])
+    return block_energy(s, blocks.reference[block]), 0.0
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+    """See `loops`."""
+    smallest = np.inf
+    r = blocks.reference[block]
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    for q in range(8):
+        values = VALUES[q]
+        for lane in range(LANES):
+            x, y, z = point_bases(s, lane, values)
+            s[RESULT * LANES + lane] = point_det(x, y, z, r, lane + q * POINT_ROWS * LANES)
+        for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+            smallest = lower(smallest, s[RESULT * LANES + lane])
+    return float(smallest)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def stresses(
+    blocks: Blocks,
+    displacement: Floats,
+    gradients: Floats,
+    mu: Floats,
+    _lame: Floats,
+    cells: Integers,
+    stress: Floats,
+) -> None:
+    """Cauchy stress F S F^T / det F at the centres of `cells` into stress (n, 6), Pa.
+
+    S = lambda e I + 2 mu E with the element's mean e and E at the centre. Each block is gathered
+    once for a run of cells that lie in it; gradients (n_cells, 8, 3) are those at the centre, 1/m.
+    """
+    gathered = -1
+    f = np.empty((3, 3))
+    s = blocks.scratch[0]
+    for row in range(len(cells)):
+        cell = cells[row]
+        block, lane = cell // LANES, cell % LANES
+        r = blocks.reference[block]
+        if block != gathered:
+            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+            block_dilatation(s, r)
+            gathered = block
+        deformation(blocks, displacement, cell, gradients[cell], f)
+        pressure = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
+        cauchy_stress(f, mu[cell], pressure, stress[row])
+
+
+implement(Hex8Blocks, add_force, add_audited_force, energy, least_det)

@@ -1,0 +1,148 @@
+"""Compiled kernels of the 8-node hexahedron: force, energy, det F, mean dilatation.
+
+Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_q, V = sum w_q:
+
+    C = F^T F,  E = (C - I)/2,  e = sum_q w_q tr E_q / V                         (mean dilatation)
+    W = sum_q w_q mu E_q:E_q + V lambda e^2 / 2                                  (element energy)
+    S_q = lambda e I + 2 mu E_q,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
+
+Only the volumetric term is reduced (selective reduced integration), so the element does not lock as
+nu -> 1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
+
+The covariant base vectors come from the edges (`hex8_edges`), each point has a frame of its own
+(`hex8_point`).
+
+Layout: blocks of LANES elements in structure-of-arrays form, so the compiler vectorises over lanes.
+`reference[block, row*LANES + lane]`: rows 7q..7q+6 hold R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w
+(m^3) of the point nearest to corner q, row 56 mu (Pa), row 57 lambda/V (Pa/m^3).
+Lanes past the last element have zero rows and repeat its nodes.
+"""
+
+from numba import njit
+
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.frames import aligned_frame
+from reference_fem.elements.hexahedron.edges import (
+    at_points,
+    base_forces,
+    base_vectors,
+    collect,
+    load_bases,
+    store_bases,
+)
+from reference_fem.elements.hexahedron.nodes import gather_positions, scatter
+from reference_fem.elements.hexahedron.point import POINT_ROWS, dilatation, point_force
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+
+ROWS = 8 * POINT_ROWS + 2
+# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
+# energies or dets.
+BASES = 24
+DILATATION = BASES + 36
+RESULT = DILATATION + 1
+SCRATCH_ROWS = RESULT + 1
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def add_dilatation(s: Floats, r: Floats, q: int, a: int, b: int, c: int) -> None:
+    """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
+    for lane in range(LANES):
+        o = BASES * LANES + lane
+        gx = (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES])
+        gy = (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES])
+        gz = (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES])
+        p = lane + q * POINT_ROWS * LANES
+        s[DILATATION * LANES + lane] += dilatation(gx, gy, gz, r, p)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_dilatation(s: Floats, r: Floats) -> None:
+    """Rows BASES.. of s and, in row DILATATION, sum_q w tr E = V e, from the nodal positions.
+
+    One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
+    """
+    for lane in range(LANES):
+        store_bases(s, BASES, lane, base_vectors(s, 0, lane))
+        store_bases(s, BASES + 12, lane, base_vectors(s, 8, lane))
+        store_bases(s, BASES + 24, lane, base_vectors(s, 16, lane))
+        s[DILATATION * LANES + lane] = 0.0
+    add_dilatation(s, r, 0, 0, 0, 0)
+    add_dilatation(s, r, 1, 0, 1, 1)
+    add_dilatation(s, r, 2, 1, 1, 3)
+    add_dilatation(s, r, 3, 1, 0, 2)
+    add_dilatation(s, r, 4, 2, 2, 0)
+    add_dilatation(s, r, 5, 2, 3, 1)
+    add_dilatation(s, r, 6, 3, 3, 3)
+    add_dilatation(s, r, 7, 3, 2, 2)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def lane_force(s: Floats, r: Floats, lane: int) -> float:
+    """One element's forces, from what `block_dilatation` left in s; its energy, J."""
+    x = at_points(load_bases(s, BASES, lane))
+    y = at_points(load_bases(s, BASES + 12, lane))
+    z = at_points(load_bases(s, BASES + 24, lane))
+    step = POINT_ROWS * LANES
+    mu, volume = r[56 * LANES + lane], s[DILATATION * LANES + lane]
+    p = r[57 * LANES + lane] * volume
+    f0, e0 = point_force(x[0], y[0], z[0], r, lane, mu, p)
+    f1, e1 = point_force(x[1], y[1], z[1], r, lane + step, mu, p)
+    f2, e2 = point_force(x[2], y[2], z[2], r, lane + 2 * step, mu, p)
+    f3, e3 = point_force(x[3], y[3], z[3], r, lane + 3 * step, mu, p)
+    f4, e4 = point_force(x[4], y[4], z[4], r, lane + 4 * step, mu, p)
+    f5, e5 = point_force(x[5], y[5], z[5], r, lane + 5 * step, mu, p)
+    f6, e6 = point_force(x[6], y[6], z[6], r, lane + 6 * step, mu, p)
+    f7, e7 = point_force(x[7], y[7], z[7], r, lane + 7 * step, mu, p)
+    cx = collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0])
+    cy = collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1])
+    cz = collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2])
+    base_forces(s, 0, lane, cx[0], cx[1], cx[2])
+    base_forces(s, 8, lane, cy[0], cy[1], cy[2])
+    base_forces(s, 16, lane, cz[0], cz[1], cz[2])
+    return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_force(s: Floats, r: Floats) -> None:
+    """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s."""
+    aligned_frame()
+    for lane in range(LANES):
+        lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_audited_force(s: Floats, r: Floats) -> None:
+    """`block_force`; row RESULT of s: the elements' energies, J."""
+    aligned_frame()
+    for lane in range(LANES):
+        s[RESULT * LANES + lane] = lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> None:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    r = blocks.reference[block]
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    block_force(s, r)
+    scatter(s, blocks, block, share, t, out)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_audited_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> tuple[float, float]:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    r = blocks.reference[block]
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    block_audited_force(s, r)
+    scatter(s, blocks, block, share, t, out)
+    energy = 0.0
+    for lane in range(LANES):
+        energy += s[RESULT * LANES + lane]
+    return energy, 0.0

@@ -1,0 +1,51 @@
+"""Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
+
+from numba import njit
+
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
+from reference_fem.elements.threads import FIRST, LAST, alone
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
+    """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s."""
+    for lane in range(0, LANES, WIDTH):
+        for a in range(8):
+            take_rows(values, nodes, lane * 8 + a, s, (row + a) * LANES + lane, 8 * LANES)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+    """Current nodal positions of a block into rows 0..23 of s."""
+    for lane in range(0, LANES, WIDTH):
+        for a in range(8):
+            take_sums(points, displacement, nodes, lane * 8 + a, s, a * LANES + lane, 8 * LANES)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
+    """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
+    nodes = blocks.nodes[block]
+    if alone(blocks, block, share):
+        for lane in range(0, LANES, WIDTH):
+            for a in range(8):
+                add_rows(s, a * LANES + lane, 8 * LANES, out, nodes, lane * 8 + a)
+        return
+    seam = blocks.buffers[t]
+    for lane in range(LANES):
+        for a in range(8):
+            n = nodes[lane, a]
+            if share[FIRST] <= n < share[LAST]:
+                add(s, a * LANES + lane, out, n)
+            else:
+                add(s, a * LANES + lane, seam, n)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def add(s: Floats, o: int, f: Floats, n: int) -> None:
+    """Add one corner's force to node n."""
+    f[n, 0] += s[o]
+    f[n, 1] += s[o + 8 * LANES]
+    f[n, 2] += s[o + 16 * LANES]

@@ -1,0 +1,97 @@
+"""The 1-point hexahedron with hourglass stiffness: set-up from scikit-fem."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from reference_fem.elements.base import BlockElement, Stresses
+from reference_fem.elements.blocks import make_blocks
+from reference_fem.elements.frequency import element_stiffness
+from reference_fem.elements.geometry import CHUNK, CORNERS, geometries, sum_at_nodes
+from reference_fem.elements.hexahedron import one_point_kernel as kernel
+from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
+
+HOURGLASS = 1.0  # c: exact bending of a cube
+
+
+def hourglass_signs() -> Floats:
+    """Hourglass vectors h^n, (4, 8): xi eta, eta zeta, xi zeta, xi eta zeta at the corners."""
+    x, y, z = (2.0 * CORNERS[3] - 1.0).T
+    return np.ascontiguousarray([x * y, y * z, x * z, x * y * z])
+
+
+@dataclass(frozen=True, eq=False)
+class Hex8OnePoint(BlockElement):
+    """Hexahedra with one point on one mesh; `gradients` are the mean ones.
+
+    control : (n_cells,) hourglass stiffness k, N/m
+    """
+
+    control: Floats
+
+    stresses: ClassVar[Stresses] = kernel.stresses
+
+    def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
+        signs = hourglass_signs()
+        for start in range(0, self.n_cells, CHUNK):
+            some = slice(start, start + CHUNK)
+            b = self.gradients[some]
+            stiffness = element_stiffness(
+                b[:, None], self.cell_volume[some, None], self.mu[some], self.lame[some], False
+            )
+            shapes = np.einsum("na,eaj->enj", signs, self.points[self.cells[some]])
+            g = signs - np.einsum("enj,eaj->ena", shapes, b)
+            control = np.einsum("e,ena,enb,ij->eaibj", self.control[some], g, g, np.eye(3))
+            yield stiffness + control.reshape(stiffness.shape), self.cell_mass[some]
+
+
+def hex8_one_point(
+    points: Floats, cells: Integers, young: Floats, poisson: Floats, density: Floats
+) -> Hex8OnePoint:
+    """8-node hexahedra with one point and hourglass stiffness, St. Venant-Kirchhoff.
+
+    Parameters
+    ----------
+    points : (n_nodes, 3), m
+    cells : (n_cells, 8) in VTK's node order
+    young, poisson, density : (n_cells,) Young's modulus (Pa), Poisson's ratio, density (kg/m^3)
+
+    Raises
+    ------
+    ValueError
+        If a shape or a material value is wrong, or an element is inverted.
+    """
+    points, cells = check_mesh(points, cells, 3, 8)
+    young, poisson, density = check_material(young, poisson, density, len(cells))
+    mu = young / (2.0 * (1.0 + poisson))
+    lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    volume = np.empty(len(cells))
+    cell_mass = np.empty(cells.shape)
+    gradients = np.empty((*cells.shape, 3))
+    for g in geometries(points, cells):
+        volume[g.cells] = g.weights.sum(axis=1)
+        cell_mass[g.cells] = density[g.cells, None] * (g.weights @ g.shape)
+        integral = np.einsum("nq,nqai->nai", g.weights, g.gradients)
+        gradients[g.cells] = integral / volume[g.cells, None, None]
+    squares = np.einsum("nai,nai->n", gradients, gradients)
+    control = HOURGLASS * young * volume * squares / 72.0
+    return Hex8OnePoint(
+        points=points,
+        cells=cells,
+        mu=mu,
+        lame=lame,
+        lumped_mass=sum_at_nodes(cells, cell_mass, len(points)),
+        cell_volume=volume,
+        cell_mass=cell_mass,
+        gradients=gradients,
+        blocks=make_blocks(
+            kernel.OnePointBlocks,
+            points,
+            cells,
+            np.stack((volume * mu, volume * lame, control), axis=1),
+            kernel.SCRATCH_ROWS,
+        ),
+        control=control,
+    )

@@ -1,0 +1,125 @@
+"""One Gauss point of an 8-node hexahedron, in a frame of its own.
+
+With J = dX/dxi = Q R (Q a rotation, R upper triangular), F Q = [g_1 g_2 g_3] R^-1. An isotropic law
+does not see Q: F S J^-T = (F Q)(Q^T S Q) R^-T. So a point stores the 6 numbers of R^-1 and w
+instead of J^-1 and w, and two products become triangular.
+
+`r[o + row*LANES]`, row 0..6: R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w (m^3).
+"""
+
+from numba import njit
+
+from reference_fem.elements.blocks import LANES
+from reference_fem.elements.hexahedron.edges import Three
+from reference_fem.elements.protocol import SAFE_MATH, Floats
+
+POINT_ROWS = 7
+
+Rows = tuple[Three, Three, Three]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gradient_row(g1: float, g2: float, g3: float, r: Floats, o: int) -> Three:
+    """One row of F Q = [g_1 g_2 g_3] R^-1, R^-1 at r[o], r[o + LANES] .. r[o + 5 LANES]."""
+    return (
+        g1 * r[o],
+        g1 * r[o + LANES] + g2 * r[o + 3 * LANES],
+        g1 * r[o + 2 * LANES] + g2 * r[o + 4 * LANES] + g3 * r[o + 5 * LANES],
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Floats, o: int) -> Three:
+    """One row of w (F Q)(Q^T S Q) R^-T: the forces conjugate to that row of g_1, g_2, g_3."""
+    p1 = fx[0] * s1[0] + fx[1] * s1[1] + fx[2] * s1[2]
+    p2 = fx[0] * s2[0] + fx[1] * s2[1] + fx[2] * s2[2]
+    p3 = fx[0] * s3[0] + fx[1] * s3[1] + fx[2] * s3[2]
+    return (
+        p1 * r[o] + p2 * r[o + LANES] + p3 * r[o + 2 * LANES],
+        p2 * r[o + 3 * LANES] + p3 * r[o + 4 * LANES],
+        p3 * r[o + 5 * LANES],
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def dilatation(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
+    """Return w tr E at one point, m^3, from the rows of [g_1 g_2 g_3]."""
+    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
+    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
+    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+    xx = fx[0] * fx[0] + fx[1] * fx[1] + fx[2] * fx[2]
+    yy = fy[0] * fy[0] + fy[1] * fy[1] + fy[2] * fy[2]
+    zz = fz[0] * fz[0] + fz[1] * fz[1] + fz[2] * fz[2]
+    return r[o + 6 * LANES] * (0.5 * (xx + yy + zz) - 1.5)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
+    """2E = C - I in the point's frame, as (11, 22, 33), (12, 23, 13)."""
+    return (
+        (
+            fx[0] * fx[0] + fy[0] * fy[0] + fz[0] * fz[0] - 1.0,
+            fx[1] * fx[1] + fy[1] * fy[1] + fz[1] * fz[1] - 1.0,
+            fx[2] * fx[2] + fy[2] * fy[2] + fz[2] * fz[2] - 1.0,
+        ),
+        (
+            fx[0] * fx[1] + fy[0] * fy[1] + fz[0] * fz[1],
+            fx[1] * fx[2] + fy[1] * fy[2] + fz[1] * fz[2],
+            fx[0] * fx[2] + fy[0] * fy[2] + fz[0] * fz[2],
+        ),
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def product(d: Three, h: Three) -> float:
+    """E:E from 2E as `green_strain` gives it."""
+    squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+    return 0.25 * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_force(
+    gx: Three, gy: Three, gz: Three, r: Floats, o: int, mu: float, pressure: float
+) -> tuple[Rows, float]:
+    """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point; w mu E:E, J.
+
+    Inlined where nobody asks for the energy, it is not computed.
+    """
+    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
+    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
+    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+    d, h = green_strain(fx, fy, fz)
+    wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
+    s12, s23, s13 = wmu * h[0], wmu * h[1], wmu * h[2]
+    s1 = (wmu * d[0] + wp, s12, s13)
+    s2 = (s12, wmu * d[1] + wp, s23)
+    s3 = (s13, s23, wmu * d[2] + wp)
+    rows = (
+        force_row(fx, s1, s2, s3, r, o),
+        force_row(fy, s1, s2, s3, r, o),
+        force_row(fz, s1, s2, s3, r, o),
+    )
+    return rows, wmu * product(d, h)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
+    """Return w E:E at one point, m^3."""
+    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
+    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
+    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+    d, h = green_strain(fx, fy, fz)
+    return r[o + 6 * LANES] * product(d, h)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_det(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
+    """Return det F at one point."""
+    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
+    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
+    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+    return (
+        fx[0] * (fy[1] * fz[2] - fy[2] * fz[1])
+        + fx[1] * (fy[2] * fz[0] - fy[0] * fz[2])
+        + fx[2] * (fy[0] * fz[1] - fy[1] * fz[0])
+    )

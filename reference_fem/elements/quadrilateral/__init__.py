@@ -1,0 +1,1 @@
+"""The 4-node quadrilateral in plane stress."""

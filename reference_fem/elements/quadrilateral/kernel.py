@@ -1,0 +1,248 @@
+"""Compiled kernels of the 4-node quadrilateral in plane stress: force, energy, stress, det F.
+
+Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = thickness x area:
+
+    C = F^T F,  E = (C - I)/2,  lambda* = 2 lambda mu/(lambda + 2 mu)            (S_zz = 0)
+    W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
+    S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
+
+Edges and frames as in `hex8_edges` and `hex8_point`: [g_1 g_2] from the 4 edge vectors,
+F Q = [g_1 g_2] R^-1.
+`reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
+point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa).
+Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
+"""
+
+import numpy as np
+from numba import njit
+
+from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.hexahedron.edges import LOW
+from reference_fem.elements.loops import implement
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
+from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
+from reference_fem.elements.threads import FIRST, LAST, alone
+
+POINT_ROWS = 4
+ROWS = 4 * POINT_ROWS + 2
+RESULT = 8
+SCRATCH_ROWS = RESULT + 1
+
+
+class Quad4Blocks(Blocks):
+    """Blocks of plane-stress quadrilaterals."""
+
+
+Two = tuple[float, float]
+Three = tuple[float, float, float]
+Points = tuple[Two, Two, Two, Two]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def base_vectors(s: Floats, row: int, lane: int) -> Points:
+    """One Cartesian component of (g_1, g_2) at the 4 points, from 4 nodal rows of scratch s."""
+    o = row * LANES + lane
+    x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
+    a, b = x1 - x0, x2 - x3
+    c, d = x3 - x0, x2 - x1
+    t, h = b - a, d - c
+    a, b = a + LOW * t, b - LOW * t
+    c, d = c + LOW * h, d - LOW * h
+    return (a, c), (a, d), (b, d), (b, c)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def base_forces(s: Floats, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: Two) -> None:
+    """Transpose of `base_vectors`: 4 nodal rows of s from the points' forces on (g_1, g_2)."""
+    o = row * LANES + lane
+    a, b = f0[0] + f1[0], f2[0] + f3[0]
+    c, d = f0[1] + f3[1], f1[1] + f2[1]
+    t, h = b - a, d - c
+    a, b = a + LOW * t, b - LOW * t
+    c, d = c + LOW * h, d - LOW * h
+    s[o] = -a - c
+    s[o + LANES] = a - d
+    s[o + 2 * LANES] = b + d
+    s[o + 3 * LANES] = c - b
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gradient_row(g: Two, r: Floats, o: int) -> Two:
+    """One row of F Q = [g_1 g_2] R^-1."""
+    return g[0] * r[o], g[0] * r[o + LANES] + g[1] * r[o + 2 * LANES]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def green_strain(fx: Two, fy: Two) -> Three:
+    """2E = C - I in the point's frame: 11, 22, 12."""
+    return (
+        fx[0] * fx[0] + fy[0] * fy[0] - 1.0,
+        fx[1] * fx[1] + fy[1] * fy[1] - 1.0,
+        fx[0] * fx[1] + fy[0] * fy[1],
+    )
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def force_row(f: Two, s11: float, s22: float, s12: float, r: Floats, o: int) -> Two:
+    """One row of w (F Q)(Q^T S Q) R^-T."""
+    p1, p2 = f[0] * s11 + f[1] * s12, f[0] * s12 + f[1] * s22
+    return p1 * r[o] + p2 * r[o + LANES], p2 * r[o + 2 * LANES]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def strain_energy(c: Three, w: float, mu: float, lame: float) -> float:
+    """Energy w (mu E:E + lambda* (tr E)^2 / 2), J, from 2E."""
+    trace = c[0] + c[1]
+    shear = c[0] * c[0] + c[1] * c[1] + 2.0 * c[2] * c[2]
+    return 0.25 * w * (mu * shear + 0.5 * lame * trace * trace)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_force(
+    gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float
+) -> tuple[Two, Two, float]:
+    """Rows x, y of w F S J^-T: the forces conjugate to g_1, g_2 at one point; its energy, J.
+
+    Inlined where nobody asks for the energy, it is not computed.
+    """
+    fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
+    c, w = green_strain(fx, fy), r[o + 3 * LANES]
+    pressure = 0.5 * w * lame * (c[0] + c[1])
+    wmu = w * mu
+    s11, s22, s12 = wmu * c[0] + pressure, wmu * c[1] + pressure, wmu * c[2]
+    x, y = force_row(fx, s11, s22, s12, r, o), force_row(fy, s11, s22, s12, r, o)
+    return x, y, strain_energy(c, w, mu, lame)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def point_energy(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> float:
+    """Energy of one point, J."""
+    c = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
+    return strain_energy(c, r[o + 3 * LANES], mu, lame)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def lane_force(s: Floats, r: Floats, lane: int) -> float:
+    """One element's forces in place of its positions; its energy, J."""
+    step = POINT_ROWS * LANES
+    x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+    mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+    f0 = point_force(x[0], y[0], r, lane, mu, lame)
+    f1 = point_force(x[1], y[1], r, lane + step, mu, lame)
+    f2 = point_force(x[2], y[2], r, lane + 2 * step, mu, lame)
+    f3 = point_force(x[3], y[3], r, lane + 3 * step, mu, lame)
+    base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
+    base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
+    return (f0[2] + f1[2]) + (f2[2] + f3[2])
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_force(s: Floats, r: Floats) -> None:
+    """Rows 0..7 of s: positions in, forces out."""
+    for lane in range(LANES):
+        lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def block_audited_force(s: Floats, r: Floats) -> None:
+    """`block_force`; row RESULT of s: the elements' energies, J."""
+    for lane in range(LANES):
+        s[RESULT * LANES + lane] = lane_force(s, r, lane)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+    """Current nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
+    for lane in range(LANES):
+        for a in range(4):
+            n = nodes[lane, a]
+            s[a * LANES + lane] = points[n, 0] + displacement[n, 0]
+            s[(4 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
+    """Add rows 0..7 of s to the nodal forces, those of the seam to thread t's buffer."""
+    nodes, seam = blocks.nodes[block], blocks.buffers[t]
+    inside = alone(blocks, block, share)
+    for lane in range(LANES):
+        for a in range(4):
+            n = nodes[lane, a]
+            f = out if inside or share[FIRST] <= n < share[LAST] else seam
+            f[n, 0] += s[a * LANES + lane]
+            f[n, 1] += s[(4 + a) * LANES + lane]
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> None:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    block_force(s, blocks.reference[block])
+    scatter(s, blocks, block, share, t, out)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def add_audited_force(
+    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+) -> tuple[float, float]:
+    """See `loops`."""
+    s = blocks.scratch[t]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    block_audited_force(s, blocks.reference[block])
+    scatter(s, blocks, block, share, t, out)
+    total = 0.0
+    for lane in range(LANES):
+        total += s[RESULT * LANES + lane]
+    return total, 0.0
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+    """See `loops`."""
+    total, r = 0.0, blocks.reference[block]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    for lane in range(LANES):
+        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+        mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
+        for q in range(4):
+            total += point_energy(x[q], y[q], r, lane + q * POINT_ROWS * LANES, mu, lame)
+    return total, 0.0
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+    """See `loops`."""
+    smallest = np.inf
+    r = blocks.reference[block]
+    gather(blocks.points, displacement, blocks.nodes[block], s)
+    for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+        for q in range(4):
+            o = lane + q * POINT_ROWS * LANES
+            fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
+            smallest = lower(smallest, fx[0] * fy[1] - fx[1] * fy[0])
+    return float(smallest)
+
+
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+def stresses(
+    blocks: Blocks,
+    displacement: Floats,
+    gradients: Floats,
+    mu: Floats,
+    lame: Floats,
+    cells: Integers,
+    stress: Floats,
+) -> None:
+    """Cauchy stress at the centres of `cells` into stress (n, 3), Pa; `lame` holds lambda*."""
+    f = np.empty((2, 2))
+    for row in range(len(cells)):
+        cell = cells[row]
+        deformation(blocks, displacement, cell, gradients[cell], f)
+        cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])
+
+
+implement(Quad4Blocks, add_force, add_audited_force, energy, least_det)

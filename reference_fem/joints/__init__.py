@@ -1,0 +1,1 @@
+"""Hinges between phalanges and the torques that drive them."""

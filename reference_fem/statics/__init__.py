@@ -1,0 +1,1 @@
+"""Static solves of the meshed fingertip: compliance and indentation."""

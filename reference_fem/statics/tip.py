@@ -1,0 +1,248 @@
+"""Compliance of a meshed fingertip under forces near the point where it touches: linear statics.
+
+Small strain, small rotation, the trilinear hexahedron of the explicit runs (deviatoric part at
+2 x 2 x 2 points, volumetric part at one), assembled by scikit-fem, one sparse factorization.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import meshes
+from reference_fem.settings import Material
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# Candidates whose three loads are solved for at once.
+COLUMNS = 16
+
+
+@dataclass(frozen=True)
+class TipCompliance:
+    """Displacements per unit force at k candidate nodes, of the mesh as given.
+
+    Motion is that against a frame which moves with a section behind the contact (its best-fit
+    rigid motion, read at the contact point): the beam's share of the compliance is left out.
+
+    Attributes
+    ----------
+    nodes : (k,)
+        Candidates: the nodes of the surface's facets near the contact point.
+    facets : (m, 4)
+        Those facets, by candidate.
+    points : (k, 3)
+        The candidates' undeformed positions: along the plane of motion, along Z, and the distance
+        from the plane that touches the undeformed tip, m.
+    radius
+        Of the sphere, m.
+    normal : (k, k)
+        Displacement of node i into the body per unit force on node j into the body, m/N.
+    tangential : (k, k, 2, 2)
+        [i, j, a, b]: displacement of i along a per force on j along b; 0: the plane's direction
+        in the plane of motion, 1: Z.
+    held : (k,)
+        Nodes on the symmetry plane, which do not move along Z.
+    copies
+        2 for a half model, else 1.
+    plane_strain_modulus
+        E* of the material, Pa.
+    """
+
+    nodes: Index
+    facets: Index
+    points: Array
+    radius: float
+    normal: Array
+    tangential: Array
+    held: NDArray[np.bool_]
+    copies: int
+    plane_strain_modulus: float
+
+
+def tip_compliance(
+    mesh: meshes.FingerMesh, material: Material, angle: float, reach: float, behind: float = 0.0
+) -> TipCompliance:
+    """Compliance of the last phalanx, its first face held, at the nodes that may touch.
+
+    Parameters
+    ----------
+    mesh
+        3D with a hemispherical end; only the last phalanx takes part.
+    angle
+        Between the axis (towards the tip) and the direction to the plane, towards -Y, rad.
+    reach
+        Facets with a node within this distance of the contact point may touch, m.
+    behind
+        Distance of the reference section behind the hemisphere's centre, m; the mesh's nearest
+        section is taken.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is planar, or no candidate lies within reach.
+    """
+    if mesh.dim != 3:
+        raise ValueError(f"mesh: {mesh.dim}-dimensional; the indentation needs a 3D mesh")
+    last = mesh.phalanges
+    cells = mesh.cells[mesh.cell_sets[f"phalanx_{last}"]]
+    used, local = np.unique(cells, return_inverse=True)
+    points, cells = mesh.points[used], local.reshape(cells.shape)
+    place = np.full(len(mesh.points), -1)
+    place[used] = np.arange(used.size)
+
+    def here(nodes: Index) -> Index:
+        inside = place[np.asarray(nodes, dtype=np.int64)]
+        return inside[inside >= 0]
+
+    radius = float(np.abs(points[:, 1]).max())
+    centre = np.array([points[:, 0].min() + radius, 0.0, 0.0])
+    outward = np.array([-np.cos(angle), -np.sin(angle), 0.0])
+    along = np.array([-outward[1], outward[0], 0.0])
+    contact = centre + radius * outward
+    surface = place[mesh.facet_sets["surface"]]
+    near = np.linalg.norm(points[surface] - contact, axis=2).min(axis=1) < reach
+    candidates, facets = np.unique(surface[near], return_inverse=True)
+    if candidates.size < 9:
+        raise ValueError(
+            f"tip: {candidates.size} surface nodes within {reach:.3g} m of the contact point; "
+            "refine tip_size or press harder"
+        )
+    symmetry = here(mesh.node_sets.get("symmetry", np.empty(0, np.int64)))
+    held = here(mesh.node_sets[f"proximal_face_{last}"])
+    fixed = np.concatenate([(3 * held[:, None] + np.arange(3)).ravel(), 3 * symmetry + 2])
+    directions = np.array([-outward, along, [0.0, 0.0, 1.0]])
+    displacement = _solve(points, cells, material, np.unique(fixed), candidates, directions)
+    section = _section(points, centre[0] + behind)
+    weights = np.where(np.isin(section, symmetry), 1.0, 2.0)
+    lever = contact[:2]
+    k = candidates.size
+    moved = np.empty((k, 3, 3))
+    matrix = np.einsum("idjb,ad->ijab", displacement[candidates], directions)
+    for j in range(k):
+        for b in range(3):
+            u = displacement[section, :2, j, b]
+            moved[j, :, b] = directions @ _rigid(points[section, :2], u, weights, lever)
+    matrix -= moved[None]
+    offset = points[candidates] - contact
+    return TipCompliance(
+        nodes=used[candidates],
+        facets=facets.reshape(-1, 4),
+        points=np.stack([offset @ along, offset[:, 2], -offset @ outward], axis=1),
+        radius=radius,
+        normal=0.5 * (matrix[..., 0, 0] + matrix[..., 0, 0].T),
+        tangential=matrix[..., 1:, 1:],
+        held=np.isin(candidates, symmetry),
+        copies=2 if symmetry.size else 1,
+        plane_strain_modulus=material.plane_strain_modulus,
+    )
+
+
+def _solve(
+    points: Array,
+    cells: Index,
+    material: Material,
+    fixed: Index,
+    candidates: Index,
+    directions: Array,
+) -> Array:
+    """Displacements (n_points, 3, k, 3) for a unit force at each candidate along each direction."""
+    from scipy.sparse.linalg import splu
+
+    stiffness = _stiffness(points, cells, material)
+    size = stiffness.shape[0]
+    free = np.setdiff1d(np.arange(size), fixed)
+    force = np.zeros((size, candidates.size, 3))
+    for j, node in enumerate(candidates):
+        force[3 * node : 3 * node + 3, j] = directions.T
+    solver = splu(
+        stiffness[free][:, free].tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        relax=20,
+        panel_size=20,
+        options={"SymmetricMode": True},
+    )
+    result = np.zeros_like(force)
+    for start in range(0, candidates.size, COLUMNS):
+        some = slice(start, start + COLUMNS)
+        load = force[free][:, some].reshape(free.size, -1)
+        result[free, some] = solver.solve(load).reshape(free.size, -1, 3)
+    return result.reshape(-1, 3, candidates.size, 3)
+
+
+def _stiffness(points: Array, cells: Index, material: Material) -> Any:
+    """K_e = Σ_q w_q B_dᵀ 2G B_d + V b_0ᵀ K b_0, numbered node by node.
+
+    B_d (6 x 24) is the deviatoric strain at the 2 x 2 x 2 points, b_0 (24) the divergence at the
+    middle; gradients and weights are scikit-fem's.
+    """
+    from scipy.sparse import coo_matrix
+    from skfem import Basis, ElementHex1, MeshHex
+    from skfem.io.meshio import INV_HEX_MAPPING
+
+    nodes = cells.T[INV_HEX_MAPPING[:8]]
+    mesh = MeshHex(np.ascontiguousarray(points.T), nodes, sort_t=False, validate=False)
+    full = Basis(mesh, ElementHex1(), intorder=3)
+    middle = Basis(mesh, ElementHex1(), quadrature=(np.full((3, 1), 0.5), np.ones(1)))
+    shear = material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    strain = _strain(_gradients(full))
+    strain[..., :3, :] -= strain[..., :3, :].sum(axis=-2, keepdims=True) / 3.0
+    # Engineering shears γ = 2 ε store 2G · 2 ε² = G γ²: half the weight of a normal strain.
+    weight = np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0]) * shear
+    scaled = strain * weight[:, None] * full.dx[..., None, None]
+    n_cells = len(cells)
+    # Both with the points and strains of a cell in one row index: one product per cell.
+    element = np.matmul(
+        scaled.reshape(n_cells, -1, 24).transpose(0, 2, 1), strain.reshape(n_cells, -1, 24)
+    )
+    spread = _strain(_gradients(middle))[:, 0, :3].sum(axis=1)
+    volume = middle.dx[:, 0]
+    element += np.einsum("e,ei,ej->eij", material.bulk_modulus * volume, spread, spread)
+    dofs = (3 * nodes.T[:, :, None] + np.arange(3)).reshape(n_cells, 24)
+    rows = np.repeat(dofs, 24, axis=1).ravel()
+    columns = np.tile(dofs, (1, 24)).ravel()
+    size = 3 * len(points)
+    return coo_matrix((element.ravel(), (rows, columns)), shape=(size, size)).tocsr()
+
+
+def _gradients(basis: Any) -> Array:
+    """Shape functions' gradients, (n_cells, n_points, 8, 3)."""
+    return np.stack([basis.basis[i][0].grad for i in range(8)]).transpose(2, 3, 0, 1)
+
+
+def _strain(gradient: Array) -> Array:
+    """B: strains (xx, yy, zz, yz, xz, xy; shears γ) of the 24 nodal displacements, (.., 6, 24)."""
+    b = np.zeros((*gradient.shape[:2], 6, 8, 3))
+    for d in range(3):
+        b[..., d, :, d] = gradient[..., d]
+        one, other = (d + 1) % 3, (d + 2) % 3
+        b[..., 3 + d, :, one] = gradient[..., other]
+        b[..., 3 + d, :, other] = gradient[..., one]
+    return b.reshape(*gradient.shape[:2], 6, 24)
+
+
+def _section(points: Array, x: float) -> Index:
+    """Nodes of the mesh's plane section nearest to x."""
+    size = np.ptp(points[:, 0])
+    planes = np.round(points[:, 0] / (1e-6 * size)).astype(np.int64)
+    values, counts = np.unique(planes, return_counts=True)
+    # A section of the shaft holds as many nodes as the end face; elsewhere planes are accidents.
+    whole = values[counts >= counts[np.argmax(values)]]
+    nearest = whole[np.argmin(np.abs(whole * (1e-6 * size) - x))]
+    return np.flatnonzero(planes == nearest)
+
+
+def _rigid(arms: Array, moved: Array, weights: Array, at: Array) -> Array:
+    """Best-fit rigid motion (u, v, 0) at a point, by weighted least squares (small rotation)."""
+    middle = weights @ arms / weights.sum()
+    shift = weights @ moved / weights.sum()
+    r = arms - middle
+    turn = weights @ (r[:, 0] * moved[:, 1] - r[:, 1] * moved[:, 0])
+    turn /= weights @ (r**2).sum(axis=1)
+    lever = at - middle
+    return np.array([shift[0] - turn * lever[1], shift[1] + turn * lever[0], 0.0])

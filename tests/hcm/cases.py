@@ -1,0 +1,178 @@
+"""Fingers, states and systems with closed forms that the reduced model's tests share."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hcm
+from hcm import loop as tap
+from hcm.beam.banded_ldl import HALF_BANDWIDTH
+from hcm.beam.chain import Chain, Law, Probe, build_chain
+from hcm.contact.law import Contact
+from hcm.integrators.gauss_tableau import with_collocation
+from hcm.integrators.generalized_alpha import initial_acceleration
+from hcm.integrators.workspace import Integrator, Motion, coefficients, motion, workspace
+from hcm.reference_solution import Start
+from hcm.result import EVENT_KINDS, Event
+from hcm.state import Clock, Plan
+
+Floats = NDArray[np.float64]
+
+SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
+HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
+SURFACE = hcm.Surface(height=0.1, friction=0.5)
+SOFT_TIP = hcm.Tip(0.78e6)
+HARD_TIP = hcm.Tip(5.15e6)
+
+
+def finger(phalanx: hcm.Phalanx, count: int = 3, **changes: float) -> hcm.Finger:
+    return hcm.Finger((replace(phalanx, **changes),) * count)
+
+
+def straight_links(
+    body: hcm.Finger, angles: Floats, spins: Floats, drive: hcm.Drive | None = None
+) -> tuple[Chain, Start]:
+    """Unstrained links that point along `angles` (rad from +X) and turn at `spins` (rad/s)."""
+    chain, rest = build_chain(body, drive or hcm.Drive())
+    q, v = np.zeros_like(rest), np.zeros_like(rest)
+    base, speed, element = np.zeros(2), np.zeros(2), 0
+    for phalanx, angle, spin in zip(body.phalanges, angles, spins, strict=True):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        across = spin * np.array([-along[1], along[0]])
+        el = phalanx.length / phalanx.elements
+        places = [chain.first[element], *chain.second[element : element + phalanx.elements]]
+        for i, place in enumerate(places):
+            q[place : place + 4] = *(base + i * el * along), *along
+            v[place : place + 4] = *(speed + i * el * across), *across
+        base, speed = base + phalanx.length * along, speed + phalanx.length * across
+        element += phalanx.elements
+    return chain, Start(q, v)
+
+
+def dense_of(rows: Floats) -> Floats:
+    """The symmetric matrix (n, n) that `banded_ldl`'s rows (w + n, w + 1) store."""
+    w, n = HALF_BANDWIDTH, len(rows) - HALF_BANDWIDTH
+    dense = np.zeros((n, n))
+    for i in range(n):
+        for j in range(max(0, i - w), i + 1):
+            dense[i, j] = dense[j, i] = rows[w + i, w - i + j]
+    return dense
+
+
+@dataclass(frozen=True)
+class Run:
+    """What the compiled loop made of a start: its rows, events, and the state at the end."""
+
+    table: Floats
+    reactions: Floats
+    events: tuple[Event, ...]
+    motion: Motion
+    contact: Contact
+    clock: Clock
+    code: int
+
+    def __getitem__(self, column: str) -> Floats:
+        return self.table[:, tap.COLUMNS.index(column)]
+
+    def kinds(self) -> list[str]:
+        return [e.kind for e in self.events]
+
+    def time_of(self, kind: str, occurrence: int = 0) -> float:
+        return [e.time_s for e in self.events if e.kind == kind][occurrence]
+
+
+def integrate(
+    chain: Chain,
+    law: Law,
+    start: Start,
+    step: float,
+    *,
+    xi: float = 0.8,
+    end_time: float = np.inf,
+    taps: int = 1,
+    rows: int = 20_000,
+    newton_tolerance: float = 1e-12,
+    collocation: bool = False,
+) -> Run:
+    """Run the compiled loop from any state with one fixed step in flight and contact.
+
+    collocation : whether its flight is integrated by Gauss collocation.
+    """
+    n = chain.scale.size
+    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
+    plain = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
+    integrator = with_collocation(plain) if collocation else plain
+    clock = Clock(start.time_s, start.time_s, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
+    probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0)
+    assert initial_acceleration(old, start.contact, plain)
+    table, reactions = (
+        np.empty((rows + 1, len(tap.COLUMNS))),
+        np.empty((rows + 1, 2 * chain.hinge.size)),
+    )
+    tap.write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
+    located = tap.EventTable(
+        np.empty(rows), np.empty(rows, dtype=np.int64), *np.empty((2, rows, n))
+    )
+    frames = tap.FrameTable(np.empty(0), np.empty((0, n)))
+    contact, clock, n_rows, n_events, code = tap.advance(
+        old, new, start.contact, clock, plan, integrator, integrator, probe,
+        tap.Record(table[1:], reactions[1:], located, frames),
+    )  # fmt: skip
+    events = tuple(
+        Event(float(t), EVENT_KINDS[k])
+        for t, k in zip(located.time[:n_events], located.kind[:n_events], strict=True)
+    )
+    return Run(table[: n_rows + 1], reactions[: n_rows + 1], events, old, contact, clock, code)
+
+
+# An anchor this much heavier than the mass moves uniformly, whatever pulls on it.
+HEAVY = 1e16
+
+
+def point_mass(
+    mass: float,
+    position: tuple[float, float],
+    velocity: tuple[float, float],
+    force: tuple[float, float] = (0.0, 0.0),
+    spring: float = 0.0,
+    anchor: tuple[float, float] = (0.0, 0.0),
+    anchor_velocity: tuple[float, float] = (0.0, 0.0),
+) -> tuple[Chain, Start]:
+    """A free point mass at the tip node, under a constant force and a spring to a moving anchor.
+
+    One element of unit length carries no axial stiffness. Its bending stiffness acts on slopes
+    minus chord; with slopes held by inertia it is a linear spring between its nodes, the same in
+    every direction: 2 (near + far)/l^2 of `add_internal_force`, unstretched where the chord is the
+    slope. The anchor is its first node.
+    """
+    near = spring / 3.0
+    bending = np.zeros((1, 4, 4))
+    bending[0] = near * np.array(
+        [[3.0, 1.5, -3.0, 1.5], [1.5, 1.0, -1.5, 0.5], [-3.0, -1.5, 3.0, -1.5], [1.5, 0.5, -1.5, 1]]
+    )
+    weight = np.zeros(8)
+    weight[4:6] = force
+    chain = Chain(
+        first=np.array([0]),
+        second=np.array([4]),
+        length=np.array([1.0]),
+        axial_stiffness=np.zeros(1),
+        mass=np.diag([HEAVY, HEAVY, 1.0, HEAVY])[None] * mass,
+        bending=bending,
+        hinge=np.empty(0, dtype=np.int64),
+        hinge_inner=np.empty(0, dtype=np.int64),
+        hinge_outer=np.empty(0, dtype=np.int64),
+        weight=weight,
+        torque=np.empty(0),
+        torque_node=np.empty(0, dtype=np.int64),
+        scale=np.ones(8),
+        tip=4,
+        # one rounding of a position of order 1 m, through the spring
+        roundoff=float(np.finfo(float).eps) * spring / mass,
+    )
+    slope = (1.0, 0.0)
+    q = np.array([anchor[0] - 1.0, anchor[1], *slope, *position, *slope], dtype=float)
+    v = np.array([*anchor_velocity, 0.0, 0.0, *velocity, 0.0, 0.0], dtype=float)
+    return chain, Start(q, v)

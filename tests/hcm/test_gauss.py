@@ -1,0 +1,298 @@
+"""Gauss collocation in flight: order, phase, invariants, symmetry, hinges, and taps with it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import hcm
+from hcm.beam.banded_ldl import storage
+from hcm.beam.chain import Chain, Law, contact_law
+from hcm.beam.equations import residual, tangent
+from hcm.beam.minimal_coordinates import minimal_coordinates
+from hcm.contact.law import COMPRESSION, FLIGHT, FREE, SLIP, Contact
+from hcm.energy import energies
+from hcm.integrators.gauss import step
+from hcm.integrators.gauss_tableau import STAGES, GaussIntegrator, tableau, with_collocation
+from hcm.integrators.generalized_alpha import initial_acceleration
+from hcm.integrators.workspace import Integrator, Motion, coefficients, motion, workspace
+from hcm.reference_solution import Start, solve_chain
+from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, dense_of, finger, integrate, straight_links
+from validation.studies.bench import truths
+
+IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+NOWHERE = Law(1.0, 1.0, 0.75, 0.0, 100.0)
+STILL = hcm.Drive(gravity=0.0)
+ANGLES, SPINS = np.radians([255.0, 240.0, 200.0]), np.array([12.0, 14.0, 40.0])
+TIGHT = 1e-13
+
+
+def prepared(
+    chain: Chain, start: Start, stages: int = STAGES, tolerance: float = TIGHT
+) -> tuple[GaussIntegrator, Motion, Motion]:
+    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
+    plain = Integrator(coefficients(1.0, tolerance), chain, NOWHERE, workspace(chain.scale.size))
+    assert initial_acceleration(old, IN_FLIGHT, plain)
+    plain.work.cost[:] = 0
+    return with_collocation(plain, stages), old, new
+
+
+def flown(chain: Chain, start: Start, h: float, steps: int, **how: float) -> Motion:
+    integrator, old, new = prepared(chain, start, **how)  # type: ignore[arg-type]
+    for _ in range(steps):
+        assert step(h, IN_FLIGHT, old, new, integrator)
+        old, new = new, old
+    return old
+
+
+def nodes(chain: Chain) -> np.ndarray:
+    """Places of nodal coordinates: all but the hinges'."""
+    held = np.add.outer(chain.hinge, [0, 1]).ravel()
+    return np.setdiff1d(np.arange(chain.scale.size), held)
+
+
+@pytest.mark.parametrize("stages", [2, 3, 4, 5, 6])
+def test_tableau_satisfies_the_simplifying_assumptions(stages: int) -> None:
+    """B(2s) of the weights; C(s) of a a, integrated twice; T diag(mu) T^-1 = a a."""
+    t = tableau(stages)
+    for k in range(2 * stages):
+        assert t.b @ t.c**k == pytest.approx(1 / (k + 1), abs=1e-14)
+    for k in range(stages - 1):
+        twice = t.c ** (k + 2) / ((k + 1) * (k + 2))
+        np.testing.assert_allclose(t.double @ t.c**k, twice, atol=1e-14)
+    for k in range(stages):
+        to_q, to_v = t.ends @ t.double @ t.c**k
+        assert to_q == pytest.approx(1 / ((k + 1) * (k + 2)), abs=1e-12)
+        assert to_v == pytest.approx(1 / (k + 1), abs=1e-12)
+    # with K = 0 every system returns its right-hand side: T diag(mu) T^-1
+    np.testing.assert_allclose(t.backward @ t.forward, t.double, atol=1e-13)
+
+
+@pytest.mark.parametrize(("stages", "steps"), [(2, (16, 32)), (3, (8, 16))])
+@pytest.mark.parametrize("driven", [False, True])
+def test_order_in_coordinates_and_velocities(
+    stages: int, steps: tuple[int, ...], driven: bool
+) -> None:
+    """Three links whose axial vibrations the start excites, against DOP853."""
+    drive = hcm.Drive((2e-2, 1e-2, 5e-3), 9.8, reaction=True) if driven else hcm.Drive()
+    chain, start = straight_links(finger(SOFT, elements=1), ANGLES, SPINS, drive)
+    time, place = 4e-5, nodes(chain)
+    exact = solve_chain(chain, NOWHERE, start, 1e-13, 1e-17, end_time=time).end
+    errors = []
+    for n in steps:
+        end = flown(chain, start, time / n, n, stages=stages)
+        moved = np.abs(end.q - exact.coordinates) / chain.scale
+        errors.append(
+            (moved[place].max(), (np.abs(end.v - exact.velocities) / chain.scale)[place].max())
+        )
+    orders = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    # omega h of the highest mode is 1 and less: the next order is not gone
+    np.testing.assert_allclose(orders, 2 * stages, atol=0.25)
+
+
+def bending_mode(chain: Chain, rest: np.ndarray) -> tuple[float, np.ndarray]:
+    """Lowest frequency above rigid rotation, rad/s, and its shape (n,) with entries up to 1 m."""
+    source = minimal_coordinates(chain).source
+    free = np.zeros((rest.size, int(source.max()) + 1))
+    free[source >= 0, source[source >= 0]] = 1.0
+
+    def reduced(weight: float) -> np.ndarray:
+        rows = storage(rest.size)
+        tangent(rest, weight, chain, IN_FLIGHT, NOWHERE, rows)
+        unscaled = dense_of(rows) / np.outer(chain.scale, chain.scale)
+        return free.T @ unscaled @ free
+
+    mass = reduced(0.0)
+    squares, shapes = eigh(reduced(1.0) - mass, mass)
+    first = int(np.argmax(squares > 1.0))
+    shape = free @ shapes[:, first]
+    return math.sqrt(squares[first]), shape / np.abs(shape / chain.scale).max()
+
+
+@pytest.mark.parametrize("stages", [2, 3, 5])
+@pytest.mark.parametrize("h_omega", [0.9, 2.0])
+def test_phase_of_a_vibrating_bar(stages: int, h_omega: float) -> None:
+    """A step turns the bending mode of a hinged bar by 2 arg P(i omega h), P Pade's numerator."""
+    chain, start = straight_links(finger(SOFT, 1), np.array([np.pi]), np.zeros(1), STILL)
+    rest, count, amplitude = start.coordinates, 40, 1e-9
+    omega, shape = bending_mode(chain, rest)
+    bent = Start(rest + amplitude * shape, np.zeros(rest.size))
+    end = flown(chain, bent, h_omega / omega, count, stages=stages)
+    found = (end.q - rest)[nodes(chain)] @ shape[nodes(chain)] / (shape @ shape) / amplitude
+    factorial, x = math.factorial, 1j * h_omega
+    pade = sum(
+        factorial(2 * stages - k) / (factorial(k) * factorial(stages - k)) * x**k
+        for k in range(stages + 1)
+    )
+    # a displacement of 1e-9 m keeps six digits of positions of 0.04 m
+    assert found == pytest.approx(math.cos(2 * count * np.angle(pade)), abs=1e-5)
+
+
+@pytest.fixture(scope="module")
+def tumbling():
+    """Soft links that whirl about the hinge without gravity: 200 steps of 0.1 ms."""
+    chain, start = straight_links(finger(SOFT), ANGLES, SPINS, STILL)
+    integrator, old, new = prepared(chain, start, tolerance=1e-12)
+    states = [motion_copy(old)]
+    for _ in range(200):
+        assert step(1e-4, IN_FLIGHT, old, new, integrator)
+        old, new = new, old
+        states.append(motion_copy(old))
+    return chain, integrator, states
+
+
+def motion_copy(state: Motion) -> Motion:
+    return Motion(*(a.copy() for a in state))
+
+
+def test_energy_does_not_drift(tumbling) -> None:
+    """Steps hundreds of times longer than the mesh's shortest period."""
+    chain, _, states = tumbling
+    total = np.array([sum(energies(s.q, s.v, chain)) for s in states])
+    kinetic = energies(states[0].q, states[0].v, chain)[0]
+    off = np.abs(total / total[0] - 1.0)
+    assert kinetic > 0.9 * total[0]
+    assert off.max() < 1e-8
+
+
+def test_angular_momentum_is_kept_to_round_off(tumbling) -> None:
+    """A quadratic invariant: sum over nodes of q^T J M q., J a quarter turn."""
+    chain, _, states = tumbling
+
+    def momentum(state: Motion) -> float:
+        total = 0.0
+        for first, mass in zip(chain.first, chain.mass, strict=True):
+            q, v = (y[first : first + 8].reshape(4, 2) for y in (state.q, state.v))
+            total += q[:, 0] @ mass @ v[:, 1] - q[:, 1] @ mass @ v[:, 0]
+        return total
+
+    all_of_them = np.array([momentum(s) for s in states])
+    np.testing.assert_allclose(all_of_them, all_of_them[0], rtol=1e-10)
+
+
+def test_hinges_hold_to_round_off(tumbling) -> None:
+    chain, _, states = tumbling
+    for outer, inner in zip(chain.hinge_outer, chain.hinge_inner, strict=True):
+        for state in states:
+            for y, unit in ((state.q, 0.04), (state.v, 1.0)):
+                held = y[inner : inner + 2] if inner >= 0 else 0.0
+                # 200 steps of one rounding each
+                assert np.abs(y[outer : outer + 2] - held).max() < 200 * 2.3e-16 * unit * 3
+
+
+def test_factors_turn_with_the_phalanges(tumbling) -> None:
+    """The links turn by up to 0.8 rad; with K as it was, every step would need new factors."""
+    _, integrator, states = tumbling
+    iterations, factorizations = integrator.work.cost
+    systems = integrator.tableau.mu.size
+    assert factorizations / systems < len(states) / 3
+    assert iterations < 7 * len(states)
+
+
+def test_a_step_back_returns(tumbling) -> None:
+    """Symmetric: the step of -h undoes that of h, to the iteration's tolerance."""
+    chain, start = straight_links(finger(SOFT), ANGLES, SPINS)
+    integrator, old, new = prepared(chain, start)
+    back = motion(chain, start.coordinates, start.velocities)
+    for _ in range(3):
+        assert step(1e-4, IN_FLIGHT, old, new, integrator)
+        assert step(-1e-4, IN_FLIGHT, new, back, integrator)
+        place = nodes(chain)
+        np.testing.assert_allclose(back.q[place], old.q[place], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(back.v[place], old.v[place], rtol=0, atol=1e-8)
+        old, new = new, old
+
+
+def test_acceleration_at_the_end_satisfies_the_equations(tumbling) -> None:
+    """What generalized-alpha starts from at touch-down, and the reactions of the row."""
+    chain, _, states = tumbling
+    for state in states[1::50]:
+        out = np.empty(chain.scale.size)
+        residual(state.q, state.acceleration, chain, IN_FLIGHT, NOWHERE, out)
+        # positions known to 1e-17 m through E A/l
+        assert np.abs(out).max() < 1e-16 * chain.axial_stiffness.max() / chain.length.min() * 10
+
+
+FINE = {"contact_step": 2e-7, "contact_tolerance": 0.0, "spectral_radius": 1.0,
+        "newton_tolerance": 1e-8, "flight_integrator": "gauss"}  # fmt: skip
+
+
+@pytest.mark.parametrize(("flight_step", "reuse"), [(6e-5, True), (1e-4, True), (1e-4, False)])
+def test_whole_tap_to_five_digits(flight_step: float, reuse: bool) -> None:
+    """Peak and duration against the kept truth; trapezoidal steps would have to be of 1 us."""
+    fixed = hcm.Settings(flight_step=flight_step, flight_tolerance=0.0, **FINE)
+    settings = replace(fixed, reuse_factors=reuse)
+    result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
+    truth, found = truths.TAP.values, result.summary
+    assert result.status is hcm.Status.COMPLETED
+    assert found.peak_normal_force_N == pytest.approx(truth.peak_normal_force_N, rel=1e-5)
+    assert found.contact_duration_s == pytest.approx(truth.duration_s, rel=1e-5)
+    assert found.contact_time_s == pytest.approx(truth.contact_time_s, rel=1e-8)
+    assert found.energy_residual < 1e-6
+    assert [e.kind for e in result.events][::2] == ["contact", "separation"]
+
+
+def test_tolerance_shortens_the_steps_and_buys_accuracy() -> None:
+    errors, steps = [], []
+    for tolerance in (1e-6, 1e-9):
+        settings = hcm.Settings(flight_step=5e-3, flight_tolerance=tolerance, **FINE)
+        result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
+        flight = result.history.time_s[result.history.mode == 0][:-1]
+        assert np.diff(flight).max() <= 5e-3 * (1 + 1e-12)
+        peak = result.summary.peak_normal_force_N
+        assert peak is not None
+        errors.append(abs(peak / truths.TAP.values.peak_normal_force_N - 1.0))
+        steps.append(result.statistics.steps)
+    assert errors[1] < 2e-5
+    assert errors[1] < errors[0]
+    assert steps[1] > steps[0]
+
+
+def test_two_taps_agree_with_generalized_alpha() -> None:
+    """From the one to the other and back, twice: a rod that bounces, with restitution and friction.
+
+    Five reversals of v_n make the second tap sensitive: generalized-alpha's own error there, at
+    steps of 1 and 2 us, is 0.3 us.
+    """
+    surface = hcm.Surface(height=0.005, friction=0.5)
+    tip = hcm.Tip(SOFT_TIP.normal_stiffness, restitution=0.8)
+    found = []
+    for name, h in (("gauss", 2e-5), ("generalized-alpha", 1e-6)):
+        settings = hcm.Settings(
+            flight_step=h, contact_step=5e-7, flight_tolerance=0.0, contact_tolerance=0.0,
+            spectral_radius=1.0, end_time=0.08, flight_integrator=name,
+        )  # fmt: skip
+        result = hcm.simulate(finger(SOFT, 1, elements=2), surface, tip, settings=settings)
+        assert result.status is hcm.Status.COMPLETED
+        assert result.summary.energy_residual < 1e-6
+        found.append(result)
+    kinds = [[e.kind for e in r.events] for r in found]
+    assert kinds[0] == kinds[1]
+    assert kinds[0].count("contact") == kinds[0].count("separation") == 2
+    begins_and_ends = [
+        [e.time_s for e in r.events if e.kind in ("contact", "separation")] for r in found
+    ]
+    np.testing.assert_allclose(*begins_and_ends, rtol=0, atol=2e-6)
+
+
+def test_contact_is_generalized_alphas_alone() -> None:
+    """From a state in contact the run is the same to the last bit, events and all."""
+    rise = 0.1 - 0.04 * np.sin(np.radians(75)) - 0.04 * np.sin(np.radians(60))
+    angles = np.array([np.radians(255), np.radians(240), np.pi + np.arcsin(rise / 0.04)])
+    chain, start = straight_links(finger(SOFT, elements=2), angles, SPINS)
+    start = replace(start, contact=Contact(COMPRESSION, SLIP, 1.0, 0.0, 0.0, 0.0))
+    law = contact_law(SURFACE, SOFT_TIP)
+    ours, theirs = (integrate(chain, law, start, 1e-6, collocation=c) for c in (True, False))
+    assert len(ours.events) >= 2
+    assert ours.contact.normal == FLIGHT
+    np.testing.assert_array_equal(ours.table, theirs.table)
+
+
+@pytest.mark.parametrize("name", ["", "Gauss", "radau", None, 3])
+def test_unknown_integrators_are_refused(name: str) -> None:
+    with pytest.raises(hcm.ParameterError) as refusal:
+        hcm.Settings(flight_integrator=name)
+    assert str(refusal.value).startswith(f"flight_integrator = {name!r}")
+    assert "'generalized-alpha' or 'gauss'" in str(refusal.value)

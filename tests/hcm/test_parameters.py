@@ -1,0 +1,97 @@
+"""Every refusal names the field, the value and what is allowed."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hcm
+from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
+
+POSITIVE = "a finite number above 0"
+REFUSED: list[tuple[Any, str, Any, str]] = [
+    (SOFT, "length", -0.04, POSITIVE),
+    (SOFT, "length", math.nan, POSITIVE),
+    (SOFT, "diameter", 0.0, POSITIVE),
+    (SOFT, "youngs_modulus", math.inf, POSITIVE),
+    (SOFT, "density", -1.0, POSITIVE),
+    (SOFT, "elements", 0, "a whole number above 0"),
+    (SOFT, "elements", 2.5, "a whole number above 0"),
+    (SOFT, "elements", True, "a whole number above 0"),
+    (SOFT, "elements", np.float64(5.0), "a whole number above 0"),
+    (SURFACE, "height", -0.1, POSITIVE),
+    (SURFACE, "friction", -1.0, "0 or above"),
+    (SURFACE, "friction", math.nan, "0 or above"),
+    (SOFT_TIP, "normal_stiffness", 0.0, POSITIVE),
+    (SOFT_TIP, "restitution", 0.0, "in (0, 1]"),
+    (SOFT_TIP, "restitution", 1.01, "in (0, 1]"),
+    (SOFT_TIP, "tangential_ratio", -0.1, "0 or above"),
+    (hcm.Drive(), "gravity", math.nan, "a finite number"),
+    (hcm.Settings(), "flight_step", 0.0, POSITIVE),
+    (hcm.Settings(), "contact_step", -1e-7, POSITIVE),
+    (hcm.Settings(), "max_flight_time", math.inf, POSITIVE),
+    (hcm.Settings(), "max_contact_time", 0.0, POSITIVE),
+    (hcm.Settings(), "flight_tolerance", -1e-9, "0 or above"),
+    (hcm.Settings(), "spectral_radius", 1.5, "in [0, 1]"),
+    (hcm.Settings(), "newton_tolerance", 1.0, "in [1e-13, 1e-3]"),
+    (hcm.Settings(), "taps", 0, "a whole number above 0"),
+    (hcm.Settings(), "taps", True, "a whole number above 0"),
+    (hcm.Settings(), "max_steps", 1.5, "a whole number above 0"),
+    (hcm.Settings(), "end_time", -1.0, POSITIVE),
+]
+
+
+@pytest.mark.parametrize(("given", "field", "value", "allowed"), REFUSED)
+def test_refusals_name_field_value_and_range(
+    given: Any, field: str, value: Any, allowed: str
+) -> None:
+    with pytest.raises(hcm.ParameterError) as refusal:
+        dataclasses.replace(given, **{field: value})
+    text = str(refusal.value)
+    assert text.startswith(field)
+    assert repr(value) in text
+    assert allowed in text
+    assert "\n" not in text
+
+
+def test_numpy_integers_count_and_are_kept_as_plain_ones() -> None:
+    phalanx = dataclasses.replace(SOFT, elements=np.int64(5))
+    assert phalanx == SOFT
+    assert type(phalanx.elements) is int
+    assert type(hcm.Settings(taps=np.int32(2)).taps) is int  # type: ignore[arg-type]
+
+
+def test_torques_must_be_finite() -> None:
+    with pytest.raises(hcm.ParameterError, match=r"torques = nan: must be finite"):
+        hcm.Drive((0.0, math.nan, 1.0))
+
+
+def test_a_finger_needs_a_phalanx() -> None:
+    with pytest.raises(hcm.ParameterError, match="at least one phalanx"):
+        hcm.Finger(())
+
+
+def test_one_torque_per_phalanx() -> None:
+    with pytest.raises(hcm.ParameterError, match=r"torques has 2 values.*one per phalanx \(3\)"):
+        hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive((1.0, 2.0)))
+
+
+def test_surface_out_of_reach() -> None:
+    with pytest.raises(hcm.ParameterError, match=r"height = 0\.12.*0\.12 m"):
+        hcm.simulate(finger(SOFT), hcm.Surface(0.12, 0.5), SOFT_TIP)
+
+
+@pytest.mark.parametrize(
+    "given", [SOFT, finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive(), hcm.Settings()]
+)
+def test_given_things_are_frozen(given: Any) -> None:
+    name = dataclasses.fields(given)[0].name
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(given, name, 1.0)
+
+
+def test_every_status_but_success_gives_advice() -> None:
+    for status in hcm.Status:
+        assert bool(status.advice) == (status is not hcm.Status.COMPLETED)

@@ -1,0 +1,80 @@
+"""Sizes and shapes that cannot be meshed are refused by name, with what they would cost."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+import meshes
+from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, D, L
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize("bad", [0.0, -1e-3, NAN, INF])
+@pytest.mark.parametrize("key", ["section_size", "axial_size", "tip_size"])
+def test_bad_sizes_are_refused_by_name(key: str, bad: float) -> None:
+    sizes = {"section_size": 1e-3, "axial_size": 1e-3, "tip_size": 1e-3, key: bad}
+    with pytest.raises(meshes.MeshError, match=f"{key} = .*positive"):
+        meshes.Sizing(**sizes)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"contact_angle": -0.1}, "contact_angle"),
+        ({"contact_angle": NAN}, "contact_angle"),
+        ({"growth": 1.0}, "growth"),
+        ({"growth": NAN}, "growth"),
+        ({"max_elements": 0}, "max_elements"),
+        ({"max_updates": NAN}, "max_updates"),
+    ],
+)
+def test_bad_sizing_options(keywords: dict[str, float], message: str) -> None:
+    with pytest.raises(meshes.MeshError, match=message):
+        meshes.Sizing(1e-3, 1e-3, 1e-3, **keywords)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (((), ()), "empty"),
+        (((L, L), (D,)), "2 lengths but 1 diameters"),
+        (((L, -L), (D, D)), r"lengths\[phalanx 2\] = -0.04"),
+        (((L, NAN), (D, D)), r"lengths\[phalanx 2\] = nan"),
+        (((L,), (0.0,)), r"diameters\[phalanx 1\]"),
+        (((40.0,), (15.0,)), "looks like millimetres"),
+        (((0.007,), (D,)), "hemispherical end alone takes 0.0075 m"),
+        (((L,), (D,), "round"), "tip = 'round'"),
+    ],
+)
+def test_bad_geometry(arguments: tuple, message: str) -> None:
+    with pytest.raises(meshes.MeshError, match=message) as caught:
+        meshes.FingerGeometry(*arguments)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("dim", [3, 2])
+@pytest.mark.parametrize("key", ["section_size", "axial_size", "tip_size"])
+def test_size_above_the_body(dim: int, key: str) -> None:
+    sizes = {"section_size": 1e-3, "axial_size": 1e-3, "tip_size": 1e-3, key: 0.1}
+    with pytest.raises(meshes.MeshError, match=f"{key} = 0.1 m is larger than the"):
+        BUILD[dim](PAPER, meshes.Sizing(**sizes))
+
+
+@pytest.mark.parametrize("dim", [3, 2])
+def test_absurd_counts_are_refused_with_an_estimate_at_once(dim: int) -> None:
+    with pytest.raises(meshes.MeshError, match=r"give \d.*e\+\d+ elements .* GB, .* hours"):
+        BUILD[dim](PAPER, meshes.Sizing(1e-7, 1e-7, 1e-7))
+
+
+def test_a_tip_so_fine_that_its_steps_take_hours_is_refused_with_an_estimate() -> None:
+    fine = dataclasses.replace(FINE_TIP, tip_size=1e-6)
+    with pytest.raises(meshes.MeshError, match=r"e\+05 steps.*max_updates.* GB, .* hours"):
+        meshes.finger_hexahedra(PAPER, fine)
+    # The finest tip that the converged truths need (0.05 mm) keeps away from the limit.
+    needed = dataclasses.replace(FINE_TIP, tip_size=5e-5, growth=1.25**0.5)
+    roomy = dataclasses.replace(needed, max_updates=needed.max_updates / 10)
+    assert meshes.count_elements(PAPER, roomy) > 100_000

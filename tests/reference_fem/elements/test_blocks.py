@@ -1,0 +1,191 @@
+"""What elements of every kind owe to blocks and threads: any number, any order, the same bits."""
+
+from collections.abc import Callable
+
+import numba
+import numpy as np
+import pytest
+
+import reference_fem as rf
+from reference_fem.elements import hex8, quad4_plane_stress
+from reference_fem.elements import one_point as hex8_one_point
+from reference_fem.elements.base import BlockElement
+from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.loops import add_force
+from reference_fem.elements.threads import FIRST, LAST, START, STOP, begin, deal, finish
+from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
+from validation.studies.bench.kernels import SIZE_M, box
+
+Build = Callable[[np.ndarray, np.ndarray], BlockElement]
+
+
+def solid(factory: Callable[..., BlockElement]) -> Build:
+    return lambda p, c: factory(
+        p, c, np.full(len(c), 1e9), np.full(len(c), 0.4), np.full(len(c), 1400.0)
+    )
+
+
+def sheet(points: np.ndarray, cells: np.ndarray) -> BlockElement:
+    n = len(cells)
+    thickness = np.full(cells.shape, 5e-3)
+    return quad4_plane_stress(
+        points, cells, np.full(n, 1e9), np.full(n, 0.4), np.full(n, 1400.0), thickness
+    )
+
+
+KINDS: dict[str, tuple[Build, int]] = {
+    "hex8-sri": (solid(hex8), 3),
+    "hex8-one-point": (solid(hex8_one_point), 3),
+    "quad4": (sheet, 2),
+}
+each_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+def mesh(kind: str, counts: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    points, cells = box(counts[: KINDS[kind][1]])
+    return points + 0.1 * SIZE_M * np.random.default_rng(1).uniform(-1, 1, points.shape), cells
+
+
+def displacement(points: np.ndarray) -> np.ndarray:
+    return 0.1 * SIZE_M * np.random.default_rng(2).standard_normal(points.shape)
+
+
+def force(k: BlockElement, u: np.ndarray) -> np.ndarray:
+    out = np.full(u.shape, np.nan)
+    k.internal_force(u, out)
+    return out
+
+
+@each_kind
+@pytest.mark.parametrize("n", [1, 15, 16, 17, 33])
+def test_any_number_of_elements(kind: str, n: int) -> None:
+    """A mesh is the sum of its elements, whatever the last block lacks."""
+    points, cells = mesh(kind, (n, 1, 1))
+    u, build = displacement(points), KINDS[kind][0]
+    together, singles = build(points, cells), [build(points, cells[i : i + 1]) for i in range(n)]
+    expected = np.sum([force(k, u) for k in singles], axis=0)
+    tolerance = 1e-12 * np.abs(expected).max()
+    assert np.allclose(force(together, u), expected, rtol=0, atol=tolerance)
+    for energy in ("strain_energy", "hourglass_energy"):
+        total = sum(getattr(k, energy)(u) for k in singles)
+        assert getattr(together, energy)(u) == pytest.approx(total, rel=1e-12)
+    assert together.min_det_F(u) == min(k.min_det_F(u) for k in singles)
+
+
+@each_kind
+def test_order_of_elements_does_not_matter(kind: str) -> None:
+    points, cells = mesh(kind, (5, 4, 3))
+    u, build = displacement(points), KINDS[kind][0]
+    shuffled = build(points, np.random.default_rng(9).permutation(cells))
+    f = force(build(points, cells), u)
+    assert np.allclose(force(shuffled, u), f, rtol=0, atol=1e-12 * np.abs(f).max())
+
+
+@numba.njit
+def add_forces(blocks: Blocks, u: np.ndarray, shares: np.ndarray, t: int, out: np.ndarray) -> None:
+    for block in range(shares[t, START], shares[t, STOP]):
+        add_force(blocks, u, block, shares[t], t, out)
+
+
+@each_kind
+@pytest.mark.parametrize("threads", [1, 2, 3, 7])
+@pytest.mark.parametrize("order", ["local", "random"])
+def test_shares_of_any_number_of_threads_meet(kind: str, threads: int, order: str) -> None:
+    """Played one after the other: what the threads do does not depend on who is first."""
+    points, cells = mesh(kind, (40, 3, 2))
+    build = KINDS[kind][0]
+    if order == "random":
+        place = np.random.default_rng(3).permutation(len(points))
+        moved = np.empty_like(points)
+        moved[place] = points
+        points, cells = moved, np.random.default_rng(4).permutation(place[cells])
+    k = build(points, cells)
+    u = displacement(points)
+    blocks = k.blocks._replace(
+        scratch=np.zeros((threads, k.blocks.scratch.shape[1])),
+        buffers=np.full((threads, *points.shape), np.nan),
+    )
+    shares = deal(blocks.node_range, threads)
+    out = np.full(points.shape, np.nan)
+    for t in reversed(range(threads)):
+        begin(blocks, shares, t, out)
+        add_forces(blocks, u, shares, t, out)
+    finish(blocks, shares, out)
+    expected = force(k, u)
+    assert np.allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+    own = (shares[:, LAST] - shares[:, FIRST]).sum() / len(points)
+    assert own == 1.0 if threads == 1 else own < 1.0
+
+
+@each_kind
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one core")
+def test_the_same_bits_for_one_number_of_threads(kind: str) -> None:
+    points, cells = mesh(kind, (9, 7, 5))
+    k, u = KINDS[kind][0](points, cells), displacement(points)
+    found = {}
+    for threads in (1, 2):
+        numba.set_num_threads(threads)
+        found[threads] = force(k, u), k.energies(u), k.min_det_F(u)
+        for _ in range(20):
+            assert np.array_equal(force(k, u), found[threads][0])
+            assert (k.energies(u), k.min_det_F(u)) == found[threads][1:]
+    tolerance = 1e-13 * np.abs(found[1][0]).max()
+    assert np.allclose(found[1][0], found[2][0], rtol=0, atol=tolerance)
+    assert found[1][1] == pytest.approx(found[2][1], rel=1e-12)
+    assert found[1][2] == found[2][2]
+
+
+@each_kind
+@pytest.mark.parametrize("counts", [(9, 7, 5), (1, 1, 1)])
+def test_audited_force_is_the_force_and_the_energies(
+    kind: str, counts: tuple[int, int, int]
+) -> None:
+    points, cells = mesh(kind, counts)
+    k, u = KINDS[kind][0](points, cells), displacement(points)
+    out = np.full(points.shape, np.nan)
+    stored = k.audited_force(u, out)
+    expected = force(k, u)
+    assert np.allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+    # sums of as many terms as there are elements, in another order
+    assert stored == pytest.approx(k.energies(u), rel=1e-13 * len(cells))
+    assert stored[0] > 0.0
+    with pytest.raises(ValueError, match="out is"):
+        k.audited_force(u, np.empty((3, 3)))
+    u[-1, 0] = np.nan
+    assert np.isnan(k.audited_force(u, out)[0])
+    assert np.isnan(out[-1, 0])
+
+
+@each_kind
+def test_inverted_and_lost_elements_are_seen(kind: str) -> None:
+    points, cells = mesh(kind, (5, 4, 3))
+    k = KINDS[kind][0](points, cells)
+    u = np.zeros(points.shape)
+    assert k.min_det_F(u) == pytest.approx(1.0, rel=1e-12)
+    u[cells[-1, -2]] -= 1.6 * SIZE_M  # the far corner passes through the element
+    assert k.min_det_F(u) < 0
+    u[3, 1] = np.nan
+    assert np.isnan(k.min_det_F(u))
+    assert np.isnan(force(k, u)).any()
+    assert np.isnan(k.strain_energy(u))
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one core")
+@pytest.mark.parametrize("element", ["hex8-sri", "hex8-one-point"])
+def test_a_run_on_two_threads_repeats_to_the_bit(element: str) -> None:
+    """And on one thread it differs by round-off, which the tap of a soft brick hardly magnifies."""
+    brick = boxes((0.02,), (0.005, 0.005), (6, 2, 2))
+    soft = rf.Material(youngs_modulus=1e7, poisson_ratio=0.3, density=1000.0)
+    runs = [
+        rf.simulate(
+            brick, (soft,), rf.Surface(height=0.01, friction=0.2), rf.Drive(gravity=9.8),
+            rf.Settings(element=element, threads=threads),
+        )
+        for threads in (2, 2, 1)
+    ]  # fmt: skip
+    first, again, alone = (r.forces.normal_force_N for r in runs)
+    assert np.array_equal(first, again)
+    for name in ("strain_energy_J", "kinetic_energy_J", "energy_balance_J"):
+        assert np.array_equal(getattr(runs[0].history, name), getattr(runs[1].history, name))
+    assert np.array_equal(runs[0].snapshots[-1].displacement, runs[1].snapshots[-1].displacement)
+    assert np.allclose(alone, first, rtol=0, atol=1e-6 * first.max())

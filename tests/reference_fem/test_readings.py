@@ -1,0 +1,97 @@
+"""What is read off the run: transitions, stress at R, thickness, thinned records."""
+
+import numpy as np
+import pytest
+
+from reference_fem import Drive, ForceRecord, Material, Settings, Surface
+from reference_fem.dynamics.recorder import Thinned
+from reference_fem.elements.plane_stress_thickness import chord_thickness
+from reference_fem.model import build_model
+from reference_fem.transitions import slip_states, turning_points
+from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+
+
+def test_turning_points_of_two_humps() -> None:
+    t = np.linspace(0, 1, 1001)
+    force = np.sin(np.pi * t) * (1.2 + np.cos(4 * np.pi * t)) + 0.01 * np.sin(400 * t)
+    turns = turning_points(force, 0.1)
+    assert len(turns.maxima) == 3
+    assert len(turns.minima) == 2
+    assert t[turns.maxima[1]] == pytest.approx(0.5, abs=0.01)
+    assert len(turning_points(force, 1e-4).maxima) > 10  # the ringing that prominence leaves out
+    assert turning_points(np.zeros(5), 0.1).maxima == []
+
+
+def test_slip_states_of_a_reversal() -> None:
+    normal = np.full(600, 2.0)
+    tangential = np.concatenate(
+        [
+            np.full(100, -1.0),
+            np.linspace(-1.0, 1.0, 200),
+            np.full(100, 1.0),
+            np.linspace(1.0, 0.0, 200),
+        ]
+    )
+    states = slip_states(normal, tangential, 0.5, 0.1)
+    assert (states.stick_to_slip, states.slip_to_stick, states.reverse_slip) == (1, 2, True)
+    still = slip_states(normal, 0.1 * tangential, 0.5, 0.1)
+    assert (still.stick_to_slip, still.slip_to_stick, still.reverse_slip) == (0, 0, False)
+    # Forces too small to judge are left out.
+    assert slip_states(0.01 * normal, tangential, 0.5, 0.1).stick_to_slip == 0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("axial", [3, 4])
+def test_stress_probe_reads_bending_and_tension_in_any_direction(dim: int, axial: int) -> None:
+    # nu = 0, u_x = e x - q x y, u_y = q x^2/2: axial strain e - q y, no shear; then turned by 50
+    # degrees. The exact reading at y = -h/2 is E (e + q h/2), up to O(strain).
+    mesh = boxes((0.04,), (0.01, 0.01)[: dim - 1], (axial, 4, 2)[:dim])
+    young, stretch, curvature = 1e9, 2e-6, 1e-3
+    model = build_model(
+        mesh, (Material(young, 0.0, 1000.0),), Surface(1.0, 0.0), Drive(), Settings()
+    )
+    x, y = mesh.points[:, 0] + 0.02, mesh.points[:, 1]
+    now = mesh.points.copy()
+    now[:, 0] += stretch * x - curvature * x * y
+    now[:, 1] += 0.5 * curvature * x**2
+    c, s = np.cos(0.87), np.sin(0.87)
+    turned = now.copy()
+    turned[:, 0], turned[:, 1] = c * now[:, 0] - s * now[:, 1], s * now[:, 0] + c * now[:, 1]
+    reading = model.probe.read(model.kernel, turned - mesh.points)
+    assert reading == pytest.approx(young * (stretch + curvature * 0.005), rel=1e-3)
+
+
+def test_chord_thickness_gives_the_round_sections_area_and_inertia() -> None:
+    radius, errors = 0.0075, []
+    for layers in (8, 16, 32):
+        mesh = boxes((0.001,), (2 * radius,), (1, layers))
+        thickness = chord_thickness(mesh.points, mesh.cells, np.full(len(mesh.cells), radius))
+        h = 2 * radius / layers
+        gauss = 0.5 * h / np.sqrt(3)
+        centre = mesh.points[mesh.cells][..., 1].mean(axis=1)
+        lower, upper = thickness[:, :2].mean(axis=1), thickness[:, 2:].mean(axis=1)
+        area = 0.5 * h * (lower + upper).sum()
+        inertia = 0.5 * h * (lower * (centre - gauss) ** 2 + upper * (centre + gauss) ** 2).sum()
+        errors.append(
+            [abs(area / (np.pi * radius**2) - 1), abs(inertia / (np.pi * radius**4 / 4) - 1)]
+        )
+    # sqrt(R^2 - y^2) has an end of order 1/2, so the quadrature converges with h^(3/2).
+    assert max(errors[0]) < 0.02
+    ratios = np.array(errors[:-1]) / np.array(errors[1:])
+    assert ratios == pytest.approx(np.full((2, 2), 2**1.5), rel=0.15)
+
+
+def test_thinned_record_is_equally_spaced_and_bounded() -> None:
+    record: Thinned[int] = Thinned(10)
+    for number in range(1, 100):
+        record.offer(number - 1)
+        assert len(record.items) <= 10
+        assert len(set(np.diff(record.items))) <= 1
+        assert record.items[0] == 0
+        if number >= 10:
+            assert len(record.items) >= 5
+
+
+def test_force_record_is_exported() -> None:
+    empty = np.empty(0)
+    assert ForceRecord(empty, empty, empty, empty).time_s.size == 0

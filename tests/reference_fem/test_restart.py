@@ -1,0 +1,236 @@
+"""Restart files: killed runs resume to the same bits; damaged and foreign files are refused."""
+
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import reference_fem as rf
+from reference_fem.settings import CONTACTS
+from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+
+ROOT = Path(__file__).parents[2]
+MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 2
+SURFACE = rf.Surface(0.02, 0.5)
+DRIVE = rf.Drive(torques=(0.0, 1e-4))
+SETTINGS = rf.Settings(flight="explicit", output_interval=10, snapshots=6, max_samples=40)
+MESH = boxes((0.04, 0.03), (0.015, 0.012), (6, 3, 2), half=True)
+
+CHILD = """
+import sys, time
+from pathlib import Path
+import tests.reference_fem.test_restart as t
+calls = 0
+def progress(share, what):
+    global calls
+    calls += 1
+    if calls == int(sys.argv[2]):
+        print("ready", flush=True)
+        time.sleep(60)
+t.tap(t.rf.Restart(Path(sys.argv[1]), every_s=0.0), progress)
+"""
+
+
+def tap(restart: rf.Restart | None = None, progress: Any = None, **changes: Any) -> rf.TapResult:
+    given = {"mesh": MESH, "materials": MATERIALS, "surface": SURFACE, "drive": DRIVE}
+    given |= {"settings": SETTINGS} | changes
+    return rf.simulate(**given, progress=progress, restart=restart)
+
+
+class Counter:
+    """Counts a run's reports."""
+
+    def __init__(self) -> None:
+        self.reports = 0
+
+    def __call__(self, share: float, what: str) -> None:
+        self.reports += 1
+
+
+@pytest.fixture(scope="module")
+def undisturbed() -> tuple[rf.TapResult, int]:
+    """A run without restart files, and how often it reported."""
+    numba.set_num_threads(1)
+    counter = Counter()
+    return tap(None, counter), counter.reports
+
+
+def killed(path: Path, calls: int) -> None:
+    """A run killed while it reports for the `calls`-th time."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+    child = subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(path), str(calls)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    assert child.stdout is not None
+    with child:
+        assert child.stdout.readline() == "ready\n"
+        child.kill()
+    assert child.returncode == -signal.SIGKILL
+
+
+def assert_same_bits(one: Any, two: Any, name: str = "result") -> None:
+    """Equal to the last bit, all but the wall time."""
+    if dataclasses.is_dataclass(one):
+        for field in dataclasses.fields(one):
+            if field.name != "wall_time_s":
+                pair = getattr(one, field.name), getattr(two, field.name)
+                assert_same_bits(*pair, f"{name}.{field.name}")
+    elif isinstance(one, tuple):
+        assert len(one) == len(two), name
+        for i, pair in enumerate(zip(one, two, strict=True)):
+            assert_same_bits(*pair, f"{name}[{i}]")
+    elif isinstance(one, np.ndarray):
+        assert one.tobytes() == two.tobytes(), name
+    else:
+        assert one == two, name
+
+
+# Of some 400 reports the last dozen come from the contact.
+@pytest.mark.parametrize("calls", [2, 150, 395])
+def test_killed_run_resumes_to_the_same_bits(
+    calls: int, undisturbed: tuple[rf.TapResult, int], tmp_path: Path
+) -> None:
+    path = tmp_path / "restart.npz"
+    killed(path, calls)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    counter = Counter()
+    resumed = tap(rf.Restart(path, resume=True), counter)
+    whole, reports = undisturbed
+    assert resumed.status is rf.Status.COMPLETED
+    assert_same_bits(resumed, whole)
+    # It went on: one report of the set-up, then those that the killed run did not make.
+    assert counter.reports == 1 + reports - calls
+    # Killed again before the result was kept: the file is still there, and as good as before.
+    assert_same_bits(tap(rf.Restart(path, resume=True)), whole)
+
+
+def test_restart_files_change_nothing(
+    undisturbed: tuple[rf.TapResult, int], tmp_path: Path
+) -> None:
+    path = tmp_path / "restart.npz"
+    assert_same_bits(tap(rf.Restart(path, every_s=0.05)), undisturbed[0])
+    assert list(tmp_path.iterdir()) == [path]
+    path.unlink()  # Nothing to resume: the run starts from the beginning.
+    assert_same_bits(tap(rf.Restart(path, resume=True)), undisturbed[0])
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_every_contact_law_resumes_in_the_midst_of_contact(contact: Any, tmp_path: Path) -> None:
+    path = tmp_path / "restart.npz"
+    changes = {"flight": "rigid", "lead_steps": 5, "output_interval": 4, "contact": contact}
+    settings = dataclasses.replace(SETTINGS, **changes)
+    counter = Counter()
+    whole = tap(None, counter, settings=settings)
+    assert whole.status is rf.Status.COMPLETED
+    assert counter.reports > 15
+    # Stopped at the middle of the contact, and again after resuming.
+    for reports in (counter.reports // 2, counter.reports // 4):
+
+        class Stop(Counter):
+            def __call__(self, share: float, what: str, last: int = reports) -> None:
+                super().__call__(share, what)
+                if self.reports == last:
+                    raise KeyboardInterrupt
+
+        stopped = tap(rf.Restart(path, resume=True, every_s=0.0), Stop(), settings=settings)
+        assert stopped.status is rf.Status.INTERRUPTED
+        assert stopped.history.normal_force_N.max() > 0
+        assert path.exists()
+    assert_same_bits(tap(rf.Restart(path, resume=True), settings=settings), whole)
+
+
+@pytest.fixture
+def left(tmp_path: Path) -> Path:
+    """The restart file of a run that was stopped in flight."""
+
+    def stop(share: float, what: str) -> None:
+        if share > 0.0:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "restart.npz"
+    assert tap(rf.Restart(path, every_s=0.0), stop).status is rf.Status.INTERRUPTED
+    return path
+
+
+def refusal(path: Path, **changes: Any) -> str:
+    before = path.read_bytes()
+    with pytest.raises(rf.RestartError) as caught:
+        tap(rf.Restart(path, resume=True), **changes)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert message.startswith(f"{path}: the restart file ")
+    assert message.endswith("delete it or start without resuming")
+    assert path.read_bytes() == before
+    return message
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.1, 0.5, 0.99])
+def test_truncated_file(left: Path, kept: float) -> None:
+    content = left.read_bytes()
+    left.write_bytes(content[: int(kept * len(content))])
+    assert "is truncated or no restart file" in refusal(left)
+
+
+def test_every_kind_of_foreign_file(left: Path) -> None:
+    left.write_text("not numpy\n")
+    assert "is truncated or no restart file" in refusal(left)
+    with left.open("wb") as file:
+        np.savez(file, a=np.zeros(3))
+    assert "is truncated or no restart file" in refusal(left)
+    with left.open("wb") as file:  # what numpy would have to unpickle
+        np.savez(file, identity=np.array([{}], dtype=object), checksum=np.zeros(1))
+    assert "is truncated or no restart file" in refusal(left)
+
+
+def test_flipped_bit(left: Path) -> None:
+    content = bytearray(left.read_bytes())
+    content[len(content) // 2] ^= 1
+    left.write_bytes(content)
+    assert "is truncated or no restart file (Bad CRC-32" in refusal(left)
+
+
+def test_altered_number_with_a_whole_archive(left: Path) -> None:
+    with np.load(left) as file:
+        content = dict(file)
+    content["state.displacement"][0, 0] += 1e-9
+    with left.open("wb") as out:
+        np.savez(out, **content)
+    assert "was altered after it was written" in refusal(left)
+
+
+def test_another_runs_file_is_refused_by_name(left: Path) -> None:
+    finer = boxes((0.04, 0.03), (0.015, 0.012), (7, 3, 2), half=True)
+    stiffer = (MATERIALS[0], rf.Material(2e8, 0.4, 1400.0))
+    settings = dataclasses.replace(SETTINGS, penalty_factor=0.2)
+    for name, change in (
+        ("mesh", {"mesh": finer}),
+        ("materials", {"materials": stiffer}),
+        ("surface", {"surface": rf.Surface(0.021, 0.5)}),
+        ("drive", {"drive": rf.Drive(torques=(0.0, 2e-4))}),
+        ("settings", {"settings": settings}),
+    ):
+        assert f"belongs to another run: other {name};" in refusal(left, **change)
+    # An explicit number of threads that is the same number is the same run.
+    one = dataclasses.replace(SETTINGS, threads=1)
+    assert tap(rf.Restart(left, resume=True), settings=one).status is rf.Status.COMPLETED
+
+
+def test_another_programs_file_is_refused(left: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba, "__version__", "0.0")
+    assert "other program" in refusal(left)
+
+
+def test_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    path = tmp_path / "nowhere" / "restart.npz"
+    with pytest.raises(rf.RestartError, match="cannot be written"):
+        tap(rf.Restart(path, every_s=0.0))

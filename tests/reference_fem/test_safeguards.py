@@ -1,0 +1,166 @@
+"""What ends a run that has gone wrong, what refuses one, and what a good one is cautioned for."""
+
+import dataclasses
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import reference_fem as rf
+from reference_fem.cautions import spike
+from reference_fem.dynamics import guards as watchdogs
+from reference_fem.dynamics.loop import run
+from reference_fem.dynamics.next_touch import next_touch_s
+from reference_fem.dynamics.touching_det import touching_det
+from reference_fem.elements.blocks import LANES
+from reference_fem.elements.geometry import geometries
+from reference_fem.model import Model, build_model
+from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+
+RUBBER = rf.Material(1e7, 0.3, 1000.0)
+SIDE = 0.02
+
+
+def fall(
+    speed: float = 1.0, tilt: float = 0.1, dim: int = 3, **changes: object
+) -> tuple[rf.TapResult, Model]:
+    """A block hits the surface, edge first."""
+    mesh = boxes((SIDE,), (SIDE,) * (dim - 1), (4,) * dim, hinged=False)
+    turn = np.eye(dim)
+    turn[:2, :2] = (math.cos(tilt), -math.sin(tilt)), (math.sin(tilt), math.cos(tilt))
+    u = (mesh.points + np.eye(dim)[0] * SIDE / 2) @ turn.T - mesh.points
+    v = np.zeros_like(u)
+    v[:, :2] = 0.5 * speed, -speed
+    lowest = float((mesh.points + u)[:, 1].min())
+    surface = rf.Surface(-lowest + speed * 1e-5, 0.3)
+    settings = dataclasses.replace(rf.Settings(threads=1), **changes)  # type: ignore[arg-type]
+    model = build_model(mesh, (RUBBER,), surface, rf.Drive(), settings)
+    return run(model, settings, u, v, 0.0, origin_energy_J=None), model
+
+
+@pytest.mark.parametrize("contact", ["penalty", "surface", "impulse"])
+def test_a_tap_is_not_over_when_its_first_edge_springs_off(contact: str) -> None:
+    result, model = fall(contact=contact, penalty_factor=1.0, surface_factor=100.0)
+    assert result.status is rf.Status.COMPLETED
+    # A body that leaves has at least been stopped: the impulse is more than its momentum.
+    momentum = float(model.mass.sum()) * 1.0
+    assert momentum < (result.summary.normal_impulse_N_s or 0.0) < 2.0 * momentum
+
+
+def test_next_touch_of_a_falling_and_a_turning_block() -> None:
+    _, model = fall(step_factor=0.9, max_steps=1)
+    still = np.zeros_like(model.points)
+    height = model.surface.height - SIDE / 2
+    falling = still.copy()
+    falling[:, 1] = -2.0
+    assert next_touch_s(model, still, falling) == pytest.approx(height / 2.0)
+    assert next_touch_s(model, still, -falling) == np.inf
+    # Turning about its centre it goes down on one side only.
+    turning, spin = still.copy(), 30.0
+    middle = model.points.mean(axis=0)
+    turning[:, 0] = -spin * (model.points - middle)[:, 1]
+    turning[:, 1] = spin * (model.points - middle)[:, 0]
+    assert next_touch_s(model, still, turning) == pytest.approx(height / (spin * SIDE / 2))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_inversion_under_pressure_is_the_jacobians(dim: int) -> None:
+    _, model = fall(dim=dim, max_steps=1)
+    u = 0.002 * np.sin(300.0 * model.points[:, ::-1])
+    touched = int(model.contact.nodes[3])
+    pressure = np.zeros(len(u))
+    pressure[touched] = 1.0
+    mine = model.cells[(model.cells == touched).any(axis=1)]
+    after = next(geometries(model.points + u, mine)).jacobian
+    assert touching_det(model, u, pressure) == pytest.approx(np.linalg.det(after).min(), rel=1e-12)
+    assert touching_det(model, u, np.zeros(len(u))) == np.inf
+    # many cells: the last block of lanes is not full
+    chosen = np.arange(len(model.cells) - 3)
+    assert len(chosen) % LANES
+    model, everywhere = dataclasses.replace(model, skin=chosen), np.ones(len(u))
+    after = next(geometries(model.points + u, model.cells[chosen])).jacobian
+    found = touching_det(model, u, everywhere)
+    assert found == pytest.approx(np.linalg.det(after).min(), rel=1e-12)
+    u[model.cells[chosen[-1], 0], 0] = np.nan
+    assert np.isnan(touching_det(model, u, everywhere))
+
+
+def test_a_crushed_element_is_found_between_two_searches(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Jelly at half of its wave speed, and all elements searched at the start only.
+    monkeypatch.setattr(watchdogs, "FULL_SEARCH", 10**9)
+    result, _ = fall(speed=50.0, contact="impulse", energy_tolerance=1.0)
+    assert result.status is rf.Status.INVERTED_ELEMENT
+    assert result.snapshots
+
+
+def test_energy_that_plastic_impacts_take_is_called_lost() -> None:
+    result, _ = fall(speed=20.0, contact="impulse")
+    assert result.status is rf.Status.ENERGY_LOST
+    assert "lost" in result.message
+    assert "surface" in result.message
+
+
+def test_a_phalanx_that_the_contact_does_not_know_is_noticed() -> None:
+    mesh = boxes((0.04, 0.03), (0.01,), (8, 2))
+    # The first phalanx goes down, the last one points up.
+    start = rf.ChainState(np.array([0.4, -0.4]), np.array([40.0, -40.0]), 0.0)
+    settings = rf.Settings(flight="explicit", max_flight_time_s=0.01)
+    result = rf.simulate(
+        mesh, (RUBBER,) * 2, rf.Surface(0.0215, 0.3), rf.Drive(), settings, start=start
+    )
+    assert result.status is rf.Status.PASSED_THROUGH
+    assert "phalanx 1 is below" in result.message
+
+
+def test_work_is_limited_and_refused_where_it_is_known() -> None:
+    result, _ = fall(max_steps=40, output_interval=8)
+    assert result.status is rf.Status.WORK_LIMIT
+    assert result.summary.steps == 40
+    assert len(result.forces.time_s) == 48  # the block that shows the limit is kept
+    mesh = boxes((0.04,), (0.01,), (8, 2))
+    for settings in (
+        rf.Settings(end_time_s=1e10),
+        rf.Settings(flight="explicit", max_flight_time_s=1e10),
+        rf.Settings(step_factor=1e-10),  # no end is given, but a tap takes a wave's time
+    ):
+        with pytest.raises(
+            ValueError, match=r"= 1e[+-]10: asks for .* steps .* (years|days|hours)"
+        ):
+            rf.simulate(mesh, (RUBBER,), rf.Surface(0.02, 0.3), rf.Drive(), settings)
+
+
+def test_a_spike_is_what_bends_more_than_a_resolved_wave() -> None:
+    phase = np.arange(200) / 50.0  # ω Δt = 1/50
+    assert spike(np.maximum(np.sin(phase), 0.0), 1) == pytest.approx(1 / 50**2 / 3, rel=1e-2)
+    assert spike(np.maximum(np.sin(phase), 0.0), 10) == pytest.approx(0.2**2 / 3, rel=1e-2)
+    chatter = 1.0 + 0.5 * np.cos(2.0 * np.pi * np.arange(200) / 10.0)
+    chatter[100] += 1e-9  # a top away from the ends; a lag of one whole period shows nothing
+    assert spike(chatter, 10) == pytest.approx(2.0 / 4.5, rel=1e-6)
+    assert spike(np.zeros(5), 3) == spike(np.empty(0), 3) == 0.0
+
+
+SOFT_CONTACT = {"penalty_factor": 0.01, "max_contact_time_s": 0.1}
+HARD_CONTACT = {"contact": "surface", "surface_factor": 1e4}
+ONE_POINT = {"element": "hex8-one-point", "contact": "impulse"}
+
+
+@pytest.mark.parametrize(
+    ("caution", "given", "free"),
+    [
+        ("springs hold .* penalty_factor", SOFT_CONTACT, HARD_CONTACT),
+        ("spike .* use contact = 'impulse'", HARD_CONTACT, SOFT_CONTACT),
+        ("spike .* use a finer mesh", {"contact": "impulse", "tilt": 0.0}, HARD_CONTACT),
+        ("steps only", {"contact": "impulse"}, HARD_CONTACT),
+        ("missing or too much", {"contact": "impulse", "speed": 5.0}, SOFT_CONTACT),
+        ("crushed to", {"contact": "surface", "speed": 40.0}, SOFT_CONTACT),
+        ("hourglass", ONE_POINT, {"contact": "impulse"}),
+    ],
+)
+def test_cautions(caution: str, given: dict[str, Any], free: dict[str, Any]) -> None:
+    """Each is said of a block that needs it, and not of one that doesn't."""
+    assert any(re.search(caution, said) for said in fall(**given)[0].cautions)
+    assert not any(re.search(caution, said) for said in fall(**free)[0].cautions)

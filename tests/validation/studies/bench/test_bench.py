@@ -1,0 +1,265 @@
+"""The benchmark: its arithmetic against closed forms, its truths against each other, its rows."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from validation.studies.bench import (
+    combined,
+    figures,
+    files,
+    integrators,
+    kernels,
+    reference_precision,
+    reference_truths,
+    scaling,
+    throughput,
+    truth_runs,
+    truths,
+    work_precision,
+)
+from validation.studies.bench.kept import Kept
+from validation.studies.bench.ledger import Entry
+from validation.studies.bench.ledger import table as ledger_table
+from validation.studies.bench.measured import Errors, Point, Quantities, errors, front, table
+from validation.studies.bench.timing import shortest
+from validation.studies.bench.whole_step import FALL_M_PER_S, falling_block
+
+EXACT = Quantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
+
+
+def test_errors_are_relative_and_events_in_seconds() -> None:
+    found = Quantities(0.1 + 3e-6, 1e-4, 2e-4 * 1.01, 64.0 * 0.98, 0.01 * 1.03)
+    measured = errors(found, EXACT)
+    assert measured.peak == pytest.approx(0.02)
+    assert measured.impulse == pytest.approx(0.03)
+    assert measured.duration == pytest.approx(0.01)
+    assert measured.event_s == pytest.approx(3e-6)
+    assert measured.largest == measured.impulse
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+def test_exponent_of_a_power_law(power: float) -> None:
+    sizes = [5, 10, 20, 40]
+    assert scaling.exponent(sizes, [3e-6 * n**power for n in sizes]) == pytest.approx(power)
+
+
+def test_shortest_counts_its_runs_and_leaves_out_the_warm_up() -> None:
+    calls: list[int] = []
+    timed = shortest(lambda: calls.append(0) or len(calls), budget_s=0.0, least=4)
+    assert len(calls) == 5
+    assert timed.runs == 4
+    assert timed.result == 5
+
+
+@pytest.mark.parametrize("counts", [(4, 3), (4, 3, 2)])
+def test_box_is_made_of_right_handed_unit_cells(counts: tuple[int, ...]) -> None:
+    """Every cell has the volume of a cube, with VTK's node order (a negative one would be not)."""
+    points, cells = kernels.box(counts)
+    assert len(points) == np.prod([n + 1 for n in counts])
+    assert len(np.unique(cells)) == len(points)
+    corner = points[cells]
+    neighbours = (1, 3) if len(counts) == 2 else (1, 3, 4)
+    edges = np.stack([corner[:, a] - corner[:, 0] for a in neighbours], axis=1)
+    volume = np.linalg.det(edges)
+    assert volume == pytest.approx(np.full(np.prod(counts), kernels.SIZE_M ** len(counts)))
+    # the face opposite to the first corner closes the cell
+    assert corner[:, 2] - corner[:, 1] == pytest.approx(corner[:, 3] - corner[:, 0])
+
+
+def test_kernels_are_timed_for_every_element_of_a_dimension() -> None:
+    speeds = kernels.measure((6, 4, 4), (1,), budget_s=0.0)
+    assert {s.element for s in speeds} >= {"hex8-sri"}
+    assert all(s.updates_per_s > 0 and s.elements == 96 for s in speeds)
+    table = kernels.table(speeds)
+    assert (table["over_one_thread"] == 1).all()
+    assert np.isfinite(table["step_over_kernel"]).all()
+    # u, v of the state, X, masses and forces' buffer alone: 13 numbers a node, 175 nodes
+    assert (table["model_and_state_MB"] > 13 * 175 * 8e-6).all()
+    one_point = table.set_index("element").loc["hex8-one-point"]
+    assert one_point["bytes_per_element"] == 8 * 4 + 3 * 8
+
+
+@pytest.mark.parametrize("counts", [(4, 3), (4, 3, 2)])
+def test_timed_steps_have_the_whole_lower_side_in_contact(counts: tuple[int, ...]) -> None:
+    from reference_fem import Material
+    from reference_fem.dynamics.step import advance, start_state
+
+    points, cells = kernels.box(counts)
+    element = "hex8-one-point" if len(counts) == 3 else "quad4-plane-stress"
+    model = falling_block(points, cells, element, Material(1e9, 0.4, 1e3))
+    assert len(model.contact.nodes) == np.prod([counts[0] + 1, *(n + 1 for n in counts[2:])])
+    velocity = np.zeros_like(model.points)
+    velocity[:, 1] = -FALL_M_PER_S
+    state = start_state(model, np.zeros_like(velocity), velocity, 0.0)
+    after, _ = advance(model, state, 2, True)
+    assert after.touching.all()
+
+
+def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None:
+    """tests.hcm.test_reference_solution solves it at another tolerance: digits as printed."""
+    tap = truths.TAP.values
+    assert tap.contact_time_s == pytest.approx(0.1361070906587, abs=2e-12)
+    assert tap.contact_time_s + tap.duration_s == pytest.approx(0.1363394657064, abs=2e-10)
+    assert tap.peak_normal_force_N == pytest.approx(64.4778123, rel=2e-8)
+
+
+def test_solved_impact_converges_to_the_stored_truth() -> None:
+    """Two elements a phalanx are further off than five; five are within the measured 1.2e-4."""
+    known = truths.CONTACT.values
+    far, near = (truths.largest_difference(truths.solve_impact(n, 1e-8), known) for n in (2, 5))
+    assert near < 2e-4 < far
+
+
+def test_ladder_of_tolerances_costs_steps_and_buys_accuracy() -> None:
+    rungs = [r for r in work_precision.ladders(quick=True) if r.series == "tolerances"][1:4]
+    points = [work_precision.measure(r, truths.TAP.values, budget_s=0.0) for r in rungs]
+    assert all(p.ok and p.status == "COMPLETED" for p in points)
+    for cheap, dear in pairwise(points):
+        assert cheap.steps is not None
+        assert dear.steps is not None
+        assert dear.steps > cheap.steps
+        assert cheap.errors is not None
+        assert dear.errors is not None
+        assert dear.errors.event_s < cheap.errors.event_s
+    frame = table(points)
+    assert list(frame["event_error_s"]) == [p.errors.event_s for p in points if p.errors]
+
+
+def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
+    failing = work_precision.Rung("tap", "tolerances", 2, {"max_flight_time": 0.01})
+    point = work_precision.measure(failing, truths.TAP.values, budget_s=0.0)
+    assert point.status == "NOT_REACHED"
+    assert not point.ok
+    good = Point("tap", "hcm", "tolerances", "", "COMPLETED", 1e-2, 3, 100, errors(EXACT, EXACT))
+    figures.work_precision(tmp_path / "a.png", [good, point], {"tap": 1e-7})
+    assert (tmp_path / "a.png").stat().st_size > 0
+    assert table([point])["peak_error"].isna().all()
+
+
+def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
+    found = None if error is None else Errors(error, error, error, error)
+    status = "COMPLETED" if error is not None else "UNSTABLE"
+    return Point(model, model, "mesh", "", status, time, 2, 10, found)
+
+
+def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
+    """The tip of twice the edge: what the truth's own error is read from."""
+    known = reference_truths.PLANE
+    found = errors(truth_runs.tap("fem2d", 0.5, 0.5), known.values)
+    assert 0.5 * known.own_error < found.largest < known.own_error
+
+
+def test_truth_is_the_finest_run_with_the_shafts_change_and_the_flights_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    peaks = {(2.0, 0.5): 95.0, (2.0, 1.0): 94.0, (1.0, 1.0): 94.25}
+    monkeypatch.setattr(truth_runs, "tap", lambda _, shaft, tip: Quantities(
+        0.1, 1e-4, 2e-4, peaks[shaft, tip], 0.01))  # fmt: skip
+    monkeypatch.setattr(truth_runs, "_flight", lambda _, edge: 0.13 + edge**2)
+    found = truth_runs.truth("fem3d")
+    assert found.peak_normal_force_N == pytest.approx(95.25, rel=1e-14)
+    assert found.contact_time_s == pytest.approx(0.13, rel=1e-14)
+
+
+def test_two_integrators_of_one_mesh_leave_the_same_error() -> None:
+    """At 5 elements the mesh's 1e-4 is left by either; their own are below a tenth of it."""
+    known = truths.CONTACT.values
+    explicit = integrators.measure(integrators.Rung(5, 1e-6), known, 0.0).errors
+    rung = work_precision.Rung("contact", "elements", 5, work_precision.IMPACT_TOLERANCE)
+    implicit = work_precision.measure(rung, known, 0.0).errors
+    assert explicit is not None
+    assert implicit is not None
+    assert explicit.peak == pytest.approx(implicit.peak, rel=0.1)
+    assert explicit.duration == pytest.approx(implicit.duration, rel=0.1)
+
+
+def test_front_is_what_no_setting_beats() -> None:
+    points = [_solid(3.0, 1e-3), _solid(1.0, 1e-1), _solid(2.0, 2e-1), _solid(0.1, None)]
+    assert front(points, "peak") == [(1.0, 1e-1), (3.0, 1e-3)]
+
+
+def test_both_models_on_one_plot_with_the_gap_between_their_truths(tmp_path: Path) -> None:
+    known = {"hcm": truths.TAP, **reference_truths.KNOWN}
+    gap = combined.gap(known)
+    assert gap.peak == pytest.approx(1 - 64.478 / 95.357, rel=1e-4)
+    table = combined.truths_table(known).set_index("quantity")
+    assert table.loc["peak_normal_force_N", "hcm_off_fem3d"] == pytest.approx(-gap.peak)
+    points = [_solid(1.0, 0.1), _solid(0.2, None, "fem2d"), _solid(0.01, 1e-4, "hcm")]
+    combined.draw(tmp_path / "all.png", points, known)
+    assert (tmp_path / "all.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("model", reference_precision.DIMENSIONS)
+def test_reference_ladders_change_mesh_penalty_and_step(model: str) -> None:
+    rungs = reference_precision.ladders(model, quick=False)
+    quick = reference_precision.ladders(model, quick=True)
+    assert all(rung in rungs for rung in quick)
+    assert len(quick) < len(rungs)
+    assert {r.series.split(",")[0] for r in rungs} == {
+        "presets", "mesh", "nodal penalty", "surface penalty", "step"
+    }  # fmt: skip
+    for rung in rungs:
+        fem = rung.scene().tables.solver.fem
+        if rung.series.startswith("mesh"):
+            assert rung.setting == f"tip {1e3 * fem.tip_size:.3g} mm"
+            assert fem.growth == pytest.approx(1.25 ** (fem.tip_size / 1e-4))
+
+
+def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() -> None:
+    rungs = reference_precision.ladders("fem2d", quick=True)
+    failing = next(r for r in rungs if "unstable" in r.setting)
+    point = reference_precision.measure(failing, 0.0, 1)
+    assert (point.status, point.errors) == ("UNSTABLE", None)
+    coarse, fine = (
+        reference_precision.measure(next(r for r in rungs if text in r.setting), 0.0, 1)
+        for text in ("tip 0.283 mm", "tip 0.1 mm")
+    )
+    assert coarse.errors is not None
+    assert fine.errors is not None
+    assert fine.errors.duration < 0.5 * coarse.errors.duration
+    assert fine.errors.largest < 0.02  # measured 1.1e-2; the truth's own error is 2e-3
+
+
+def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path) -> None:
+    setting = work_precision.Rung("tap", "tolerances", 2, {})
+    other = work_precision.Rung("tap", "tolerances", 3, {})
+    good, bad = _solid(0.1234567890123456, 1e-3 / 3), _solid(0.2, None)
+    first = Kept(tmp_path, resume=False)
+    assert first.point("hcm", setting, lambda: good) == good
+    assert first.point("hcm", other, lambda: bad) == bad
+    again = Kept(tmp_path, resume=True)
+    assert again.point("hcm", setting, lambda: bad) == good
+    assert again.point("hcm", other, lambda: good) == bad
+    assert again.read_back == 2
+    anew = Kept(tmp_path, resume=False)
+    assert anew.point("hcm", setting, lambda: bad) == bad
+
+
+def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> None:
+    entries = [Entry("rigid flight", "fem2d", "flight = explicit", 1.0, 90.0, 1e-3, 2e-3, 3e-3)]
+    files.save_machine(tmp_path, "machine-skips", {"quick": True})
+    files.save(tmp_path, "skips", ledger_table(entries), "ledger")
+    figures.skips(tmp_path / "skips.png", entries)
+    html = files.page(tmp_path).read_text(encoding="utf-8")
+    assert "The skip ledger" in html
+    assert "rigid flight" in html
+    assert "Peers" not in html
+    assert "data:image/png;base64," in html
+    assert "http" not in html.replace("http://www.w3.org", "")
+
+
+def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(throughput, "QUICK_SCENES", 5)
+    monkeypatch.setattr(throughput, "A_JOB", 2)
+    told: list[float] = []
+    measured = throughput.measure(True, lambda share, text: told.append(share))
+    endings, steps = throughput.solve(0, 5)
+    assert (measured.scenes, measured.endings, measured.steps) == (5, endings, steps)
+    assert sum(endings.values()) == 5
+    assert steps > 0
+    assert told[-1] == 1.0
+    row = throughput.table(measured).iloc[0]
+    assert row["scenes_per_s"] == pytest.approx(5 / measured.wall_time_s)

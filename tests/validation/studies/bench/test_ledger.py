@@ -1,0 +1,126 @@
+"""The skip ledger and the peers: what is compared with what, and what happens without a peer."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from validation.cli import main
+from validation.peers import bar_peers
+from validation.studies.bench import ledger, peers, skips, skips_apart, truths, work_precision
+from validation.studies.bench.measured import Errors, Point
+from validation.studies.bench.timing import shortest_in_turns
+
+RUNG = work_precision.Rung(
+    peers.STUDY, "tolerances", 2, {**work_precision.BASE, "flight_tolerance": 1e-6}
+)
+exudyn_is_here = importlib.util.find_spec("exudyn") is not None
+
+
+def test_runs_that_are_compared_take_turns() -> None:
+    order: list[str] = []
+    timed = shortest_in_turns([lambda: order.append("a"), lambda: order.append("b")], 0.0, 3)
+    assert "".join(order) == "ab" * 4
+    assert [t.runs for t in timed] == [3, 3]
+
+
+def test_smooth_surface_and_absent_torque_change_nothing() -> None:
+    """mu = 1e-12 changes forces by about mu, a torque of 1e-300 N m not even a bit."""
+    entries = {e.shortcut: e for e in (skips.measure(s, 0.0) for s in skips.HCM[2:])}
+    smooth, still = entries["no friction at mu = 0"], entries["no torque at zero drive"]
+    assert smooth.peak_change == pytest.approx(0, abs=1e-9)
+    assert (still.peak_change, still.impulse_change, still.duration_change) == (0, 0, 0)
+
+
+def test_skipping_the_search_in_flight_changes_no_bit() -> None:
+    entry = skips_apart.contact_search(2, 0.0)
+    assert entry.peak_change == 0
+    assert entry.speedup is not None
+
+
+def test_reused_factors_change_results_by_no_more_than_the_steps_do() -> None:
+    """Both stop at Newton's tolerance; the error control takes its steps from them (to 1e-9 m)."""
+    switch = next(s for s in skips.HCM if s.name == "factorization reuse")
+    entry = skips.measure(switch, 0.0)
+    assert entry.largest_change is not None
+    assert entry.largest_change < 1e-4
+
+
+def test_half_a_body_taps_like_the_whole_one() -> None:
+    """They differ by where sums are rounded, which a node that leaves the surface in another step
+    makes 1e-4 of the duration: a step is 1.3e-3 of it (measured: 1e-4, 3e-7 and 1e-6)."""
+    switch = next(s for s in skips.SOLID if s.name == "half model by symmetry")
+    entry = skips.measure(switch, 0.0)
+    assert entry.largest_change is not None
+    assert entry.largest_change < 1.3e-3
+    assert entry.peak_change == pytest.approx(0.0, abs=1e-5)
+
+
+def test_stored_run_is_read_back_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = skips_apart.stored("hcm", 0.0)
+    assert entry.largest_change == 0.0
+    assert entry.note.endswith("to the bit")
+    monkeypatch.setattr(skips_apart, "load_run", lambda store, inputs: None)
+    assert skips_apart.stored("hcm", 0.0).largest_change is None
+
+
+def test_ledger_names_what_has_no_switch() -> None:
+    table = ledger.table([ledger.Entry("half model", "fem3d", "no switch", note="structural")])
+    assert table["speedup"].isna().all()
+    assert table["note"][0] == "structural"
+
+
+def _point(solver: str, time: float, error: float) -> Point:
+    errors = Errors(error, 0.0, error, 0.0)
+    return Point(peers.STUDY, solver, "s", f"{time}", "COMPLETED", time, 3, 10, errors)
+
+
+def test_cheapest_setting_that_reaches_an_error() -> None:
+    points = [
+        _point("hcm", 0.004, 9e-4),
+        _point("hcm", 0.03, 9e-5),
+        _point("Exudyn", 0.03, 2e-3),
+        _point("Exudyn", 0.08, 8e-4),
+        Point(peers.STUDY, "Exudyn", "s", "failed", "stopped", 0.001, 0),
+    ]
+    rows = [row for row in peers.cheapest(points) if row.study == peers.STUDY]
+    assert rows[0].ratio == pytest.approx(20)
+    assert rows[1].ratio is None  # the peer has no such setting
+    assert peers.cheapest_table(rows)["exudyn_setting"][1] == "none of those tried"
+
+
+def test_absent_peer_is_skipped_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real = importlib.util.find_spec
+    peers_only = ("exudyn", "akantu", "KratosMultiphysics")
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *more: None if name in peers_only else real(name)
+    )
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(peers, "hcm_rungs", lambda quick: [RUNG])
+    monkeypatch.setattr(bar_peers, "QUICK_BAR", bar_peers.Bar((4, 2, 2), 4, 1))
+    main(["bench", "--peers", "--quick", "--out", str(tmp_path)])
+    assert "skipped: Exudyn (pip install 'fingertap[bench]')" in capsys.readouterr().err
+    assert "fingertap" in (tmp_path / "bench" / "peers-reference.csv").read_text()
+
+
+@pytest.mark.skipif(not exudyn_is_here, reason="the extra bench is not installed")
+def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
+    """Both codes see one tap: 0.1 % of the peak (measured 6e-4 at these steps); a contact that ends
+    with a step is off by up to a step (3 us of 232 us)."""
+    from validation.peers import exudyn_finger
+
+    given = truths.arguments(truths.TAP_ELEMENTS)
+    truth = truths.TAP.values
+    until = truth.contact_time_s - peers.LOOK_BEFORE_S
+    located, unlocated = (
+        exudyn_finger.tap(given, 5e-4, 3e-6, where, until).quantities for where in (True, False)
+    )
+    assert located.peak_normal_force_N == pytest.approx(truth.peak_normal_force_N, rel=1e-3)
+    assert located.duration_s == pytest.approx(truth.duration_s, rel=1e-3)
+    assert abs(unlocated.duration_s - truth.duration_s) > 3 * abs(
+        located.duration_s - truth.duration_s
+    )
+    assert np.isfinite(unlocated.normal_impulse_N_s)

@@ -1,0 +1,143 @@
+"""Identification of the contact from static indentation, and of the torque from arrivals."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from validation.cli import main
+from validation.errors import UserError
+from validation.identify import contact as identify
+from validation.identify import contact_command
+from validation.scenes.load import load_scene
+
+
+class Springs:
+    """Stands in for the static solve: k = c F^(1/3), as Hertz's, and eta^2 = 1.5."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        import reference_fem.statics.indentation as indentation
+
+        def indent(tip: float, area: Any, force: float) -> Any:
+            stiffness = tip * force ** (1 / 3)
+            return SimpleNamespace(
+                stiffness_N_per_m=stiffness, eta_squared=1.5, contact_radius_m=7e-4,
+                indentation_m=1.25 * force / stiffness,
+            )  # fmt: skip
+
+        monkeypatch.setattr(indentation, "indent", indent)
+        monkeypatch.setattr(indentation, "contact_area", lambda tip: None)
+
+        def tip(*arguments: Any) -> tuple[int, float]:
+            edge = arguments[3]
+            return 1000, 3.3e5 * (1 + 1e5 * edge**2)  # order 2 in the edge
+
+        monkeypatch.setattr(identify, "_tip", tip)
+
+
+def test_identification_is_stated_at_the_reduced_models_own_peak(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    Springs(monkeypatch)
+    scene = load_scene("soft", ("finger.elements=5",))
+    found = identify.identify_contact(scene)
+    assert identify.reduced_peak(scene, found.stiffness_N_per_m) == pytest.approx(
+        found.force_N, rel=1e-3
+    )
+    assert found.stiffness is not None
+    assert found.stiffness.asymptotic
+    assert found.eta_squared == 1.5
+    assert found.mindlin == pytest.approx(4 / 3)
+    assert found.paper_N_per_m == 0.78e6
+    # Hertz at that force: k = 5 F/(4 delta).
+    delta = np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m)
+    assert found.hertz_N_per_m == pytest.approx(1.25 * found.force_N / delta, rel=1e-3)
+
+
+def test_identify_contact_writes_table_plot_and_json(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Springs(monkeypatch)
+    arguments = ["identify", "contact", "soft", "--set", "finger.elements=5"]
+    main([*arguments, "--json", "--out", str(tmp_path)])
+    printed = json.loads(capsys.readouterr().out)
+    folder = tmp_path / "identify"
+    assert printed == json.loads((folder / "contact-soft.json").read_text())
+    assert printed["normal_stiffness_N_per_m"] > 1e6
+    assert len(printed["curve"]["force_N"]) == len(identify.CURVE)
+    for ending in ("csv", "md", "tex", "png"):
+        assert (folder / f"contact-soft.{ending}").stat().st_size > 100
+    main([*arguments, "--out", str(tmp_path)])
+    text = capsys.readouterr().out
+    assert "Hertz" in text
+    assert "Mindlin" in text
+    assert "three meshes" in text
+
+
+def test_identify_torque_prints_the_factor_and_the_times(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from validation.studies.paper import torque_command
+    from validation.studies.paper.torque_factor import Alone, TorqueFactor
+
+    found = TorqueFactor(7.2e-5, 1e-6, {"driven-1": 0.1}, {"driven-1": 0.101})
+    alone = {
+        "driven-2": Alone(6.9e-5, 2e-7, 6.9e-5, 0.1), "driven-3": Alone(None, None, 7e-5, 0.0105)
+    }  # fmt: skip
+    values = {"driven-1": {label: {"slip_to_stick": 3} for label in ("low", "best", "high")}}
+    made = torque_command.Study(found, alone, {"printed steps": found}, values)
+    monkeypatch.setattr(torque_command, "study", lambda: made)
+    main(["identify", "torque", "--json"])
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["factor_N_m_per_unit"] == 7.2e-5
+    assert printed["arrival_times_s"]["driven-1"] == {"printed": 0.1, "computed": 0.101}
+    assert printed["alone"]["driven-3"]["factor"] is None
+    assert printed["numerics"]["printed steps"]["misfit_percent"] == pytest.approx(1.0)
+    assert printed["predictions"] == values
+    main(["identify", "torque"])
+    text = capsys.readouterr().out
+    for words in ("+1.00 %", "driven-2 alone: 6.9e-05", "no factor", "slip_to_stick 3, 3, 3"):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["identify", "contact", "sofd"], 2),
+        (["identify", "contact", "soft", "--set", "drive.reaction=true"], 2),
+        (["identify", "contact", "soft", "--set", "drive.gravity=-9.8"], 1),
+        (["identify"], 0),
+        (["identify", "nothing"], 2),
+    ],
+)
+def test_bad_input_ends_with_one_line(
+    arguments: list[str], code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more = ["--out", str(tmp_path)] if "contact" in arguments else []
+    ended = 0
+    try:
+        main([*arguments, *more])
+    except SystemExit as end:
+        ended = int(end.code or 0)
+    assert ended == code
+    error = capsys.readouterr().err
+    assert error.count("\n") == (1 if code else 0)
+
+
+def test_identify_refuses_a_folder_before_it_solves(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(UserError, match="cannot write"):
+        contact_command.run_identify_contact("soft", (), False, blocked)
+
+
+@pytest.mark.slow
+def test_identified_contact_of_the_soft_finger() -> None:
+    found = identify.identify_contact(load_scene("soft"))
+    # A sphere that is not a half-space: the indentation is measured a radius away, which leaves
+    # 2 a/(pi R) = 6 % of Hertz's out; the mesh knows k to a few percent.
+    assert found.stiffness_N_per_m == pytest.approx(1.06 * found.hertz_N_per_m, rel=0.04)
+    assert 1.3 < found.eta_squared < 1.8

@@ -1,0 +1,231 @@
+"""A user's mesh file and a run beyond stability, from the command line: one line, exit code."""
+
+import dataclasses
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import meshes
+from validation.cli import main
+from validation.harness.fields import write_fields
+from validation.scenes.load import load_scene
+
+COARSE = ("solver.fem.section_size=5e-3", "solver.fem.axial_size=1e-2", "solver.fem.tip_size=5e-3")
+LOW = "surface.height=0.06"  # a fall of 52.5 mm, which the last phalanx ends first
+GEOMETRY = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3)
+SIZING = meshes.Sizing(5e-3, 1e-2, 5e-3)
+
+
+def call(*arguments: str) -> int:
+    try:
+        main(list(arguments))
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+def fem(out: Path, *overrides: str, model: str = "fem3d") -> int:
+    settings = [text for override in overrides for text in ("--set", override)]
+    return call("run", "soft", "--model", model, "--out", str(out), "--set", LOW, *settings)
+
+
+def one_line(capsys: pytest.CaptureFixture[str]) -> str:
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("fingertap: error: ")
+    return lines[0]
+
+
+@pytest.fixture(scope="module")
+def mesh() -> meshes.FingerMesh:
+    return meshes.finger_hexahedra(GEOMETRY, SIZING)
+
+
+def test_a_users_mesh_is_the_mesh_that_runs(
+    mesh: meshes.FingerMesh, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.vtu"
+    meshes.write(mesh, path)
+    assert fem(tmp_path / "a", f"solver.fem.mesh={path}") == 0
+    assert fem(tmp_path / "b", *COARSE) == 0
+    one, two = (
+        json.loads((tmp_path / name / "run/soft-fem3d/summary.json").read_text()) for name in "ab"
+    )
+    assert one["variant"] == "mine"
+    for key in ("contact_time_s", "peak_normal_force_N", "normal_impulse_N_s", "steps"):
+        assert one[key] == two[key] is not None
+
+
+Break = Callable[[meshes.FingerMesh], meshes.FingerMesh]
+
+
+def inverted(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
+    cells = mesh.cells.copy()
+    cells[7] = cells[7][[4, 5, 6, 7, 0, 1, 2, 3]]
+    return dataclasses.replace(mesh, cells=cells)
+
+
+def without_tip(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
+    nodes = {name: members for name, members in mesh.node_sets.items() if name != "pole"}
+    return dataclasses.replace(mesh, node_sets=nodes)
+
+
+@pytest.mark.parametrize(
+    ("broken", "message"),
+    [
+        (inverted, r"1 of \d+ elements cannot be used \(1 inverted.*element 7 "),
+        (without_tip, "missing or empty: node set pole"),
+        (lambda m: dataclasses.replace(m, points=1e3 * m.points), r"phalanx_1 spans 40 m"),
+        (lambda m: dataclasses.replace(m, points=2 * m.points), r"0.08 m long.*says 0.04"),
+    ],
+    ids=["inverted", "missing set", "millimetres", "another finger"],
+)
+def test_bad_mesh_files_end_with_one_line(
+    broken: Break,
+    message: str,
+    mesh: meshes.FingerMesh,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = tmp_path / "bad.vtu"
+    meshes.write(broken(mesh), path)
+    assert fem(tmp_path, f"solver.fem.mesh={path}") == 2
+    line = one_line(capsys)
+    assert f"solver.fem.mesh = {path}" in line
+    assert re.search(message, line)
+    assert not list(tmp_path.glob("run/*/summary.json"))
+
+
+def test_truncated_missing_and_plane_mesh_files(
+    mesh: meshes.FingerMesh, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "cut.msh"
+    meshes.write(mesh, path)
+    path.write_bytes(path.read_bytes()[:-2000])
+    assert fem(tmp_path, f"solver.fem.mesh={path}") == 2
+    assert "unreadable or truncated" in one_line(capsys)
+    assert fem(tmp_path, "solver.fem.mesh=none.vtu") == 2
+    assert "solver.fem.mesh = none.vtu: no such file" in one_line(capsys)
+    whole = tmp_path / "whole.vtu"
+    meshes.write(mesh, whole)
+    assert fem(tmp_path, f"solver.fem.mesh={whole}", model="fem2d") == 2
+    assert "is a 3D mesh; use --model fem3d" in one_line(capsys)
+    assert fem(tmp_path, f"solver.fem.mesh={whole}", "finger.phalanges=2", "drive.gravity=9") == 2
+    assert "has 3 phalanges, finger.phalanges says 2" in one_line(capsys)
+    assert fem(tmp_path, f"solver.fem.mesh={whole}", "solver.fem.tip_size=1e-3") == 2
+    assert "solver.fem.tip_size = 0.001: has no effect on a mesh that is read" in one_line(capsys)
+
+
+def test_step_beyond_stability_is_stopped_and_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert fem(tmp_path, *COARSE, "solver.fem.step_factor=1.2") == 1
+    line = one_line(capsys)
+    assert re.search(r"energy balance is off by .* at step \d+, t = [\d.]+ s, with a step of", line)
+    assert line.count("use a step_factor of 0.9 or less") == 1
+    folder = tmp_path / "run" / "soft-fem3d"
+    assert f"what it had is in {folder}" in line
+    assert json.loads((folder / "summary.json").read_text())["status"] == "UNSTABLE"
+    with xarray.open_dataset(folder / "history.nc", engine="h5netcdf") as history:
+        assert len(history.time) >= 2
+        assert np.isfinite(history.kinetic_energy_J).all()
+    assert (folder / "fields" / "tap.pvd").is_file()
+    assert not (folder / "restart.npz").exists()
+
+
+def test_any_penalty_keeps_the_step_stable(tmp_path: Path) -> None:
+    # The contact stiffness enters the stable step: a penalty of 1000 costs steps. Nodes that hit
+    # so hard a surface within a step gain or lose some of their energy (3 % of the whole here).
+    stiff = (*COARSE, "solver.fem.penalty_factor=1000")
+    assert fem(tmp_path, *stiff) == 0
+    summary = json.loads((tmp_path / "run/soft-fem3d/summary.json").read_text())
+    assert summary["status"] == "COMPLETED"
+    assert summary["energy_residual"] < 0.1  # where the audit would stop it
+
+
+@pytest.mark.parametrize("name", ["driven-2", "driven-3"])
+def test_strong_torques_fly_explicitly(name: str) -> None:
+    # They bend the phalanges before they touch: a rigid flight would be another scene's.
+    assert load_scene(name).tables.solver.fem.flight == "explicit"
+    assert load_scene("soft").tables.solver.fem.flight is None
+
+
+# The rest reads back what the first run of this file would leave.
+@pytest.fixture(scope="module", params=["fem3d", "fem2d"])
+def run_folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("fields")
+    assert fem(out, *COARSE, model=request.param) == 0
+    return out / "run" / f"soft-{request.param}"
+
+
+def test_fields_open_in_paraviews_reader_and_in_meshio(run_folder: Path) -> None:
+    import meshio
+    import pyvista as pv
+
+    dim = 3 if run_folder.name.endswith("3d") else 2
+    sizing = load_scene("soft", COARSE).tables.solver.fem
+    build = meshes.finger_hexahedra if dim == 3 else meshes.finger_quadrilaterals
+    mesh = build(GEOMETRY, meshes.Sizing(sizing.section_size, sizing.axial_size, sizing.tip_size))
+    reader = pv.get_reader(run_folder / "fields" / "tap.pvd")
+    times = reader.time_values
+    assert len(times) >= 8
+    assert times == sorted(times)
+    summary = json.loads((run_folder / "summary.json").read_text())
+    assert times[0] < summary["contact_time_s"] < times[-1]
+    files = sorted((run_folder / "fields").glob("*.vtu"))
+    assert len(files) == len(times)
+    for number, (time, file) in enumerate(zip(times, files, strict=True)):
+        reader.set_active_time_value(time)
+        (grid,) = reader.read()
+        other = meshio.vtu.read(file)
+        assert grid.n_points == len(mesh.points) == len(other.points)
+        assert grid.n_cells == len(mesh.cells) == len(other.cells[0].data)
+        assert np.array_equal(grid.points[:, :dim], mesh.points)
+        assert np.array_equal(other.cells[0].data, mesh.cells)
+        assert {"displacement", "velocity", "contact_pressure_Pa"} <= set(grid.point_data.keys())
+        for name, values in other.point_data.items():
+            assert np.array_equal(grid.point_data[name], values)
+            assert np.isfinite(values).all()
+        stress = grid.cell_data["von_mises_Pa"]
+        assert np.array_equal(other.cell_data["von_mises_Pa"][0], stress)
+        assert (stress.min() >= 0.0) & (number == 0 or stress.max() > 0.0)
+
+
+def test_history_opens_in_xarray(run_folder: Path) -> None:
+    summary = json.loads((run_folder / "summary.json").read_text())
+    with xarray.open_dataset(run_folder / "history.nc", engine="h5netcdf") as history:
+        assert history.normal_force_N.attrs["units"] == "N"
+        assert history.time_s.attrs["units"] == "s"
+        assert history.tip_position_m.dims[0] == "time"
+        peak = float(history.normal_force_N.max())
+        assert peak == pytest.approx(summary["peak_normal_force_N"], rel=0.02)
+        tap = history.normal_force_N.values > 0
+        contact = history.time_s.values[tap]
+        assert contact[0] == pytest.approx(summary["contact_time_s"], abs=2e-5)
+        assert json.loads(history.attrs["summary_json"])["steps"] == summary["steps"]
+
+
+def test_fields_files_come_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import meshio
+
+    from reference_fem import Snapshot
+    from validation.harness.fields import Fields
+
+    points = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    step = Snapshot(0.1, 0 * points, 0 * points, np.zeros(1), np.zeros(4))
+    fields = Fields(points, np.array([[0, 1, 2, 3]]), (step,))
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(meshio.Mesh, "write", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_fields(tmp_path, fields)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,151 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from validation.compare.claims import find, read_claims
+from validation.compare.quantities import QUANTITIES, error_percent, quantity, spread
+from validation.compare.sprague_geers import compare_forces, sprague_geers
+from validation.harness.record import RunRecord
+from validation.validate.accuracy import COLUMNS, accuracy_rows, accuracy_table
+from validation.validate.efficiency import efficiency_rows, efficiency_table
+
+Make = Callable[..., RunRecord]
+TIME = np.linspace(0, 1, 2001)
+SINE = np.sin(2 * np.pi * TIME)
+
+
+def test_identical_curves_have_no_error() -> None:
+    result = sprague_geers(TIME, SINE, SINE)
+    # arccos loses half the digits where its argument is 1: sqrt(2 * 2.2e-16)/pi = 7e-9
+    assert result == pytest.approx((0, 0, 0), abs=1e-7)
+
+
+@pytest.mark.parametrize("scale", [1.1, 0.8, 3.0])
+def test_a_scaled_curve_differs_in_magnitude_alone(scale: float) -> None:
+    result = sprague_geers(TIME, scale * SINE, SINE)
+    assert result.magnitude == pytest.approx(scale - 1, rel=1e-12)
+    assert result.phase == pytest.approx(0, abs=1e-7)
+    assert result.combined == pytest.approx(abs(scale - 1), rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.01, 0.1, 0.25])
+def test_a_shifted_sine_differs_in_phase_alone(shift: float) -> None:
+    # over whole periods <sin(wt) sin(w(t + s))> / <sin^2> = cos(2 pi s), so P = 2 s
+    result = sprague_geers(TIME, np.sin(2 * np.pi * (TIME + shift)), SINE)
+    assert result.phase == pytest.approx(2 * shift, rel=1e-6)
+    assert result.magnitude == pytest.approx(0, abs=1e-9)
+
+
+def test_a_negative_curve_is_in_opposite_phase() -> None:
+    assert sprague_geers(TIME, -SINE, SINE).phase == pytest.approx(1)
+
+
+def test_hand_computed_curves() -> None:
+    # constant 1 against the ramp t: psi = 1, 1/3, 1/2; M = 1/sqrt(1/3) - 1, P = acos(sqrt(3)/2)/pi
+    result = sprague_geers(TIME, np.ones_like(TIME), TIME)
+    assert result.magnitude == pytest.approx(np.sqrt(3) - 1, rel=1e-6)
+    assert result.phase == pytest.approx(1 / 6, rel=1e-6)
+    assert result.combined == pytest.approx(np.hypot(np.sqrt(3) - 1, 1 / 6), rel=1e-6)
+
+
+def test_a_zero_curve_is_refused() -> None:
+    with pytest.raises(ValueError, match="zero"):
+        sprague_geers(TIME, 0 * SINE, SINE)
+
+
+def test_forces_are_aligned_at_first_contact(make_record: Make) -> None:
+    first = make_record()
+    delay = 0.01
+    later = make_record(
+        summary={**first.summary, "contact_time_s": first.summary["contact_time_s"] + delay},
+        history={**first.history, "time_s": first.history["time_s"] + delay},
+    )
+    result = compare_forces(later, first)
+    assert result is not None
+    assert result.combined == pytest.approx(0, abs=1e-6)
+
+
+def test_forces_without_contact_or_friction_are_not_compared(make_record: Make) -> None:
+    run = make_record()
+    smooth = make_record(history={**run.history, "tangential_force_N": 0 * run.history["time_s"]})
+    assert compare_forces(smooth, run, "tangential_force_N") is None
+    flying = make_record(summary={**run.summary, "contact_duration_s": None})
+    assert compare_forces(flying, run) is None
+
+
+def test_error_percent() -> None:
+    assert error_percent(110, 100) == pytest.approx(10)
+    assert error_percent(-90, -100) == pytest.approx(-10)  # smaller in magnitude
+    assert error_percent(None, 100) is None
+    assert error_percent(1, 0) is None
+
+
+def test_papers_own_errors_follow_from_its_values() -> None:
+    claims = read_claims()
+    hcm, reference, printed = (
+        find(claims, "Table 2", "hard", f"{prefix} peak normal force")
+        for prefix in ("HCM", "reference", "error of")
+    )
+    assert hcm is not None
+    assert reference is not None
+    assert printed is not None
+    assert abs(error_percent(hcm.number, reference.number) or 0) == pytest.approx(
+        printed.number, abs=5e-4
+    )
+
+
+def test_spread(make_record: Make) -> None:
+    runs = [make_record(peak=peak) for peak in (60.0, 66.0, 63.0)]
+    band = spread(runs, "peak_normal_force_N")
+    assert band is not None
+    assert (band.low, band.high, band.count) == (60, 66, 3)
+    assert band.percent_of(60) == pytest.approx(10)
+    assert spread(runs[:1], "peak_normal_force_N") is None
+    assert spread([runs[0], make_record(ok=False)], "peak_normal_force_N") is None
+
+
+def test_quantities_read_what_they_say(make_record: Make) -> None:
+    run = make_record(peak=100.0, duration=3e-4)
+    assert quantity("contact_duration_s").read(run) == pytest.approx(300)
+    assert quantity("normal_impulse_N_s").read(run) == pytest.approx(2 * 100 * 0.3 / np.pi)
+    assert quantity("tip_velocity_y").read(run) == -1.65
+    empty = make_record(summary={})
+    assert all(entry.read(empty) is None for entry in QUANTITIES)
+
+
+def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) -> None:
+    reduced = make_record(peak=60.0)
+    references = [
+        make_record(model="fem3d", variant="ls-dyna-like", peak=75.0),
+        make_record(model="fem2d", variant="fast", peak=50.0),
+    ]
+    over = [references[0], make_record(model="fem3d", variant="fast", peak=80.0)]
+    table = accuracy_table(accuracy_rows(reduced, references, over))
+    assert tuple(table.columns) == COLUMNS
+    assert (table.reduced_source == "self").all()
+    assert (table.reference_source == "other model").all()
+    peaks = table[table.quantity == "peak Fn"].set_index("reference_model")
+    assert peaks.error_percent["fem3d ls-dyna-like"] == pytest.approx(-20)
+    assert peaks.error_percent["fem2d fast"] == pytest.approx(20)
+    assert peaks.reference_high["fem3d ls-dyna-like"] == 80
+    assert np.isnan(peaks.reference_high["fem2d fast"])
+    # Table 2 stands beside the reference that stands in for LS-DYNA, and nowhere else
+    assert peaks.paper_reduced["fem3d ls-dyna-like"] == 64.435
+    assert peaks.paper_reference["fem3d ls-dyna-like"] == 64.126
+    assert peaks.paper_source["fem3d ls-dyna-like"] == "paper: Table 2 (T2.3 T2.7 T2.11)"
+    assert np.isnan(peaks.paper_reduced["fem2d fast"])
+    printed = table.paper_reduced.notna()
+    assert (table.paper_source[printed].str.startswith("paper: ")).all()
+    magnitude = table[table.quantity.str.startswith("Sprague-Geers magnitude of Fn")]
+    assert magnitude.error_percent.iloc[0] == pytest.approx(-20, abs=0.01)
+
+
+def test_efficiency_rows_have_sources(make_record: Make) -> None:
+    runs = [make_record(), make_record(model="fem3d", variant="ls-dyna-like", scene="hard")]
+    table = efficiency_table(efficiency_rows(runs))
+    assert list(table.source) == ["self", "other model"]
+    assert list(table.paper_time_s) == [480, 21473]
+    assert list(table.paper_memory_MB) == [582, 310.5]
+    assert list(table.wall_time_s) == [0.25, 50]
+    assert table.paper_source[1].startswith("paper: Table 3 (T3.3 T3.7)")

@@ -1,0 +1,283 @@
+import json
+import re
+from collections.abc import Callable, Sequence
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from validation.cli import main
+from validation.harness.files import safe_name
+from validation.harness.record import RunRecord
+from validation.harness.store import Store
+from validation.harness.tables import rounded
+from validation.models.adapter import Outcome
+from validation.render import off_screen as renders
+from validation.render.off_screen import Renders
+from validation.runs.execute import Job, failed, keep
+from validation.validate import command as validate_command
+from validation.validate.efficiency import efficiency_rows
+from validation.validate.headline import costs, differences, sentences
+from validation.validate.ladder.climb import Ladder
+from validation.validate.ladder.own_checks import Check
+from validation.validate.ladder.row import SAME, Row
+from validation.validate.ladder.rungs import Cause
+from validation.validate.plan import Runs, groups
+
+Make = Callable[..., RunRecord]
+PEAKS = {"hcm": 60.0, "ls-dyna-like": 75.0, "fast": 80.0, "fem2d": 50.0}
+
+
+class Loads(HTMLParser):
+    """Everything that a browser would load, and whether tags close."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.open: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
+        self.loaded += [value or "" for name, value in attrs if name in ("src", "href", "srcset")]
+        if tag not in ("meta", "link", "img"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+@pytest.fixture
+def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..., None]:
+    """Jobs give half-sine records; the named ones fail."""
+
+    def use(failing: tuple[str, ...] = (), problem: str = "") -> None:
+        def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
+            records = []
+            for job in jobs:
+                if job.name in failing:
+                    records.append(failed(job, "UNSTABLE", "the energy balance is lost"))
+                    continue
+                peak = PEAKS.get(job.variant or job.model, PEAKS["fast"])
+                peak = PEAKS["fem2d"] if job.model == "fem2d" else peak
+                if "penalty" in (job.variant or ""):
+                    peak += 10 * float((job.variant or "").split()[-1])
+                record = make_record(job.scene, job.model, job.variant or "", peak=peak)
+                keep(folder / safe_name(record.folder_name), Outcome(record))
+                records.append(record)
+            return records
+
+        monkeypatch.setattr(validate_command, "in_fresh_process", run)
+        monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda say: None)
+        empty = Ladder((), (), (), (), False)
+        monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full, store: empty)
+        monkeypatch.setattr(
+            validate_command, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
+        )
+
+    return use
+
+
+def validated(tmp_path: Path, expected: int = 0) -> Path:
+    code = 0
+    try:
+        main(["validate", "--out", str(tmp_path)])
+    except SystemExit as end:
+        code = int(end.code or 0)
+    assert code == expected
+    return tmp_path / "validate"
+
+
+def test_page_is_whole_small_and_loads_nothing(
+    fake_runs: Callable[..., None], tmp_path: Path
+) -> None:
+    fake_runs()
+    page = validated(tmp_path) / "index.html"
+    text = page.read_text(encoding="utf-8")
+    assert text.lstrip().startswith("<!doctype html>")
+    assert page.stat().st_size < 3e6
+    parser = Loads()
+    parser.feed(text)
+    assert parser.open == []
+    assert len(parser.loaded) >= 3
+    assert all(source.startswith("data:") for source in parser.loaded)
+    assert not re.search(r"@import|url\(|<script|http", text)
+
+
+def test_times_of_another_day_are_said(make_record: Make) -> None:
+    now, then = make_record(), make_record(model="fem3d", variant="fast", read_back=True)
+    assert validate_command.read_back_note(Runs((now,))) == ""
+    note = validate_command.read_back_note(Runs((now, then)))
+    assert note.startswith(" 1 of 2 unchanged runs are read back")
+    assert str(then.provenance["created"]) in note
+    rows = efficiency_rows([now, then])
+    assert [row["measured"].endswith("read back") for row in rows] == [False, True]
+
+
+def test_first_screen_says_distance_cost_and_certainty(
+    fake_runs: Callable[..., None], tmp_path: Path
+) -> None:
+    fake_runs()
+    text = (validated(tmp_path) / "index.html").read_text(encoding="utf-8")
+    first = text[: text.index('id="forces"')]
+    # 60 N against 75 N; the 3D runs are 75, 80, 80 + 4 and 80 + 16 N: 21 N of 75 N
+    assert (
+        "Soft finger: the reduced model&#39;s peak force lies 20.0 % below the reference&#39;s; "
+        "over 4 meshes and penalty factors the reference itself ranges from 75 to 96 N, "
+        "a spread of 28 %, and the reduced model lies outside it." in first
+    )
+    for part in (
+        "peak Fn",
+        "contact duration",
+        "normal impulse",
+        "75 to 96",
+        "28.0 %",
+        "50 s",
+        "0.25 s",
+        "200×",
+        "180 MB",
+        "not a convergence study",
+        "penalty factors 0.1, 0.4, 1.6",
+    ):
+        assert part in first
+    assert len(re.findall(r"<td class=\"key\">\N{MINUS SIGN}20.0 %", first)) == 4
+
+
+def test_files_of_validate(fake_runs: Callable[..., None], tmp_path: Path) -> None:
+    fake_runs()
+    folder = validated(tmp_path)
+    for name in ("accuracy", "efficiency"):
+        table = pd.read_csv(folder / f"{name}.csv")
+        assert len(table)
+        assert (folder / f"{name}.md").read_text().count("|") > len(table)
+        latex = (folder / f"{name}.tex").read_text()
+        assert "\\begin{tabular}" in latex
+        assert f"\\label{{tab:{name}}}" in latex
+    assert set(table.model) == {"hcm", "fem3d ls-dyna-like", "fem3d fast", "fem2d fast"}
+    for name in ("forces", "elements"):
+        assert (folder / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    summary = json.loads((folder / "runs" / "soft-fem3d-fast" / "summary.json").read_text())
+    assert summary["variant"] == "fast"
+
+
+def test_a_failing_run_is_shown_and_loses_no_other(
+    fake_runs: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fake_runs(failing=("hard fem3d ls-dyna-like",))
+    folder = validated(tmp_path, expected=1)
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    assert "the energy balance is lost" in text
+    assert "Hard finger: no comparison, a run is missing." in text
+    assert "Soft finger: the reduced model&#39;s peak force lies 20.0 %" in text
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1
+    assert "index.html" in captured.err
+    table = pd.read_csv(folder / "accuracy.csv")
+    assert set(table[table.scene == "hard"].reference_model) == {"fem3d fast", "fem2d fast"}
+
+
+def test_all_runs_failing_still_gives_a_page(
+    fake_runs: Callable[..., None], tmp_path: Path
+) -> None:
+    fake_runs(failing=tuple(job.name for s in ("hard", "soft") for g in groups(s) for job in g))
+    folder = validated(tmp_path, expected=1)
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    assert text.count("the energy balance is lost") == 18
+
+
+def test_missing_renders_are_explained(fake_runs: Callable[..., None], tmp_path: Path) -> None:
+    fake_runs(problem="libGL cannot be loaded; apt install libgl1")
+    text = (validated(tmp_path) / "index.html").read_text(encoding="utf-8")
+    assert "soft: libGL cannot be loaded; apt install libgl1" in text
+
+
+def test_missing_libraries_are_found_before_vtk_crashes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def no_library(name: str) -> None:
+        raise OSError(name)
+
+    monkeypatch.setattr(renders.ctypes, "CDLL", no_library)
+    result = renders.render_run(tmp_path, tmp_path, "soft")
+    assert result.pictures == {}
+    assert "apt install libgl1 libegl1" in result.problem
+
+
+def test_a_render_that_fails_is_one_line(tmp_path: Path) -> None:
+    if renders.missing_libraries():
+        pytest.skip(renders.missing_libraries())
+    result = renders.render_run(tmp_path, tmp_path / "out", "soft")
+    assert result.pictures == {}
+    assert result.problem.startswith("rendering failed: FileNotFoundError")
+    assert "\n" not in result.problem
+
+
+def test_headline_inside_the_band(make_record: Make) -> None:
+    runs = Runs(
+        (
+            make_record(peak=78.0),
+            make_record(model="fem3d", variant="ls-dyna-like", peak=75.0),
+            make_record(model="fem3d", variant="fast", peak=80.0),
+        )
+    )
+    rows = [row for row in differences(runs) if row.scene == "soft"]
+    assert rows[0].inside
+    assert rows[0].error_percent == pytest.approx(4)
+    assert "4.0 % above the reference's; over 2" in sentences(rows)[0]
+    assert "a spread of 7 %, and the reduced model lies inside it." in sentences(rows)[0]
+    assert [cost.ratio for cost in costs(runs)] == [None, 200]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, ""),
+        (float("nan"), ""),
+        (64.4748, "64.47"),
+        (0.00012345, "0.0001234"),
+        (21473.0, "21473"),
+        (310.5, "310.5"),
+        (3000, "3000"),
+        (12345.6, "12346"),
+        (True, "True"),
+        ("fem3d", "fem3d"),
+        (-32.218, "-32.22"),
+    ],
+)
+def test_numbers_for_people(value: object, text: str) -> None:
+    assert rounded(value) == text
+
+
+def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
+    fake_runs: Callable[..., None], make_record: Make, monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    fake_runs()
+    best = make_record("soft", "fem3d", "preset converged", peak=95.0)
+    best.history["contact_area_m2"] = 1e-8 * best.history["normal_force_N"]
+    best.history["peak_pressure_Pa"] = 1e6 * best.history["normal_force_N"]
+    cause = Cause("soft", "that spring at the sphere's lowest point", 95.0, 200.0, 10.0)
+    check = Check("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
+    row = Row(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
+    predicted = make_record("soft", peak=81.0)
+    ladder = Ladder((row,), (cause, cause), (), (), True, (best,), (predicted,), (check,))
+    monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full, store: ladder)
+    folder = validated(tmp_path)
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    section = text[text.index('id="ladder"') : text.index('id="efficiency"')]
+    for part in (
+        "soft: hcm, identified k",
+        "soft: fem3d preset converged",
+        "soft, ls-dyna-like: shaft holes instead of plain hinges",
+        "soft, fast: whole event",
+        "\N{MINUS SIGN}0.020 %",
+        "largest pressure",
+        "173.1",  # the paper's Table 2, hard finger
+        "21473",  # its Table 3
+    ):
+        assert part in section, part
+    for name in ("table_2", "table_3", "reference_checks", "accuracy_cost", "contact_patch"):
+        assert len(pd.read_csv(folder / f"{name}.csv")) > 0, name

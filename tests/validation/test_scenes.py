@@ -1,0 +1,213 @@
+from pathlib import Path
+
+import pytest
+
+from validation.errors import UserError
+from validation.harness.provenance import to_toml
+from validation.scenes import BUILT_IN, load_scene
+from validation.scenes.load import MAX_BYTES, parse_value
+from validation.scenes.messages import known_keys
+
+T3_FACTOR = 7.04e-5  # `fingertap identify torque`
+
+
+def refusal(*overrides: str, source: str = "soft") -> str:
+    with pytest.raises(UserError) as caught:
+        load_scene(source, overrides)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert "Traceback" not in text
+    return text
+
+
+# Table 1 and section 4.3 of the paper.
+@pytest.mark.parametrize(
+    ("name", "modulus", "density", "stiffness", "torques"),
+    [
+        ("hard", 20e9, 1048.7, 5.15e6, (0, 0, 0)),
+        ("soft", 1e9, 1400, 0.78e6, (0, 0, 0)),
+        ("driven-1", 0.1e9, 1400, 0.78e6, (0.01, 0.008, 30 * T3_FACTOR)),
+        ("driven-2", 0.1e9, 1400, 0.78e6, (1, 0.8, 3000 * T3_FACTOR)),
+        ("driven-3", 0.1e9, 1400, 0.78e6, (1, 0.9, 5500 * T3_FACTOR)),
+    ],
+)
+def test_built_in_scenes_are_the_papers(
+    name: str, modulus: float, density: float, stiffness: float, torques: tuple[float, ...]
+) -> None:
+    scene = load_scene(name).tables
+    assert scene.material.youngs_modulus == modulus
+    assert scene.material.density == density
+    assert scene.material.poisson_ratio == 0.4
+    assert scene.tip.normal_stiffness == stiffness
+    assert scene.tip.restitution == 1
+    assert scene.torques == pytest.approx(torques)
+    assert scene.surface.height == 0.1
+    assert scene.surface.friction == 0.5
+    assert scene.drive.gravity == 9.8
+    assert not scene.drive.reaction
+    assert scene.per_phalanx(scene.finger.length) == (0.04,) * 3
+    assert scene.per_phalanx(scene.finger.diameter) == (0.015,) * 3
+    assert sum(scene.per_phalanx(scene.finger.elements)) == 60
+
+
+def test_tangential_ratio_defaults_to_mindlin(tmp_path: Path) -> None:
+    document = load_scene("soft").document
+    del document["tip"]["tangential_ratio"]
+    path = tmp_path / "mine.toml"
+    path.write_text(to_toml(document))
+    scene = load_scene(str(path), ["material.poisson_ratio=0.25"])
+    assert scene.name == "mine"
+    assert scene.tables.tangential_ratio == pytest.approx(2 * 0.75 / 1.75)
+
+
+def test_scene_survives_being_written_as_toml(tmp_path: Path) -> None:
+    original = load_scene("driven-3", ["solver.fem.preset=ls-dyna-like", "solver.hcm.taps=2"])
+    path = tmp_path / "copy.toml"
+    path.write_text(to_toml(original.document))
+    assert load_scene(str(path)).tables == original.tables
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.7", 0.7),
+        ("1e8", 1e8),
+        ("-3", -3),
+        ("true", True),
+        ("[1, 2.5]", [1, 2.5]),
+        ('"fast"', "fast"),
+        ("ls-dyna-like", "ls-dyna-like"),
+        ("1 GPa", "1 GPa"),
+        ("1\nother = 2", "1\nother = 2"),
+        ("[" * 5000, "[" * 5000),
+    ],
+)
+def test_set_values_are_toml_or_a_bare_word(text: str, value: object) -> None:
+    assert parse_value(text) == value
+
+
+def test_overrides_apply_in_order_and_leave_the_scene_alone() -> None:
+    changed = load_scene("soft", ["surface.friction=0.1", "surface.friction = 0.7"]).tables
+    assert changed.surface.friction == 0.7
+    assert load_scene("soft").tables.surface.friction == 0.5
+
+
+def test_one_number_per_phalanx() -> None:
+    scene = load_scene("soft", ["finger.phalanges=2", "finger.length=[0.05, 0.06]"]).tables
+    assert scene.per_phalanx(scene.finger.length) == (0.05, 0.06)
+    assert scene.per_phalanx(scene.finger.diameter) == (0.015, 0.015)
+    assert scene.torques == (0, 0)
+
+
+# What is given, and every piece that the one line must name.
+@pytest.mark.parametrize(
+    ("override", "parts"),
+    [
+        ("finger.length=-0.04", ["finger.length", "-0.04", "> 0"]),
+        ("finger.length=0", ["finger.length", "> 0"]),
+        ("finger.length=[0.04, 0.04]", ["finger.length", "2 numbers for 3 phalanges", "give 3"]),
+        ("finger.length=[0.04, 0.04, -1]", ["finger.length", "-1", "> 0"]),
+        ("finger.length=[[0.04], 1, 1]", ["finger.length", "one per phalanx"]),
+        ("finger.diameter='15 mm'", ["finger.diameter", "15 mm", "in m", "without unit"]),
+        (
+            "finger.elements=1000000000",
+            ["1000000000", "GiB", "s a time step"],
+        ),
+        ("finger.elements=2.5", ["finger.elements", "2.5", "whole number"]),
+        ("finger.elements=0", ["finger.elements", ">= 1"]),
+        ("finger.phalanges=true", ["finger.phalanges", "true", "whole number"]),
+        ("finger.phalanges=1e9", ["finger.phalanges", "whole number"]),
+        ("material.youngs_modulus=1 GPa", ["material.youngs_modulus", "1 GPa", "in Pa", "1e9"]),
+        ("material.youngs_modulus=nan", ["material.youngs_modulus", "nan", "Pa"]),
+        ("material.youngs_modulus=inf", ["material.youngs_modulus", "inf", "Pa"]),
+        ("material.density=0", ["material.density", "kg/m3", "> 0"]),
+        ("material.density=1" + "0" * 400, ["material.density", "<= 1e+06"]),
+        ("material.poisson_ratio=0.5", ["material.poisson_ratio", "0.5", "< 0.5", "0.49"]),
+        ("surface.friction=-1", ["surface.friction", "-1", ">= 0", "smooth"]),
+        ("surface.height=-0.1", ["surface.height", "-0.1", "> 0", "above the finger"]),
+        ("surface.height=0", ["surface.height", "above the finger"]),
+        ("surface.height=0.12", ["surface.height", "never reached", "0.12 m long", "below"]),
+        ("surface.height=[0.1]", ["surface.height", "[0.1]", "a number in m"]),
+        ("surface=3", ["surface = 3", "table", "[surface]"]),
+        ("surface.friction.x=1", ["surface.friction", "value, not a table"]),
+        ("surface.frictoin=0.5", ["surface.frictoin", "unknown", "mean surface.friction?"]),
+        ("friction=0.5", ["friction = 0.5", "unknown", "mean surface.friction?"]),
+        ("surfce.friction=0.5", ["surfce.friction", "mean surface.friction?"]),
+        ("nothing.like_it=1", ["nothing.like_it", "unknown", "known are drive, finger"]),
+        ("solver.hcm.qqqqqqq=1", ["solver.hcm.qqqqqqq", "known are", "solver.hcm.contact_step"]),
+        ("tip.restitution=1.1", ["tip.restitution", "1.1", "<= 1"]),
+        ("tip.restitution=0", ["tip.restitution", "> 0"]),
+        ("tip.normal_stiffness=-1", ["tip.normal_stiffness", "N/m", "> 0"]),
+        ("drive.torques=0.1", ["drive.torques", "a list with one number per phalanx", "N m"]),
+        ("drive.torques=[0.1]", ["drive.torques", "1 numbers for 3 phalanges"]),
+        ("drive.torques=[]", ["drive.torques", "one number per phalanx"]),
+        ("drive.reaction=1", ["drive.reaction", "true or false"]),
+        (
+            "solver.fem.preset=finest",
+            ["solver.fem.preset", "finest", "'fast', 'ls-dyna-like' or 'converged'"],
+        ),
+        ("solver.fem.penalty_factor=0", ["solver.fem.penalty_factor", "> 0"]),
+        ("solver.hcm.spectral_radius=1.5", ["solver.hcm.spectral_radius", "<= 1"]),
+        ("surface.friction", ["--set", "KEY=VALUE"]),
+        ("=3", ["--set", "KEY=VALUE"]),
+        ("surface.=3", ["--set", "KEY=VALUE"]),
+        ("surface.friction=", ["--set", "KEY=VALUE"]),
+    ],
+)
+def test_bad_values_are_refused_in_one_line(override: str, parts: list[str]) -> None:
+    text = refusal(override)
+    for part in parts:
+        assert part in text
+
+
+def test_many_elements_in_all_are_refused() -> None:
+    text = refusal("finger.phalanges=11", "finger.elements=2000", "surface.height=0.1")
+    assert "22000 beam elements" in text
+    assert "20000" in text
+
+
+def test_more_problems_are_counted() -> None:
+    assert "(and 1 more problem)" in refusal("surface.friction=-1", "finger.length=-1")
+
+
+def test_unknown_scene_lists_the_built_in_ones() -> None:
+    text = refusal(source="sotf")
+    assert "'sotf'" in text
+    assert "did you mean soft?" in text
+    assert all(name in text for name in BUILT_IN)
+
+
+@pytest.mark.parametrize(
+    ("content", "parts"),
+    [
+        (b"[finger\nlength = 1", ["TOML syntax error", "line 1"]),
+        (b"a = 1" + b"0" * 5000, ["TOML syntax error"]),
+        (b"\xff\xfe", ["not UTF-8"]),
+        (b"#" * (MAX_BYTES + 1), ["larger than"]),
+        (b"", ["finger is missing", "[finger]", "length, diameter"]),
+        (b"[finger]\ndiameter = 1", ["finger.length is missing", "length = ..."]),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(
+    tmp_path: Path, content: bytes, parts: list[str]
+) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_bytes(content)
+    text = refusal(source=str(path))
+    assert str(path) in text
+    for part in parts:
+        assert part in text
+
+
+def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
+    assert "cannot be read" in refusal(source=str(tmp_path / "none.toml"))
+    folder = tmp_path / "folder.toml"
+    folder.mkdir()
+    assert "cannot be read" in refusal(source=str(folder))
+
+
+def test_solver_keys_are_the_models_settings() -> None:
+    hcm = pytest.importorskip("hcm")
+    names = {key.removeprefix("solver.hcm.") for key in known_keys() if "solver.hcm" in key}
+    drawn = {"frame_times"}  # postures that a figure asks for, no matter of the scene
+    assert names == set(hcm.Settings.__dataclass_fields__) - drawn

@@ -1,0 +1,251 @@
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from validation.converge import refinement_runs as level_runs
+from validation.harness import store as store_module
+from validation.harness.record import RunRecord
+from validation.harness.store import MANIFEST, TEMPORARY, Store, key
+from validation.harness.stored_run import HISTORY, RECORD, keep_run, load_run
+from validation.models.adapter import Outcome
+from validation.studies.paper.cases import Case
+from validation.studies.paper.stored_cases import CaseRun, case_store
+
+Make = Callable[..., RunRecord]
+ROOT = Path(__file__).parents[2]
+INPUTS = {"a": 1}
+
+
+def text(folder: Path) -> str:
+    return (folder / "value.txt").read_text()
+
+
+def writing(value: str) -> Callable[[Path], None]:
+    return lambda folder: (folder / "value.txt").write_text(value) and None
+
+
+def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> None:
+    store, run = Store(tmp_path), make_record(statistics={"steps": 7, "mean": 0.1})
+    odd = {**run.history, "mode": np.arange(2401, dtype=np.int8)}
+    odd["normal_force_N"] = odd["normal_force_N"].copy()
+    odd["normal_force_N"][:3] = (np.nan, -0.0, 5e-324)
+    run = make_record(history=odd, statistics=run.statistics)
+    assert load_run(store, INPUTS) is None
+    keep_run(store, INPUTS, Outcome(run))
+    found = load_run(store, INPUTS)
+    assert found is not None
+    assert found.read_back
+    assert found.measured == f"{run.provenance['created']}, read back"
+    for name in ("scene", "model", "variant", "status", "ok", "message", "summary", "events",
+                 "statistics", "provenance"):  # fmt: skip
+        assert getattr(found, name) == getattr(run, name), name
+    assert list(found.history) == list(odd)
+    for name, array in odd.items():
+        assert found.history[name].dtype == array.dtype
+        assert found.history[name].tobytes() == array.tobytes()
+
+
+def test_a_run_that_did_not_complete_is_not_stored(make_record: Make, tmp_path: Path) -> None:
+    keep_run(Store(tmp_path), INPUTS, Outcome(make_record(ok=False, status="INTERRUPTED")))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_is_computed_once_unless_fresh(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    assert store.load(INPUTS, text) is None
+    assert store.keep(INPUTS, writing("one"))
+    assert store.load(INPUTS, text) == "one"
+    assert store.load({"a": 2}, text) is None
+    again = Store(tmp_path, fresh=True)
+    assert again.load(INPUTS, text) is None
+    assert again.keep(INPUTS, writing("two"))
+    assert store.load(INPUTS, text) == "two"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def damage(entry: Path, how: str) -> None:
+    value, manifest = entry / "value.txt", entry / MANIFEST
+    match how:
+        case "truncated":
+            value.write_text("on")
+        case "bit":
+            value.write_bytes(bytes([value.read_bytes()[0] ^ 4]) + b"ne")
+        case "missing":
+            value.unlink()
+        case "added":
+            (entry / "more.txt").write_text("")
+        case "link":
+            value.unlink()
+            value.symlink_to("/etc/hostname")
+        case "no manifest":
+            manifest.unlink()
+        case "half a manifest":
+            manifest.write_text(manifest.read_text()[:40])
+        case "other inputs":
+            manifest.write_text(manifest.read_text().replace('"a": 1', '"a": 2'))
+        case "binary":
+            manifest.write_bytes(b"\xff\xfe\x00")
+        case "folder":
+            value.unlink()
+            value.mkdir()
+
+
+@pytest.mark.parametrize(
+    "how",
+    ["truncated", "bit", "missing", "added", "link", "no manifest", "half a manifest",
+     "other inputs", "binary", "folder"],
+)  # fmt: skip
+def test_a_damaged_result_is_said_and_made_again(
+    how: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = Store(tmp_path)
+    store.keep(INPUTS, writing("one"))
+    damage(tmp_path / key(INPUTS), how)
+    assert store.load(INPUTS, text) is None
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    assert "it is computed again" in line
+    assert list(tmp_path.iterdir()) == []
+    assert store.keep(INPUTS, writing("one"))
+    assert store.load(INPUTS, text) == "one"
+
+
+def test_every_bit_of_a_stored_run_is_watched(make_record: Make, tmp_path: Path) -> None:
+    """A flipped bit anywhere is detected, or it is one that JSON does not read."""
+    store, run = Store(tmp_path), make_record(history={"time_s": np.arange(3.0)})
+    keep_run(store, INPUTS, Outcome(run))
+    entry = tmp_path / key(INPUTS)
+    random = np.random.default_rng(1)
+    for name in (RECORD, HISTORY, MANIFEST):
+        content = (entry / name).read_bytes()
+        for place in random.integers(8 * len(content), size=40):
+            flipped = bytearray(content)
+            flipped[place // 8] ^= 1 << (place % 8)
+            (entry / name).write_bytes(flipped)
+            found = load_run(store, INPUTS)
+            if found is None:
+                assert not entry.exists()
+                keep_run(store, INPUTS, Outcome(run))
+            else:
+                assert name == MANIFEST
+                assert json.loads(flipped) == json.loads(content)
+            (entry / name).write_bytes(content)
+
+
+def test_stored_arrays_run_no_code(make_record: Make, tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    keep_run(store, INPUTS, Outcome(make_record()))
+    entry = tmp_path / key(INPUTS)
+    np.savez(entry / HISTORY, time_s=np.array([{"any": "object"}], dtype=object))
+    manifest = json.loads((entry / MANIFEST).read_text())
+    manifest["files"] = store_module._digests(entry)  # as a stranger would
+    (entry / MANIFEST).write_text(json.dumps(manifest))
+    assert load_run(store, INPUTS) is None
+    assert not entry.exists()
+
+
+def test_a_store_that_cannot_be_written_is_no_failure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "store").write_text("a file in its place")
+    assert not Store(tmp_path / "store").keep(INPUTS, writing("one"))
+    assert "a result cannot be stored" in capsys.readouterr().err
+
+    def full(folder: Path) -> None:
+        (folder / "value.txt").write_text("half")
+        raise OSError(28, "No space left on device")
+
+    store = Store(tmp_path / "full")
+    assert not store.keep(INPUTS, full)
+    assert "No space left on device" in capsys.readouterr().err
+    assert list(store.folder.iterdir()) == []
+
+
+def test_what_kills_left_is_removed_when_it_is_old(tmp_path: Path) -> None:
+    for name, age in (("old", 7200), ("new", 60)):
+        folder = tmp_path / f"{TEMPORARY}{name}"
+        folder.mkdir()
+        then = folder.stat().st_mtime - age
+        os.utime(folder, (then, then))
+    Store(tmp_path).keep(INPUTS, writing("one"))
+    assert {path.name for path in tmp_path.iterdir()} == {f"{TEMPORARY}new", key(INPUTS)}
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from validation.store import Store
+folder, fresh = Path(sys.argv[1]), sys.argv[2] == "fresh"
+store = Store(folder, fresh)
+def write(entry):
+    for name in "abc":
+        (entry / name).write_text(name * 5000)
+def read(entry):
+    assert all((entry / name).read_text() == name * 5000 for name in "abc")
+    return True
+for turn in range(60):
+    store.keep({"turn": turn % 5}, write)
+    Store(folder).load({"turn": turn % 5}, read)
+"""
+
+
+def test_processes_share_a_store(tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", WRITER, str(tmp_path)]
+    processes = [
+        subprocess.Popen([*command, how], stderr=subprocess.PIPE, text=True, env=environment)
+        for how in ("fresh", "fresh", "stored")
+    ]
+    for process in processes:
+        _, error = process.communicate(timeout=60)
+        assert (process.returncode, error) == (0, "")
+    assert len(list(tmp_path.iterdir())) == 5
+
+
+def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) -> None:
+    import hcm
+
+    blocks = tuple(np.random.default_rng(w).normal(size=(3, 2)) for w in range(2))
+    shape = hcm.Posture(0.1, blocks, blocks)
+    moving = hcm.Posture(0.2, blocks, blocks, blocks, blocks)
+    case = Case("soft mu=0.7", "soft", ("surface.friction=0.7",), (0.1, 0.2))
+    stored = case_store(Store(tmp_path))
+    assert stored.load(case) is None
+    stored.keep(CaseRun(case, make_record(), (moving,), (shape, moving)))
+    found = stored.load(case)
+    assert found is not None
+    assert found.record.variant == case.name
+    assert "friction = 0.7" in found.record.provenance["scene_toml"]
+    for one, two in zip((moving, shape, moving), (*found.event_postures, *found.frames),
+                        strict=True):  # fmt: skip
+        assert one.time_s == two.time_s
+        for name in ("positions_m", "slopes", "velocities_m_per_s", "slope_rates_per_s"):
+            for a, b in zip(getattr(one, name), getattr(two, name), strict=True):
+                assert a.tobytes() == b.tobytes()
+    assert stored.load(Case("soft", "soft", (), (0.1, 0.2))) is None
+    flight = Case("driven-1 flight", "driven-1", ("solver.hcm.max_contact_time=1e-9",))
+    for status, kept in (("INTERRUPTED", False), ("STILL_IN_CONTACT", True)):
+        stored.keep(CaseRun(flight, make_record(ok=False, status=status), (), ()))
+        assert (stored.load(flight) is not None) == kept
+    assert stored.load(Case(case.name, "soft", case.overrides, (0.1,))) is None
+
+
+def test_a_level_that_was_altered_is_run_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, values = tmp_path / "level.json", {"peak": 64.1, "area": None}
+    assert level_runs._kept(path) is None
+    assert capsys.readouterr().err == ""
+    good = json.dumps({"values": values, "digest": level_runs._digest(values)})
+    path.write_text(good)
+    assert level_runs._kept(path) == values
+    for text in (good.replace("64.1", "64.2"), good[:30], "", "[]"):
+        path.write_text(text)
+        assert level_runs._kept(path) is None
+        assert "run again" in capsys.readouterr().err

@@ -1,0 +1,84 @@
+"""Jobs in worker processes: answers, errors, and processes that die."""
+
+import os
+import signal
+import threading
+import time
+from concurrent.futures import Future
+from pathlib import Path
+
+import pytest
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.workers import workers
+
+ROOT = Path(__file__).parents[2]
+
+
+def _die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _refuse(value: float) -> None:
+    raise UserError(f"scene.height = {value}: must be above 0")
+
+
+def _lock() -> object:
+    return threading.Lock()
+
+
+def _one_of_two_dies() -> None:
+    with workers(2) as pool:
+        pool.submit(time.sleep, 120)
+        pool.submit(_die).result()
+
+
+def _fail_over_work(jobs: list[Future[None]]) -> None:
+    with workers(1) as pool:
+        jobs += [pool.submit(time.sleep, 120) for _ in range(5)]
+        raise UserError("enough")
+
+
+def test_answers_come_from_processes_that_are_used_again() -> None:
+    with workers(2) as pool:
+        answers = [pool.submit(divmod, number, 3) for number in range(20)]
+        assert [answer.result() for answer in answers] == [divmod(n, 3) for n in range(20)]
+        numbers = {pool.submit(os.getpid).result() for _ in range(10)}
+    assert 1 <= len(numbers) <= 2
+    assert os.getpid() not in numbers
+
+
+def test_named_arguments_are_handed_on() -> None:
+    with workers(1) as pool:
+        assert pool.submit(int, "11", base=2).result() == 3
+
+
+def test_an_error_comes_back_as_it_was_raised_and_the_next_job_is_done() -> None:
+    with workers(1) as pool:
+        refused = pool.submit(_refuse, -1.0)
+        with pytest.raises(UserError, match=r"height = -1\.0: must be above 0") as caught:
+            refused.result()
+        assert "in _refuse" in caught.value.__notes__[0]
+        assert pool.submit(abs, -2).result() == 2
+
+
+def test_an_answer_that_cannot_be_sent_says_so() -> None:
+    with workers(1) as pool:
+        with pytest.raises(TypeError, match="pickle"):
+            pool.submit(_lock).result()
+        assert pool.submit(abs, -2).result() == 2
+
+
+def test_a_process_that_dies_is_told_and_ends_the_others() -> None:
+    began = time.monotonic()
+    with pytest.raises(RunFailedError, match="worker process died"):
+        _one_of_two_dies()
+    assert time.monotonic() - began < 60  # the other would have taken twice that
+
+
+def test_what_waits_is_dropped_when_the_command_fails() -> None:
+    jobs: list[Future[None]] = []
+    with pytest.raises(UserError, match="enough"):
+        _fail_over_work(jobs)
+    assert all(job.done() for job in jobs)
+    assert sum(job.cancelled() for job in jobs) >= 4

@@ -1,0 +1,1 @@
+"""How two runs are compared: quantities, curve metrics, grid convergence, figures."""

@@ -1,0 +1,93 @@
+"""``fingertap compare``: what a setting changes, by one model on one scene with and without it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.console import progress_bar
+from validation.harness.files import output_folder, safe_name, write_text
+from validation.harness.interrupts import unless_interrupted
+from validation.harness.record import RunRecord
+from validation.models import ModelName
+from validation.runs.execute import keep, solve
+from validation.scenes.load import NamedScene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
+
+ROWS = (  # quantity, key, component
+    ("contact_time_s", "contact_time_s", None),
+    ("tip_velocity_x_m_per_s", "tip_velocity_at_contact_m_per_s", 0),
+    ("tip_velocity_y_m_per_s", "tip_velocity_at_contact_m_per_s", 1),
+    ("peak_normal_force_N", "peak_normal_force_N", None),
+    ("peak_normal_force_time_s", "peak_normal_force_time_s", None),
+    ("peak_tangential_force_N", "peak_tangential_force_N", None),
+    ("normal_impulse_N_s", "normal_impulse_N_s", None),
+    ("contact_duration_s", "contact_duration_s", None),
+    ("peak_stress_R_Pa", "peak_stress_R_Pa", None),
+    ("energy_residual", "energy_residual", None),
+    ("elements", "elements", None),
+    ("steps", "steps", None),
+    ("wall_time_s", "wall_time_s", None),
+)
+
+
+def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame":
+    """Both runs' scalars and the change in percent of the scene's own.
+
+    Columns: quantity, scene, changed, difference_percent (empty where it has no meaning).
+    """
+    import pandas
+
+    rows = []
+    for quantity, key, component in ROWS:
+        values = [_scalar(record, key, component) for record in (scene, changed)]
+        before, after = values
+        percent = None
+        if before is not None and after is not None and before != 0.0:
+            percent = 100.0 * (after - before) / abs(before)
+        rows.append(
+            {"quantity": quantity, "scene": before, "changed": after, "difference_percent": percent}
+        )
+    return pandas.DataFrame(rows).dropna(subset=["scene", "changed"], how="all")
+
+
+def _scalar(record: RunRecord, key: str, component: int | None) -> float | None:
+    value = record.summary.get(key)
+    if value is None or isinstance(value, str):
+        return None
+    return float(value if component is None else value[component])
+
+
+def compare(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> None:
+    """Run a scene as it is and with overrides; print and keep the differences.
+
+    Raises
+    ------
+    UserError
+        Bad input, or nothing to change.
+    RunFailedError
+        One of the runs did not complete; both are kept.
+    """
+    if not overrides:
+        raise UserError("compare: nothing to change; give --set KEY=VALUE")
+    scenes = {"scene": load_scene(source), "changed": load_scene(source, overrides)}
+    name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
+    folder = output_folder(out / "compare" / name)
+    records = {which: _run(scene, model, folder / which) for which, scene in scenes.items()}
+    table = difference_table(records["scene"], records["changed"])
+    write_text(folder / "differences.csv", table.to_csv(index=False))
+    print(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
+    print(table.to_string(index=False, float_format=lambda value: f"{value:.7g}", na_rep=""))
+    for which, record in records.items():
+        if not record.ok:
+            raise RunFailedError(f"compare {source}, {which}: {record.message}; see {folder}")
+    print(f"files in {folder}")
+
+
+def _run(scene: NamedScene, model: ModelName, folder: Path) -> RunRecord:
+    with progress_bar(f"{scene.name} {model} {folder.name}") as progress:
+        outcome = solve(scene, model, folder, progress)
+    keep(folder, outcome)
+    return unless_interrupted(outcome.record)

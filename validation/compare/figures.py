@@ -1,0 +1,152 @@
+"""Contact forces over t - t_c: the paper's figs. 7 and 9 from our own runs."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.compare.sprague_geers import contact_curve
+from validation.harness.files import atomic
+from validation.harness.record import RunRecord
+
+# Okabe and Ito's palette: distinct in print and for colour-blind readers.
+BLACK, ORANGE, BLUE, GREEN, GREY = "#111111", "#d55e00", "#0072b2", "#009e73", "#888888"
+FORCES = ("normal_force_N", "tangential_force_N")
+POINTS = 1200
+
+STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#dddddd",
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "savefig.dpi": 160,
+    "figure.facecolor": "white",
+}
+
+Draw = Callable[[Any, str], None]
+
+
+def usable(run: RunRecord) -> bool:
+    """Whether a run has contact curves to draw."""
+    return run.value("contact_time_s") is not None and "normal_force_N" in run.history
+
+
+def _window(runs: Sequence[RunRecord]) -> np.ndarray:
+    longest = max((run.value("contact_duration_s") or 0.0 for run in runs), default=0.0)
+    return np.linspace(-0.04, 1.12, POINTS) * (longest or 1e-3)
+
+
+def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
+    """One panel per scene, side by side, written atomically."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            1, len(scenes), figsize=(4.1 * len(scenes), 3.3), layout="constrained", squeeze=False
+        )
+        for axis, scene in zip(axes[0], scenes, strict=True):
+            draw(axis, scene)
+            axis.axhline(0, color=BLACK, linewidth=0.6)
+            axis.set_title(f"{scene} finger", fontsize=10, loc="left")
+            axis.set_xlabel(r"$t - t_c$ (ms)")
+            axis.set_ylabel("contact force (N)")
+            axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction")
+            axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction")
+            axis.margins(x=0)
+        handles, labels = axes[0][0].get_legend_handles_labels()
+        for axis in axes[0][1:]:  # a run may be missing on one scene only
+            for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+                if label not in labels:
+                    handles.append(handle)
+                    labels.append(label)
+        if handles:
+            figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        with atomic(path) as temporary:
+            figure.savefig(temporary, format="png")
+        plt.close(figure)
+
+
+def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
+    """Fig. 7: the reduced model with different numbers of elements.
+
+    Parameters
+    ----------
+    runs : label and run of each line.
+    """
+    styles = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
+
+    def draw(axis: Any, scene: str) -> None:
+        mine = [(label, run) for label, run in runs if run.scene == scene and usable(run)]
+        time = _window([run for _, run in mine])
+        for (title, run), (color, line, width) in zip(mine, styles, strict=False):
+            for number, force in enumerate(FORCES):
+                axis.plot(
+                    time * 1e3,
+                    contact_curve(run, force, time),
+                    line,
+                    color=color,
+                    linewidth=width,
+                    label=None if number else title,
+                )
+
+    _panels(path, scenes, draw)
+
+
+def overlay_figure(
+    path: Path,
+    runs: Sequence[RunRecord],
+    spread_over: Sequence[RunRecord],
+    scenes: Sequence[str],
+) -> None:
+    """Fig. 9: the reduced model against the reference.
+
+    Parameters
+    ----------
+    runs : one line each.
+    spread_over : runs whose smallest and largest force at each time make the shaded band.
+    """
+    looks = {
+        "hcm": (BLACK, "-", 1.8),
+        "fem3d ls-dyna-like": (ORANGE, "-", 1.3),
+        "fem3d fast": (BLUE, "--", 1.2),
+        "fem2d fast": (GREEN, "-.", 1.2),
+    }
+
+    def draw(axis: Any, scene: str) -> None:
+        mine = [run for run in runs if run.scene == scene and usable(run)]
+        band = [run for run in spread_over if run.scene == scene and usable(run)]
+        time = _window([*mine, *band])
+        for number, force in enumerate(FORCES):
+            if len(band) > 1:
+                curves = [contact_curve(run, force, time) for run in band]
+                axis.fill_between(
+                    time * 1e3,
+                    np.min(curves, axis=0),
+                    np.max(curves, axis=0),
+                    color=ORANGE,
+                    alpha=0.15,
+                    linewidth=0,
+                    label=None if number else f"3D: {len(band)} meshes and penalties",
+                )
+            for run in mine:
+                color, line, width = looks.get(run.label, (GREY, "-", 1.0))
+                axis.plot(
+                    time * 1e3,
+                    contact_curve(run, force, time),
+                    line,
+                    color=color,
+                    linewidth=width,
+                    label=None if number else run.label,
+                )
+
+    _panels(path, scenes, draw)

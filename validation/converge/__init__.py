@@ -1,0 +1,1 @@
+"""``fingertap converge``: the reference refined, one parameter at a time."""

@@ -1,0 +1,1 @@
+"""What every command needs: records, files, the store, processes, interrupts, pages, tables."""

@@ -1,0 +1,141 @@
+"""Files of a run, each written whole or not at all: a temporary name, then a rename."""
+
+import contextlib
+import json
+import os
+import re
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from validation.errors import UserError
+from validation.harness.record import RunRecord, plain
+
+if TYPE_CHECKING:
+    import xarray
+
+UNITS = (  # endings of names, longest first, and the unit that they stand for
+    ("_m_per_s", "m/s"),
+    ("_N_s", "N s"),
+    ("_Pa", "Pa"),
+    ("_m2", "m2"),
+    ("_N", "N"),
+    ("_J", "J"),
+    ("_m", "m"),
+    ("_s", "s"),
+)
+
+
+def unit_of(name: str) -> str:
+    """The unit that a name ends in, "1" if it has none."""
+    return next((unit for ending, unit in UNITS if name.endswith(ending)), "1")
+
+
+@contextlib.contextmanager
+def atomic(path: Path) -> Iterator[Path]:
+    """A temporary path beside ``path`` that takes its place if the block succeeds."""
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)  # a temporary file is private, a result is not
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write text atomically."""
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, value: Mapping[str, Any]) -> None:
+    """Write JSON atomically; what is not finite becomes null."""
+    write_text(path, json.dumps(plain(value), indent=2, allow_nan=False) + "\n")
+
+
+def output_folder(path: Path) -> Path:
+    """Create the folder and prove that it can be written to, before any work is done.
+
+    Raises
+    ------
+    UserError
+        The folder cannot be created or written.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise UserError(
+            f"--out {path}: cannot write there ({error.strerror or error}); "
+            "choose a folder that you may write to"
+        ) from error
+    return path
+
+
+def safe_name(name: str) -> str:
+    """A name that stays inside its folder, whatever the scene was called."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip(".") or "run"
+
+
+def history_dataset(record: RunRecord) -> "xarray.Dataset":
+    """The history with named dimensions, units and provenance."""
+    import xarray
+
+    time = record.history.get("time_s")
+    names = {name: array for name, array in record.history.items() if name != "time_s"}
+    data = xarray.Dataset(
+        {
+            name: (
+                ("time", *(f"{name}_axis{axis}" for axis in range(1, array.ndim))),
+                array,
+                {"units": unit_of(name)},
+            )
+            for name, array in names.items()
+        },
+        attrs={
+            "title": f"fingertap: {record.scene}, {record.label}",
+            "status": record.status,
+            "message": record.message,
+            "summary_json": json.dumps(record.to_json()),
+            "events_json": json.dumps([[event.time_s, event.kind] for event in record.events]),
+            "provenance_json": json.dumps(plain(record.provenance)),
+        },
+    )
+    if time is not None:
+        data = data.assign_coords(time_s=("time", time, {"units": "s"}))
+    return data
+
+
+def clear_run(folder: Path) -> None:
+    """Remove what says that a run is complete: a kill must not leave two runs mixed in a folder."""
+    for name in ("error.txt", "summary.json", "history.nc", "fields/tap.pvd"):
+        (folder / name).unlink(missing_ok=True)
+
+
+def write_run(folder: Path, record: RunRecord) -> None:
+    """Write ``history.nc`` and at last ``summary.json`` of a run."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if record.history:
+        # made in memory: HDF5 crashes the process where a disk fills up under it
+        content = history_dataset(record).to_netcdf(engine="h5netcdf")
+        with atomic(folder / "history.nc") as temporary:
+            temporary.write_bytes(content)
+    write_json(
+        folder / "summary.json",
+        {
+            **record.to_json(),
+            "variant": record.variant,
+            "status": record.status,
+            "message": record.message,
+            "events": [[event.time_s, event.kind] for event in record.events],
+            "statistics": record.statistics,
+            "provenance": record.provenance,
+        },
+    )

@@ -1,0 +1,45 @@
+"""One self-contained HTML page: styles and pictures inside, nothing loaded from elsewhere."""
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from validation.harness.files import write_text
+from validation.harness.tables import rounded
+
+
+def inline(path: Path) -> str:
+    """A picture as a data URI."""
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
+
+
+def signed(value: float | None, digits: int = 1) -> str:
+    """A percentage with its sign, a dash for nothing."""
+    return "–" if value is None else f"{value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
+
+
+def number(value: Any) -> str:
+    """A rounded number, a dash for nothing."""
+    return rounded(value) or "–"
+
+
+def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
+    """Fill a template of ``templates`` and write it atomically.
+
+    Parameters
+    ----------
+    template : file name; it extends ``base.html.j2``, whose blocks are the page's sections.
+    context : what the template names.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("validation.harness"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"inline": inline, "signed": signed, "number": number}
+    write_text(path, environment.get_template(template).render(context))

@@ -1,0 +1,182 @@
+"""Stored results, found again by what they were made from.
+
+A store is a folder with one folder per result, named by the SHA-256 of the result's inputs (see
+`store_key`). What was made from other inputs has another name: a changed run is never read back.
+
+- An entry is written beside the others under a temporary name and renamed: it is there as a whole
+  or not at all, whoever else writes to the same store. Kills leave at most a temporary folder,
+  which a later run removes.
+- `manifest.json` holds the inputs and the SHA-256 of every file. An entry that is truncated,
+  altered or unreadable is said in one line, removed, and computed again.
+- Entries are data: JSON, arrays without objects, VTU. Nothing in them is run, and no name in them
+  is followed: the files of an entry are those that lie in its folder.
+
+Why not a library: diskcache and joblib.Memory keep values as pickles, which run code when they are
+read, find them by a function's name and arguments (not by the program's source and its versions),
+and verify nothing; diskcache's JSON disk has no arrays or files and a database beside them.
+"""
+
+import errno
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from validation.harness.console import say
+
+Value = TypeVar("Value")
+Inputs = Mapping[str, Any]
+
+MANIFEST = "manifest.json"
+TEMPORARY = ".partial-"
+ABANDONED_S = 3600.0  # no entry takes an hour to be written
+
+
+class DamagedError(Exception):
+    """An entry is not what was written; the message says how."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder of results.
+
+    Parameters
+    ----------
+    folder : created when the first result is kept.
+    fresh : find nothing; what is computed again takes the place of what was there.
+    """
+
+    folder: Path
+    fresh: bool = False
+
+    def has(self, inputs: Inputs) -> bool:
+        """Whether there is an entry, which may turn out to be damaged."""
+        return not self.fresh and (self.folder / key(inputs)).is_dir()
+
+    def load(self, inputs: Inputs, read: Callable[[Path], Value]) -> Value | None:
+        """The result made from these inputs, None if it is to be computed.
+
+        Parameters
+        ----------
+        inputs : JSON values.
+        read : takes the entry's folder, after its files were verified.
+        """
+        entry = self.folder / key(inputs)
+        if not self.has(inputs):
+            return None
+        this = _folder_id(entry)
+        try:
+            _verify(entry)
+            return read(entry)
+        except Exception as error:  # JSON, NumPy and their like raise whatever parsing hits
+            # a folder that has changed meanwhile is one that another process replaces
+            if this is not None and _folder_id(entry) == this:
+                why = " ".join(str(error).split())[:100] or type(error).__name__
+                say(f"stored result {entry}: {why}; it is computed again")
+                self._discard(entry)
+        return None
+
+    def keep(self, inputs: Inputs, write: Callable[[Path], None]) -> bool:
+        """Keep a result; whether that was possible. A full or read-only disk is said, not raised.
+
+        Parameters
+        ----------
+        write : writes the result's files into the folder that it is given.
+        """
+        entry = self.folder / key(inputs)
+        if entry.exists() and not self.fresh:
+            return True
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._sweep()
+            partial = Path(tempfile.mkdtemp(prefix=TEMPORARY, dir=self.folder))
+            try:
+                write(partial)
+                manifest = {"inputs": inputs, "files": _digests(partial)}
+                (partial / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+                partial.chmod(0o755)
+                self._discard(entry)
+                partial.rename(entry)
+            finally:
+                shutil.rmtree(partial, ignore_errors=True)
+        except OSError as error:
+            if error.errno == errno.ENOTEMPTY:
+                return True  # another process was quicker
+            say(f"{self.folder}: a result cannot be stored ({error.strerror or error})")
+            return False
+        return True
+
+    def _discard(self, entry: Path) -> None:
+        """Remove an entry: out of sight first, so that nobody finds half of it."""
+        away = self.folder / f"{TEMPORARY}{os.urandom(8).hex()}"
+        try:
+            entry.rename(away)
+        except OSError:
+            return  # not there, or not ours to remove
+        shutil.rmtree(away, ignore_errors=True)
+
+    def _sweep(self) -> None:
+        """Remove what killed processes left."""
+        for path in self.folder.glob(f"{TEMPORARY}*"):
+            try:
+                if time.time() - path.stat().st_mtime > ABANDONED_S:
+                    shutil.rmtree(path, ignore_errors=True)
+            except OSError:
+                continue  # another process removed it
+
+
+def key(inputs: Inputs) -> str:
+    """Name of the entry made from these inputs: SHA-256 of their canonical JSON."""
+    text = json.dumps(inputs, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _folder_id(entry: Path) -> tuple[int, int] | None:
+    """Which folder has this name now, if any. An inode alone may be used again."""
+    try:
+        found = entry.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file below a folder but the manifest.
+
+    Raises
+    ------
+    DamagedError
+        Something there is no plain file or folder: a link could lead anywhere.
+    """
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.is_symlink() or not (path.is_file() or path.is_dir()):
+            raise DamagedError(f"{name} is a link or no file")
+        if path.is_file() and name != MANIFEST:
+            with path.open("rb") as file:
+                found[name] = hashlib.file_digest(file, "sha256").hexdigest()
+    return found
+
+
+def _verify(entry: Path) -> None:
+    """Raise `DamagedError` unless the entry is what was written under its name."""
+    if entry.is_symlink():
+        raise DamagedError("is a link")
+    files = _digests(entry)
+    try:
+        manifest = json.loads((entry / MANIFEST).read_text(encoding="utf-8"))
+        named, listed = key(manifest["inputs"]), dict(manifest["files"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise DamagedError(f"{MANIFEST} is truncated or altered") from error
+    if named != entry.name:
+        raise DamagedError(f"{MANIFEST} was altered")
+    for name in sorted({*files, *listed}):
+        if files.get(name) != listed.get(name):
+            raise DamagedError(f"{name} is missing, truncated or altered")

@@ -1,0 +1,138 @@
+"""A run as a store's entry: ``record.json``, ``history.npz`` and, of solids, ``fields/``."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.harness.fields import write_fields
+from validation.harness.files import atomic, clear_run
+from validation.harness.provenance import to_toml
+from validation.harness.record import Event, RunRecord, plain
+from validation.harness.store import Inputs, Store
+from validation.models.adapter import Outcome
+
+RECORD, HISTORY, FIELDS = "record.json", "history.npz", "fields"
+
+
+def write_record(folder: Path, record: RunRecord) -> None:
+    """Write a record; its floats and arrays come back bit for bit."""
+    values = {
+        "scene": record.scene,
+        "model": record.model,
+        "variant": record.variant,
+        "status": record.status,
+        "ok": record.ok,
+        "message": record.message,
+        "summary": record.summary,
+        "events": [[event.time_s, event.kind] for event in record.events],
+        "statistics": record.statistics,
+        "provenance": record.provenance,
+    }
+    (folder / RECORD).write_text(json.dumps(plain(values), allow_nan=False), encoding="utf-8")
+    with (folder / HISTORY).open("wb") as file:
+        np.savez(file, allow_pickle=False, **record.history)
+
+
+def read_record(folder: Path) -> RunRecord:
+    """The record that `write_record` wrote, marked as read back.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError
+        The files are no record.
+    """
+    values: Mapping[str, Any] = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    with np.load(folder / HISTORY, allow_pickle=False) as file:
+        history = {name: file[name] for name in file.files}
+    summary = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in values["summary"].items()
+    }
+    return RunRecord(
+        scene=str(values["scene"]),
+        model=str(values["model"]),
+        variant=str(values["variant"]),
+        status=str(values["status"]),
+        ok=bool(values["ok"]),
+        message=str(values["message"]),
+        summary=summary,
+        history=history,
+        events=tuple(Event(float(time), str(kind)) for time, kind in values["events"]),
+        statistics=dict(values["statistics"]),
+        provenance=dict(values["provenance"]),
+        read_back=True,
+    )
+
+
+def relabelled(
+    record: RunRecord, scene: str, variant: str | None, document: dict[str, Any]
+) -> RunRecord:
+    """The record under the names that this run has: one result may serve several.
+
+    Parameters
+    ----------
+    variant : None keeps the record's own.
+    document : the scene's tables as they were read.
+    """
+    return replace(
+        record,
+        scene=scene,
+        variant=record.variant if variant is None else variant,
+        provenance={**record.provenance, "scene_toml": to_toml(document)},
+    )
+
+
+def keep_run(store: Store, inputs: Inputs, outcome: Outcome) -> None:
+    """Store a run that completed; one that did not is run again."""
+    if not outcome.record.ok:
+        return
+
+    def write(folder: Path) -> None:
+        write_record(folder, outcome.record)
+        if outcome.fields is not None and outcome.fields.steps:
+            write_fields(folder / FIELDS, outcome.fields)
+
+    store.keep(inputs, write)
+
+
+def load_run(store: Store, inputs: Inputs) -> RunRecord | None:
+    """The stored run's record, None if there is none."""
+    return store.load(inputs, read_record)
+
+
+def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> RunRecord | None:
+    """The stored run's record, and its fields copied; None if there is none.
+
+    What a run's folder held before is removed; the caller writes the record's files.
+
+    Parameters
+    ----------
+    folder : of the run.
+    fields : whether its fields are wanted there.
+    """
+    found = store.load(inputs, lambda entry: (read_record(entry), entry / FIELDS))
+    if found is None:
+        return None
+    record, source = found
+    clear_run(folder)
+    try:
+        if fields:
+            copy_fields(source, folder / FIELDS)
+    except FileNotFoundError:
+        return None  # another process replaces the entry at this moment
+    return record
+
+
+def copy_fields(source: Path, folder: Path) -> None:
+    """Copy a run's fields, the index of their steps last."""
+    if not source.is_dir():
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in sorted(source.iterdir(), key=lambda path: path.suffix == ".pvd"):
+        with atomic(folder / path.name) as temporary:
+            shutil.copyfile(path, temporary)

@@ -1,0 +1,39 @@
+"""A table as CSV (full precision, for programs), Markdown and LaTeX (rounded, for people)."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from validation.harness.files import write_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def rounded(value: Any) -> str:
+    """A number with four significant digits, a text as it is, nothing for nothing."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    if isinstance(value, int) or (value == int(value) and abs(value) < 1e6):
+        return f"{value:.0f}"
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+
+
+def for_people(table: "pd.DataFrame") -> "pd.DataFrame":
+    """The table rounded, without columns that are empty throughout."""
+    return table.dropna(axis="columns", how="all").map(rounded)
+
+
+def write_table(folder: Path, name: str, table: "pd.DataFrame", caption: str) -> None:
+    """Write ``name.csv``, ``name.md`` and ``name.tex``."""
+    write_text(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.10g"))
+    people = for_people(table)
+    write_text(
+        folder / f"{name}.md",
+        f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n",
+    )
+    people.columns = [str(column).replace("_", " ") for column in people.columns]
+    latex = people.to_latex(index=False, escape=True, caption=caption, label=f"tab:{name}")
+    write_text(folder / f"{name}.tex", latex)

@@ -1,0 +1,91 @@
+"""A free bar of cubes that vibrates along its axis: the work that the reference's peers share.
+
+With Poisson's ratio 0 a bar's axial motion is exactly one-dimensional. From the initial velocity
+v = V cos(pi x/L) it stays a standing wave,
+
+    u(x, t) = V/omega cos(pi x/L) sin(omega t),   omega = pi c/L,   c = sqrt(E/rho).
+
+Strains stay below 1e-4, where small and large strain cannot be told apart.
+"""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from validation.studies.bench.kernels import DENSITY, SIZE_M, YOUNG, Floats, Integers, box
+
+SPEED = 0.03  # V, m/s
+STEP_SHARE = 0.4  # of an edge over c: below every code's limit
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Elements along x, y, z, explicit steps to take, and threads to take them on."""
+
+    counts: tuple[int, int, int]
+    steps: int
+    threads: int
+
+    @property
+    def elements(self) -> int:
+        """Number of hexahedra."""
+        return math.prod(self.counts)
+
+    @property
+    def length(self) -> float:
+        """L, m."""
+        return self.counts[0] * SIZE_M
+
+    @property
+    def wave_speed(self) -> float:
+        """Speed c of axial waves, m/s."""
+        return math.sqrt(YOUNG / DENSITY)
+
+    @property
+    def step_s(self) -> float:
+        """The step that every code is asked to take."""
+        return STEP_SHARE * SIZE_M / self.wave_speed
+
+    @property
+    def time_s(self) -> float:
+        """When displacements are compared."""
+        return self.steps * self.step_s
+
+    def mesh(self) -> tuple[Floats, Integers]:
+        """Points (n, 3) and cells (m, 8) in VTK's order, which is also CalculiX' and gmsh's."""
+        return box(self.counts)
+
+    def velocity(self, points: Floats) -> Floats:
+        """Initial velocity (n, 3), m/s."""
+        velocity = np.zeros_like(points)
+        velocity[:, 0] = SPEED * np.cos(np.pi * points[:, 0] / self.length)
+        return velocity
+
+    @property
+    def exact_end_m(self) -> float:
+        """Displacement of the end x = 0 at `time_s`."""
+        omega = math.pi * self.wave_speed / self.length
+        return SPEED / omega * math.sin(omega * self.time_s)
+
+    def arguments(self) -> dict[str, Any]:
+        """What `Bar` is made from, for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What one code made of the bar.
+
+    seconds_per_step : shortest of several measurements. end_m : mean displacement along x of the
+    nodes at x = 0. step_s : the step that was taken.
+    """
+
+    code: str
+    element: str
+    points: int
+    seconds_per_step: float
+    end_m: float
+    step_s: float
+    runs: int

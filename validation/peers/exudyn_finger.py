@@ -1,0 +1,242 @@
+"""The soft finger in Exudyn (Gerstmayr 2023): ANCFCable2D, generalized-alpha, contact at the tip.
+
+The scene slides in +X from first contact to separation (design.md section 5), so that its contact
+is linear in the tip's coordinates while it lasts,
+
+    F_n = -k (y + H),    F_t = -mu F_n,
+
+and is given to Exudyn as the stiffness matrix of an `ObjectGenericODE2` on the tip's node: compiled
+code throughout, no Python in the step. The object is passive in flight.
+
+located : the flight's last step is shortened until the tip is on the surface to round-off, and
+separation is where F_n, interpolated, is zero. unlocated : contact begins and ends with a step.
+Exudyn is told a time shortly before contact from which to look.
+
+Of Exudyn's own options those that make it cheapest for the same error: Eigen's dense solver up to
+DENSE elements (0.83 times the time of the sparse one at 6, 1.08 at 15), beyond it the sparse one
+with the pattern kept that it has analyzed (defaults take 1.6 times as long at 15), and four Gauss
+points for the axial force instead of five. A Jacobian made anew in every step takes 0.8 times the
+time where the flight's steps are 1 ms, and up to twice the time where they are short.
+"""
+
+import importlib
+import math
+import sys
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from validation.studies.bench.measured import Quantities
+
+RELATIVE, ABSOLUTE = 1e-5, 1e-8  # Newton; tighter ones fail to converge at round-off
+CONTACT_RELATIVE = 1e-6
+LOCATED_M = 1e-13
+DENSE = 9
+CONTACT_WINDOW_S = 2.5e-4
+ATTEMPTS = 8
+
+
+class PeerFailedError(Exception):
+    """Exudyn did not finish the tap; the message says where."""
+
+
+@dataclass(frozen=True)
+class PeerTap:
+    """What a tap found, and its steps."""
+
+    quantities: Quantities
+    steps: int
+
+
+class _Finger:
+    """Exudyn's system of the scene, and stepping it from where it is."""
+
+    def __init__(
+        self, given: dict[str, Any], adaptive: bool, spectral_radius: float, jacobian_a_step: bool
+    ) -> None:
+        sys.exudynFast = True  # type: ignore[attr-defined]  # before the import: no range checks
+        exudyn: Any = importlib.import_module("exudyn")
+        items: Any = importlib.import_module("exudyn.itemInterface")
+
+        self.exu = exudyn
+        self.container = exudyn.SystemContainer()
+        self.system = self.container.AddSystem()
+        self.steps = 0
+        self.given, self.adaptive = given, adaptive
+        self.spectral_radius, self.touched = spectral_radius, False
+        self.jacobian_a_step = jacobian_a_step
+        self.tip = self._chain(items)
+        self.contact = self.system.AddObject(
+            items.ObjectGenericODE2(nodeNumbers=[self.tip], stiffnessMatrix=np.zeros((4, 4)),
+                                    massMatrix=np.zeros((4, 4)), dampingMatrix=np.zeros((4, 4)),
+                                    forceVector=np.zeros(4))
+        )  # fmt: skip
+        self.sensor = self.system.AddSensor(
+            items.SensorNode(nodeNumber=self.tip, storeInternal=True, writeToFile=False,
+                             outputVariableType=exudyn.OutputVariableType.Position)
+        )  # fmt: skip
+        self.system.Assemble()
+
+    def _chain(self, items: Any) -> int:
+        system, gravity = self.system, self.given["drive"].gravity
+        node = system.AddNode(items.NodePointGround())
+        begin = 0.0
+        for phalanx in self.given["finger"].phalanges:
+            length = phalanx.length / phalanx.elements
+            nodes = [
+                system.AddNode(
+                    items.NodePoint2DSlope1(referenceCoordinates=[begin - i * length, 0, -1, 0])
+                )
+                for i in range(phalanx.elements + 1)
+            ]
+            for pair in pairwise(nodes):
+                cable = system.AddObject(
+                    items.ObjectANCFCable2D(
+                        length=length,
+                        massPerLength=phalanx.density * phalanx.area,
+                        bendingStiffness=phalanx.youngs_modulus * phalanx.second_moment,
+                        axialStiffness=phalanx.youngs_modulus * phalanx.area,
+                        nodeNumbers=list(pair),
+                        useReducedOrderIntegration=1,
+                    )
+                )
+                marker = system.AddMarker(items.MarkerBodyMass(bodyNumber=cable))
+                system.AddLoad(
+                    items.LoadMassProportional(markerNumber=marker, loadVector=[0, -gravity, 0])
+                )
+            for axis in range(2):
+                ends = [
+                    system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=end, coordinate=axis))
+                    for end in (node, nodes[0])
+                ]
+                system.AddObject(items.ObjectConnectorCoordinate(markerNumbers=ends))
+            node, begin = nodes[-1], begin - phalanx.length
+        return int(node)
+
+    def gap(self) -> tuple[float, float]:
+        """The tip's height above the surface, m, and its velocity, m/s."""
+        kind = self.exu.OutputVariableType
+        place = self.system.GetNodeOutput(self.tip, kind.Position)[1]
+        speed = self.system.GetNodeOutput(self.tip, kind.Velocity)[1]
+        return float(place) + self.given["surface"].height, float(speed)
+
+    def touch(self) -> None:
+        """Switch the contact on, as linear terms in the tip's displacement from rest."""
+        self.touched = True
+        stiffness, mu = self.given["tip"].normal_stiffness, self.given["surface"].friction
+        matrix = np.zeros((4, 4))
+        matrix[0, 1], matrix[1, 1] = -mu * stiffness, stiffness
+        force = matrix @ np.array([0.0, -self.given["surface"].height, 0.0, 0.0])
+        self.system.SetObjectParameter(self.contact, "stiffnessMatrix", matrix)
+        self.system.SetObjectParameter(self.contact, "forceVector", force)
+
+    def advance(self, begin: float, duration: float, steps: int, relative: float) -> None:
+        """Integrate on from the current state."""
+        configuration = self.exu.ConfigurationType
+        if self.steps:
+            state = self.system.systemData.GetSystemState(configuration=configuration.Current)
+            self.system.systemData.SetSystemState(state, configuration=configuration.Initial)
+        settings = self.exu.SimulationSettings()
+        settings.solution.file.write = False
+        solvers = self.exu.LinearSolverType
+        elements = sum(phalanx.elements for phalanx in self.given["finger"].phalanges)
+        dense = elements <= DENSE
+        settings.linearSolver.solverType = solvers.EigenDense if dense else solvers.EigenSparse
+        settings.linearSolver.reuseAnalyzedPattern = True
+        # every step in contact; none in flight, which it is not charged for
+        settings.solution.sensors.writePeriod = 1e-12 if self.touched else 1.0
+        stepping = settings.timeIntegration
+        stepping.startTime, stepping.endTime = begin, begin + duration
+        stepping.numberOfSteps = steps
+        stepping.adaptiveStep = self.adaptive
+        stepping.verboseMode = 0
+        stepping.generalizedAlpha.spectralRadius = self.spectral_radius
+        stepping.newton.relativeTolerance = relative
+        stepping.newton.absoluteTolerance = ABSOLUTE
+        stepping.newton.useModifiedNewton = True
+        stepping.newton.modifiedNewtonJacUpdatePerStep = self.jacobian_a_step
+        try:
+            solved = self.system.SolveDynamic(settings)
+        except SystemError as error:
+            if isinstance(error.__cause__, KeyboardInterrupt):
+                raise KeyboardInterrupt from None
+            raise
+        if not solved:
+            raise PeerFailedError(f"Exudyn failed after t = {begin:g} s")
+        self.steps += steps
+
+    def fly(self, flight_step: float, contact_step: float, located: bool, until: float) -> float:
+        """From rest to contact; returns its time, s."""
+        self.advance(0.0, until, max(1, round(until / flight_step)), RELATIVE)
+        time = until
+        for _ in range(ATTEMPTS):
+            gap, speed = self.gap()
+            if abs(gap) <= LOCATED_M or gap < 0:
+                return time
+            ahead = -gap / speed
+            steps = max(1, math.ceil(ahead / (flight_step if located else contact_step)))
+            if not located:
+                ahead = steps * contact_step
+            self.advance(time, ahead, steps, RELATIVE)
+            time += ahead
+        raise PeerFailedError("Exudyn's contact was not found")
+
+
+def tap(
+    given: dict[str, Any], flight_step: float, contact_step: float, located: bool, until: float,
+    adaptive: bool = False, window: float = CONTACT_WINDOW_S, spectral_radius: float = 0.8,
+    jacobian_a_step: bool = False,
+) -> PeerTap:  # fmt: skip
+    """Fall from rest and tap.
+
+    Parameters
+    ----------
+    given : finger, surface, tip and drive, as for `hcm.simulate`; undriven, sliding in +X.
+    flight_step, contact_step : s.
+    located : see the module.
+    until : s, a time shortly before contact.
+    adaptive : whether Exudyn may shorten a step that fails.
+    window : s, time after contact in which the tap must end.
+    spectral_radius : of Exudyn's generalized-alpha method.
+    jacobian_a_step : whether every step makes a Jacobian, or keeps one while Newton converges.
+
+    Raises
+    ------
+    PeerFailedError
+        Exudyn stopped, or the tap is not complete.
+    """
+    finger = _Finger(given, adaptive, spectral_radius, jacobian_a_step)
+    contact = finger.fly(flight_step, contact_step, located, until)
+    finger.touch()
+    steps = round(window / contact_step)
+    finger.advance(contact, steps * contact_step, steps, CONTACT_RELATIVE)
+    rows = finger.system.GetSensorStoredData(finger.sensor)
+    rows = rows[-(steps + 1) :]  # the contact's own, its start included
+    time = rows[:, 0] - contact
+    force = -given["tip"].normal_stiffness * (rows[:, 2] + given["surface"].height)
+    return PeerTap(_quantities(contact, time, force, located), finger.steps)
+
+
+def _quantities(contact: float, time: Any, force: Any, located: bool) -> Quantities:
+    """Peak by a parabola, separation where F_n falls through zero (or the step after it)."""
+    top = int(np.argmax(force))
+    falls = np.flatnonzero((force[1:] <= 0) & (force[:-1] > 0))
+    falls = falls[falls >= top]
+    if not 0 < top < force.size - 1 or not falls.size:
+        raise PeerFailedError("Exudyn's contact does not end")
+    step = time[top + 1] - time[top]
+    second, first, peak = np.polyfit((time[top - 1 : top + 2] - time[top]) / step,
+                                     force[top - 1 : top + 2], 2)  # fmt: skip
+    last = int(falls[0])
+    share = force[last] / (force[last] - force[last + 1]) if located else 1.0
+    duration = time[last] + share * (time[last + 1] - time[last])
+    impulse = np.trapezoid([*force[: last + 1], 0.0], [*time[: last + 1], duration])
+    return Quantities(
+        contact_time_s=contact,
+        turn_s=float(time[top] - 0.5 * first / second * step),
+        duration_s=float(duration),
+        peak_normal_force_N=float(peak - 0.25 * first**2 / second),
+        normal_impulse_N_s=float(impulse),
+    )

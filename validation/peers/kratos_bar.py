@@ -1,0 +1,75 @@
+"""The bar in Kratos Multiphysics (BSD-4): SmallDisplacementElement3D8N, central differences.
+
+Run as a program, like `bar_akantu`.
+"""
+
+import importlib
+import json
+import sys
+from dataclasses import asdict
+from typing import Any
+
+from validation.peers.akantu_bar import PARTS, stepping
+from validation.peers.bar import Bar, Ran
+from validation.studies.bench.kernels import DENSITY, YOUNG
+
+ELEMENT = "SmallDisplacementElement3D8N"
+
+
+def run(bar: Bar) -> Ran:
+    """A strategy that Kratos's own explicit solver sets up, stepped here."""
+    kratos: Any = importlib.import_module("KratosMultiphysics")
+    solids: Any = importlib.import_module("KratosMultiphysics.StructuralMechanicsApplication")
+    kratos.ParallelUtilities.SetNumThreads(bar.threads)
+    points, cells = bar.mesh()
+    model = kratos.Model()
+    part = model.CreateModelPart("bar")
+    nodal = (kratos.DISPLACEMENT, kratos.VELOCITY, kratos.ACCELERATION, kratos.REACTION,
+             kratos.FORCE_RESIDUAL, kratos.RESIDUAL_VECTOR, kratos.NODAL_MASS,
+             kratos.VOLUME_ACCELERATION, solids.MIDDLE_VELOCITY)  # fmt: skip
+    for variable in nodal:
+        part.AddNodalSolutionStepVariable(variable)
+    part.SetBufferSize(2)
+    info = part.ProcessInfo
+    info[kratos.DOMAIN_SIZE] = 3
+    info[kratos.COMPUTE_LUMPED_MASS_MATRIX] = True
+    info[solids.RAYLEIGH_ALPHA] = info[solids.RAYLEIGH_BETA] = 0.0
+    properties = part.GetProperties()[1]
+    properties[kratos.YOUNG_MODULUS], properties[kratos.POISSON_RATIO] = YOUNG, 0.0
+    properties[kratos.DENSITY] = DENSITY
+    properties[kratos.CONSTITUTIVE_LAW] = solids.LinearElastic3DLaw()
+    freedoms = (kratos.DISPLACEMENT_X, kratos.DISPLACEMENT_Y, kratos.DISPLACEMENT_Z)
+    velocity = bar.velocity(points)
+    for number, place in enumerate(points.tolist()):
+        node = part.CreateNewNode(number + 1, *place)
+        for freedom in freedoms:
+            node.AddDof(freedom)
+        node.SetSolutionStepValue(kratos.VELOCITY_X, 0, float(velocity[number, 0]))
+    for number, nodes in enumerate((cells + 1).tolist()):
+        part.CreateNewElement(ELEMENT, number + 1, nodes, properties)
+    scheme = solids.ExplicitCentralDifferencesScheme(1.0, 0.0, 0.0)
+    strategy = solids.MechanicalExplicitStrategy(part, scheme, False, False, False)
+    strategy.SetEchoLevel(0)
+    strategy.SetRebuildLevel(0)
+    strategy.Initialize()
+    info[kratos.DELTA_TIME] = bar.step_s
+    taken = 0
+
+    def step() -> None:
+        nonlocal taken
+        taken += 1
+        part.CloneTimeStep(taken * bar.step_s)
+        info[kratos.STEP] = taken
+        strategy.InitializeSolutionStep()
+        strategy.SolveSolutionStep()
+        strategy.FinalizeSolutionStep()
+
+    seconds = stepping(step, bar.steps)
+    ends = [node.GetSolutionStepValue(kratos.DISPLACEMENT_X) for node in part.Nodes
+            if node.X0 == 0.0]  # fmt: skip
+    name = f"{ELEMENT}, small strain"
+    return Ran("Kratos", name, 8, seconds, sum(ends) / len(ends), bar.step_s, PARTS)
+
+
+if __name__ == "__main__":
+    print(json.dumps(asdict(run(Bar(**json.loads(sys.argv[1]))))))

@@ -1,0 +1,1 @@
+"""``fingertap render``: pictures of a solid run, drawn off-screen."""

@@ -1,0 +1,67 @@
+"""``fingertap render``: pictures and an animation of a run, or of a scene that is run first."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.console import progress_bar
+from validation.harness.files import output_folder, safe_name
+from validation.harness.interrupts import unless_interrupted
+from validation.models import ModelName
+from validation.render.off_screen import PICTURES, missing_libraries, render_run
+from validation.runs.execute import keep, solve
+from validation.scenes.load import load_scene
+
+
+def render(source: str, model: ModelName | None, overrides: Sequence[str], out: Path) -> None:
+    """Draw a finished run's fields, or run a scene and draw its.
+
+    Raises
+    ------
+    UserError
+        No such run or scene, a run without fields, a model without fields, or no way to draw.
+    RunFailedError
+        The scene's run gave no fields, or the drawing failed; what there is, is kept.
+    """
+    problem = missing_libraries()
+    if problem:
+        raise UserError(f"cannot draw: {problem}")
+    pictures = output_folder(out / "render")
+    if Path(source).is_dir():
+        if model is not None or overrides:
+            raise UserError(f"render {source}: a finished run takes neither --model nor --set")
+        folder = _finished(Path(source))
+    else:
+        folder = _run(source, model or "fem3d", overrides, out)
+    name = safe_name(folder.resolve().name)
+    drawn = render_run(folder, pictures, name, PICTURES)
+    if drawn.problem:
+        raise RunFailedError(f"render {source}: {drawn.problem}; pictures so far: {pictures}")
+    for what, path in drawn.pictures.items():
+        print(f"{what:<12}{path}")
+
+
+def _finished(folder: Path) -> Path:
+    """A run's folder, if it has what is drawn."""
+    for part in ("summary.json", "fields/tap.pvd"):
+        if not (folder / part).is_file():
+            raise UserError(
+                f"render {folder}: {part} is missing; give the folder of a fem3d or fem2d run "
+                "made by fingertap run, or a scene"
+            )
+    return folder
+
+
+def _run(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> Path:
+    """The folder of a new run, kept as ``fingertap run`` keeps it."""
+    if model == "hcm":
+        raise UserError("--model hcm: beams have no fields to draw; use fem3d or fem2d")
+    scene = load_scene(source, overrides)
+    folder = output_folder(out / "run" / safe_name(f"{scene.name}-{model}"))
+    with progress_bar(f"{scene.name} {model}") as progress:
+        outcome = solve(scene, model, folder, progress)
+    keep(folder, outcome)
+    unless_interrupted(outcome.record)
+    if outcome.fields is None or not outcome.fields.steps:
+        raise RunFailedError(f"render {source}: {outcome.record.message}; nothing to draw")
+    return folder

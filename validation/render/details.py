@@ -1,0 +1,160 @@
+"""Pictures beside stress and velocity: the contact patch, the enlarged deformation, the film."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.harness.files import atomic
+from validation.render.views import (
+    BAR,
+    BENDING,
+    COLORS,
+    EDGE_COLOR,
+    PRESSURE,
+    SIZE,
+    draw,
+    screenshot,
+)
+
+ENLARGED = 0.2  # largest drawn displacement beyond rigid motion, over the finger's diameter
+PATCH_VIEW = 1.6  # half the view's height over the patch's half width
+FRAME_MS, LAST_FRAME_MS = 120, 1200
+
+
+def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
+    """Contact pressure on the body as the surface sees it, looking up.
+
+    A plane body has no underside and is drawn from the side.
+    """
+    import pyvista as pv
+
+    pressure = mesh[PRESSURE]
+    limits = (0.0, float(np.max(pressure)) or 1.0)
+    if np.ptp(mesh.points[:, 2]) == 0.0:
+        draw(path, mesh, PRESSURE, text, height, zoom=True, limits=limits)
+        return
+    pressed = mesh.points[pressure > 0.0]
+    if not len(pressed):
+        pressed = mesh.points[[np.argmin(mesh.points[:, 1])]]
+    middle = 0.5 * (pressed.min(axis=0) + pressed.max(axis=0))
+    edges = mesh.compute_cell_sizes(length=False, volume=False)["Area"]
+    near = np.linalg.norm(mesh.cell_centers().points - middle, axis=1).argsort()[:8]
+    element = float(np.sqrt(np.mean(edges[near])))
+    half = PATCH_VIEW * (float(np.ptp(pressed[:, [0, 2]], axis=0).max()) / 2 + element)
+    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
+    plotter.add_mesh(
+        mesh,
+        scalars=PRESSURE,
+        cmap=COLORS[PRESSURE],
+        clim=limits,
+        show_edges=True,
+        edge_color=EDGE_COLOR,
+        line_width=0.5,
+        lighting=False,
+        scalar_bar_args={**BAR, "title": f"{PRESSURE}\n", "color": "white"},
+    )
+    below = middle - np.array([0.0, 10 * half, 0.0])
+    size = float(f"{half / 2:.1g}")
+    start = below + np.array([-1.4 * half, 0.1 * half, -0.75 * half])
+    end = start + np.array([size, 0.0, 0.0])
+    plotter.add_mesh(pv.Line(start, end), color="white", line_width=5, lighting=False)
+    plotter.add_point_labels(
+        [(start + end) / 2 + np.array([0, 0, 0.06 * half])],
+        [f"{size * 1e3:g} mm"],
+        shape=None,
+        show_points=False,
+        font_size=20,
+        text_color="white",
+        always_visible=True,
+        justification_horizontal="center",
+    )
+    plotter.camera.focal_point = middle
+    plotter.camera.position = below
+    plotter.camera.up = (0, 0, 1)  # X to the right
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = half
+    plotter.camera.clipping_range = (0.01 * half, 20 * half)
+    plotter.set_background("black")
+    largest = f"largest {limits[1]:.3g} MPa on {np.count_nonzero(pressure > 0)} nodes, from below"
+    plotter.add_text(f"{text}\n{largest}", position="upper_left", font_size=12, color="white")
+    screenshot(plotter, path)
+
+
+def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
+    """Displacement of each point beyond its body's best-fit rigid motion, (n, 3), m.
+
+    The rotation minimises sum |R X - x|^2 over the body's nodes (Kabsch, by the singular values
+    of sum X x^T about the means).
+
+    Parameters
+    ----------
+    rest, now : (n, 3) positions before and after.
+    bodies : (n,) number of the body that each point belongs to.
+    """
+    beyond = np.zeros_like(now)
+    for body in np.unique(bodies):
+        of_body = bodies == body
+        before, after = rest[of_body], now[of_body]
+        arms, turned = before - before.mean(axis=0), after - after.mean(axis=0)
+        u, _, v = np.linalg.svd(arms.T @ turned)
+        flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
+        beyond[of_body] = turned - arms @ (u @ flip @ v)
+    return beyond
+
+
+def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
+    """The whole finger with its deformation enlarged, over its rigid motion as a shadow."""
+    import pyvista as pv
+
+    mesh = pv.read(file)
+    bodies = np.asarray(mesh.connectivity().point_data["RegionId"])
+    rest, now = np.asarray(mesh.points), mesh.points + mesh["displacement"]
+    mirror = np.array([1.0, 1.0, -1.0])  # a half model's phalanges are fitted as whole ones
+    before, after = (np.vstack([points, points * mirror]) for points in (rest, now))
+    beyond = beyond_rigid(before, after, np.tile(bodies, 2))[: len(now)]
+    size = np.linalg.norm(beyond, axis=1)
+    diameter = float(np.ptp(mesh.points[:, 1]))
+    factor = float(f"{ENLARGED * diameter / (size.max() or 1.0):.1g}")
+    mesh[BENDING] = size * 1e6
+    surface, shadow = (_moved(mesh, now + share * beyond) for share in (factor - 1, -1.0))
+    shadow.points[:, 2] -= 2 * diameter  # behind the body: seen where the body has left
+    limits = (0.0, float(size.max()) * 1e6 or 1.0)
+    title = f"{text}\ndeformation enlarged {factor:g} times; rigid motion in grey"
+    draw(path, surface, BENDING, title, height, zoom=False, limits=limits, shadow=shadow)
+
+
+def _moved(mesh: Any, points: Any) -> Any:
+    """Surface of a body with its points moved, a half model completed by its mirror."""
+    import pyvista as pv
+
+    moved = mesh.copy()
+    moved.points = points
+    if np.ptp(points[:, 2]) > 0:
+        moved = pv.merge([moved, moved.reflect((0, 0, 1), point=(0, 0, 0))], merge_points=False)
+    return moved.extract_surface(algorithm="dataset_surface")
+
+
+def write_gif(path: Path, frames: list[Path]) -> None:
+    """Frames as an endless GIF of half the size, with one palette; the last one stays longer."""
+    from PIL import Image
+
+    images = []
+    for frame in frames:
+        with Image.open(frame) as image:
+            small = image.convert("RGB").resize(
+                (SIZE[0] // 2, SIZE[1] // 2), Image.Resampling.LANCZOS
+            )
+        images.append(small)
+    palette = images[len(images) // 2].quantize(256)
+    reduced = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    with atomic(path) as temporary:
+        reduced[0].save(
+            temporary,
+            format="GIF",
+            save_all=True,
+            append_images=reduced[1:],
+            duration=[FRAME_MS] * (len(reduced) - 1) + [LAST_FRAME_MS],
+            loop=0,
+            optimize=False,
+        )

@@ -1,0 +1,164 @@
+"""Pieces of a picture: bodies as they are deformed, the surface, camera and colours, sheets."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.harness.files import atomic
+
+EDGES_UP_TO = 5000  # faces: beyond this, edges hide the colours
+GAP = 6  # pixels between the frames of a sheet
+SIZE = (1000, 640)
+STRESS, SPEED = "von Mises stress (MPa)", "speed (m/s)"
+PRESSURE, BENDING = "contact pressure (MPa)", "displacement beyond rigid motion (µm)"
+COLORS = {STRESS: "inferno", SPEED: "viridis", PRESSURE: "magma", BENDING: "cividis"}
+SURFACE_COLOR, EDGE_COLOR = "#d8d4cc", "#808080"
+BAR = {
+    "color": "black",
+    "vertical": False,
+    "position_x": 0.4,
+    "position_y": 0.03,
+    "width": 0.5,
+    "height": 0.1,
+    "title_font_size": 20,
+    "label_font_size": 18,
+    "n_labels": 4,
+    "fmt": "%.3g",
+}
+
+
+def deformed(path: Path, cut: bool) -> Any:
+    """Surface of the deformed body of one step.
+
+    Parameters
+    ----------
+    cut : whether to keep only the far half of a half model, so that the plane of motion with the
+        stress inside the body faces the camera; otherwise the half is completed by its mirror.
+    """
+    import pyvista as pv
+
+    mesh = pv.read(path)
+    mesh[STRESS] = mesh.cell_data.pop("von_mises_Pa") / 1e6
+    mesh[SPEED] = np.linalg.norm(mesh["velocity"], axis=1)
+    if "contact_pressure_Pa" in mesh.point_data:
+        mesh[PRESSURE] = mesh.point_data.pop("contact_pressure_Pa") / 1e6
+    mesh.points += mesh["displacement"]
+    if np.ptp(mesh.points[:, 2]) > 0:
+        far_half = mesh.reflect((0, 0, 1), point=(0, 0, 0))
+        mesh = far_half if cut else pv.merge([mesh, far_half], merge_points=False)
+    return mesh.extract_surface(algorithm="dataset_surface")
+
+
+def lowest_x(mesh: Any) -> float:
+    """X of the lowest point."""
+    return float(mesh.points[np.argmin(mesh.points[:, 1]), 0])
+
+
+def _surface_and_camera(
+    plotter: Any, mesh: Any, height: float, zoom: bool, look_at: float | None
+) -> None:
+    """The tapped surface, a scale bar, and a side view that shows the surface edge-on.
+
+    Zoomed in, the view is centred a little beside the lowest point, whose X may be given.
+    """
+    import pyvista as pv
+
+    x_low, x_high, y_low, y_high = np.asarray(mesh.bounds)[:4]
+    del y_low
+    tip_x = lowest_x(mesh) if look_at is None else look_at
+    radius = float(np.ptp(mesh.points[np.abs(mesh.points[:, 0] - lowest_x(mesh)) < 1e-3, 1])) / 2
+    radius = min(max(radius, 1e-4), float(x_high - x_low))
+    if zoom:
+        half_view, bar, center = 1.6 * radius, 0.002, tip_x + 0.6 * radius
+    else:
+        half_view = 0.66 * max(float(y_high) + height, 0.6 * float(x_high - x_low))
+        bar, center = 0.02, float(x_low + x_high) / 2
+    focus = np.array([center, -height + 0.5 * half_view, 0.0])
+    far = 8 * half_view
+    slab = (center - far, center + far, -height - far, -height, -far, -1e-4 * half_view)
+    plotter.add_mesh(pv.Box(slab), color=SURFACE_COLOR, lighting=False)
+    start = focus + half_view * np.array([-1.45, -0.78, 2.0])
+    end = start + np.array([bar, 0, 0])
+    plotter.add_mesh(pv.Line(start, end), color="black", line_width=5, lighting=False)
+    plotter.add_point_labels(
+        [(start + end) / 2 + np.array([0, 0.05 * half_view, 0])],
+        [f"{bar * 1e3:g} mm"],
+        shape=None,
+        show_points=False,
+        font_size=20,
+        text_color="black",
+        always_visible=True,
+        justification_horizontal="center",
+    )
+    plotter.camera.focal_point = focus
+    plotter.camera.position = focus + np.array([0, 0, far])
+    plotter.camera.up = (0, 1, 0)
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = half_view
+    plotter.camera.clipping_range = (0.1 * far, 3 * far)
+    plotter.set_background("white")
+
+
+def draw(
+    path: Path,
+    mesh: Any,
+    field: str,
+    text: str,
+    height: float,
+    *,
+    zoom: bool,
+    limits: tuple[float, float],
+    with_bar: bool = True,
+    look_at: float | None = None,
+    shadow: Any = None,
+) -> None:
+    """One picture of one field, stored whole or not at all."""
+    import pyvista as pv
+
+    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
+    if shadow is not None:
+        plotter.add_mesh(shadow, color=EDGE_COLOR, lighting=False)
+    plotter.add_mesh(
+        mesh,
+        scalars=field,
+        cmap=COLORS[field],
+        clim=limits,
+        show_edges=zoom and mesh.n_cells < EDGES_UP_TO,
+        edge_color=EDGE_COLOR,
+        edge_opacity=0.35,
+        line_width=0.5,
+        lighting=not zoom,
+        ambient=0.4,
+        show_scalar_bar=with_bar,
+        scalar_bar_args={**BAR, "title": f"{field}\n"} if with_bar else None,
+    )
+    _surface_and_camera(plotter, mesh, height, zoom, look_at)
+    plotter.add_text(text, position="upper_left", font_size=12, color="black")
+    screenshot(plotter, path)
+
+
+def screenshot(plotter: Any, path: Path) -> None:
+    """Store what a plotter shows, with the best compression, and close it."""
+    from PIL import Image
+
+    with atomic(path) as temporary:
+        plotter.screenshot(str(temporary))
+    plotter.close()
+    with Image.open(path) as image, atomic(path) as temporary:
+        image.convert("RGB").save(temporary, format="PNG", optimize=True)
+
+
+def contact_sheet(path: Path, pictures: list[Path], columns: int) -> None:
+    """Several pictures as one, reduced in size."""
+    from PIL import Image
+
+    width, height = SIZE[0] // 2, SIZE[1] // 2
+    rows = -(-len(pictures) // columns)
+    sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
+    for number, picture in enumerate(pictures):
+        with Image.open(picture) as image:
+            tile = image.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
+        sheet.paste(tile, (number % columns * (width + GAP), number // columns * (height + GAP)))
+    with atomic(path) as temporary:
+        sheet.save(temporary, format="PNG", optimize=True)

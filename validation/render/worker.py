@@ -1,0 +1,179 @@
+"""Draws one run: ``python -m validation.render.worker RUN_FOLDER OUT PREFIX WHAT...``.
+
+WHAT is any of ``renders.PICTURES``; see there.
+"""
+
+import json
+import sys
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.render.details import draw_patch, draw_shape, write_gif
+from validation.render.views import PRESSURE, SPEED, STRESS, contact_sheet, deformed, draw, lowest_x
+
+FRAMES = 6
+SCALE_PERCENTILE = 99.7
+
+
+def read_steps(folder: Path) -> list[tuple[float, Path]]:
+    """Times and files of a PVD collection.
+
+    Raises
+    ------
+    ValueError
+        A file lies elsewhere: a collection made by others must not lead out of its folder.
+    """
+    steps = []
+    for entry in ElementTree.parse(folder / "tap.pvd").getroot().iter("DataSet"):
+        name = entry.attrib["file"]
+        if Path(name).name != name or name == "..":
+            raise ValueError(f"tap.pvd: file {name!r} is not in the collection's own folder")
+        steps.append((float(entry.attrib["timestep"]), folder / name))
+    return steps
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A run's fields and what its pictures share.
+
+    Attributes
+    ----------
+    steps : times and files of the fields.
+    contact, peak_time : absolute times of the first touch and of the peak force, s.
+    height : H, m.
+    """
+
+    steps: list[tuple[float, Path]]
+    contact: float
+    peak_time: float
+    height: float
+    title: str
+    out: Path
+    prefix: str
+
+    def path(self, what: str, suffix: str = "png") -> Path:
+        """Where a picture goes."""
+        return self.out / f"{self.prefix}-{what}.{suffix}"
+
+    def moment(self, time: float) -> str:
+        """A time, counted from the first touch."""
+        return f"t - t_c = {(time - self.contact) * 1e6:.0f} µs"
+
+    @property
+    def peak(self) -> tuple[float, Path]:
+        """Time and file of the fields nearest to the peak force."""
+        return min(self.steps, key=lambda step: abs(step[0] - self.peak_time))
+
+    @property
+    def text(self) -> str:
+        """Title of a picture at peak force."""
+        return f"{self.title}\n{self.moment(self.peak[0])} (peak force)"
+
+    @cached_property
+    def inside(self) -> Any:
+        """The body at peak force, cut in the plane of motion."""
+        return deformed(self.peak[1], cut=True)
+
+    @cached_property
+    def whole(self) -> Any:
+        """The body at peak force."""
+        return deformed(self.peak[1], cut=False)
+
+    @property
+    def stress_limits(self) -> tuple[float, float]:
+        """Scale of the stress: a few elements at the contact would leave the rest black."""
+        return 0.0, float(np.percentile(self.inside[STRESS], SCALE_PERCENTILE)) or 1.0
+
+    def stress(self) -> None:
+        """Stress in the plane of motion at peak force."""
+        largest = np.max(self.inside[STRESS])
+        text = f"{self.text}\nlargest {largest:.3g} MPa, beyond the scale"
+        limits, path = self.stress_limits, self.path("stress")
+        draw(path, self.inside, STRESS, text, self.height, zoom=True, limits=limits)
+
+    def velocity(self) -> None:
+        """Speed of the whole finger at peak force."""
+        limits = (0.0, float(np.max(self.whole[SPEED])) or 1.0)
+        path = self.path("velocity")
+        draw(path, self.whole, SPEED, self.text, self.height, zoom=False, limits=limits)
+
+    def pressure(self) -> None:
+        """Contact pressure at peak force."""
+        if PRESSURE in self.whole.array_names:
+            draw_patch(self.path("pressure"), self.whole, self.text, self.height)
+
+    def shape(self) -> None:
+        """The deformation at peak force, enlarged."""
+        draw_shape(self.path("shape"), self.peak[1], self.text, self.height)
+
+    def sequence(self) -> None:
+        """The tap in a few frames side by side."""
+        indices = np.linspace(0, len(self.steps) - 1, min(FRAMES, len(self.steps)))
+        chosen = [self.steps[index] for index in indices.round().astype(int)]
+        frames = self._frames(chosen, "sequence", bar_on_each=False)
+        contact_sheet(self.path("sequence"), frames, columns=3)
+        for frame in frames:
+            frame.unlink()
+
+    def animation(self) -> None:
+        """The tap as a GIF."""
+        frames = self._frames(self.steps, "animation", bar_on_each=True)
+        write_gif(self.path("animation", "gif"), frames)
+        for frame in frames:
+            frame.unlink()
+
+    def _frames(
+        self, steps: Sequence[tuple[float, Path]], what: str, bar_on_each: bool
+    ) -> list[Path]:
+        """Stress at some times, seen from one place."""
+        frames = []
+        for number, (time, file) in enumerate(steps):
+            frames.append(self.out / f".{self.prefix}-{what}-{number}.png")
+            draw(
+                frames[-1],
+                deformed(file, cut=True),
+                STRESS,
+                self.moment(time),
+                self.height,
+                zoom=True,
+                limits=self.stress_limits,
+                with_bar=bar_on_each or number == len(steps) - 1,
+                look_at=lowest_x(self.inside),
+            )
+        return frames
+
+
+def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> None:
+    """Draw the wanted pictures of a run."""
+    summary = json.loads((run_folder / "summary.json").read_text(encoding="utf-8"))
+    contact = summary["contact_time_s"] or 0.0
+    drawing = Drawing(
+        steps=read_steps(run_folder / "fields"),
+        contact=contact,
+        peak_time=contact + (summary["peak_normal_force_time_s"] or 0.0),
+        height=tomllib.loads(summary["provenance"]["scene_toml"])["surface"]["height"],
+        title=f"{summary['scene']} finger, {summary['model']} {summary['variant']}",
+        out=out,
+        prefix=prefix,
+    )
+    pictures: dict[str, Callable[[], None]] = {
+        "stress": drawing.stress,
+        "velocity": drawing.velocity,
+        "pressure": drawing.pressure,
+        "shape": drawing.shape,
+        "sequence": drawing.sequence,
+        "animation": drawing.animation,
+    }
+    for what in wanted:
+        pictures[what]()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4:])

@@ -1,0 +1,207 @@
+"""One run: warm up, solve, measure, keep. In this process, or alone in a fresh one."""
+
+import contextlib
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.compiling import told
+from validation.harness.fields import write_fields
+from validation.harness.files import clear_run, safe_name, write_run, write_text
+from validation.harness.identity import program, run_inputs
+from validation.harness.isolated import CrashedError, call_isolated
+from validation.harness.memory import peak_memory_MB
+from validation.harness.record import RunRecord
+from validation.harness.store import Inputs, Store
+from validation.harness.stored_run import keep_run, relabelled, restore_run
+from validation.models import MODEL_NAMES, ModelName, adapter
+from validation.models.adapter import Checkpoint, Outcome, Progress
+from validation.scenes.load import NamedScene, load_scene
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run to be made: scene, model, overrides, and a name for what was changed."""
+
+    scene: str
+    model: ModelName
+    overrides: tuple[str, ...] = ()
+    variant: str | None = None
+    keep_fields: bool = False
+
+    @property
+    def name(self) -> str:
+        """The job's name before it has run."""
+        return " ".join(filter(None, (self.scene, self.model, self.variant)))
+
+
+def solve(
+    scene: NamedScene,
+    model: ModelName,
+    folder: Path | None,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Outcome:
+    """Warm up, solve and measure.
+
+    Raises
+    ------
+    UserError
+        The model cannot take this scene.
+    RunFailedError
+        The solver stopped with an error of its own; its trace is kept in ``folder``.
+    """
+    try:
+        module = adapter(model)
+        if progress is not None:
+            progress(0.0, "loading compiled code")
+        with told(progress):
+            module.warm_up()
+        outcome = module.run(scene, progress, checkpoint)
+    except (UserError, KeyboardInterrupt):
+        raise
+    except Exception as error:
+        text = " ".join(str(error).split()) or "no message"
+        where = ""
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_text(folder / "error.txt", traceback.format_exc())
+            where = f"; its trace is in {folder / 'error.txt'}"
+        raise RunFailedError(
+            f"scene {scene.name}, model {model}: {type(error).__name__}: {text}{where}"
+        ) from error
+    return replace(outcome, record=outcome.record.with_summary(peak_memory_MB=peak_memory_MB()))
+
+
+def keep(folder: Path, outcome: Outcome) -> None:
+    """Write a run's fields where it has them, its record, and its summary last."""
+    clear_run(folder)
+    if outcome.fields is not None and outcome.fields.steps:
+        write_fields(folder / "fields", outcome.fields)
+    write_run(folder, outcome.record)
+
+
+def failed(job: Job, status: str, message: str) -> RunRecord:
+    """The record of a run that gave nothing."""
+    return RunRecord(job.scene, job.model, job.variant or "", status, False, message, summary={})
+
+
+@dataclass(frozen=True)
+class Task:
+    """A job, its folder, and what its result is stored under (None: it is not stored)."""
+
+    job: Job
+    folder: Path
+    store: Store | None = None
+    inputs: Inputs | None = None
+
+
+def _task(job: Job, folder: Path, store: Store | None, first: bool) -> Task:
+    """The peak memory of the first job in a process is its own, that of the others is not."""
+    run_folder = folder / safe_name(job.name.replace(" ", "-"))
+    inputs = None
+    if store is not None:
+        # a scene that is refused is refused again where it would be run
+        with contextlib.suppress(UserError):
+            tables = load_scene(job.scene, job.overrides).tables
+            process = "own" if first else "shared"
+            inputs = run_inputs(tables, job.model, program(job.model), process=process)
+    return Task(job, run_folder, store, inputs)
+
+
+def _named(record: RunRecord, job: Job) -> RunRecord:
+    """The record under the job's names: one stored result may serve several jobs."""
+    return relabelled(record, job.scene, job.variant, load_scene(job.scene, job.overrides).document)
+
+
+def _read_back(task: Task) -> RunRecord | None:
+    """The stored result of a task, put into its folder."""
+    if task.store is None or task.inputs is None:
+        return None
+    record = restore_run(task.store, task.inputs, task.folder, task.job.keep_fields)
+    if record is not None:
+        record = _named(record, task.job)
+        write_run(task.folder, record)
+    return record
+
+
+def _work(tasks: Sequence[Task]) -> list[RunRecord]:
+    """Run jobs one after the other in this (fresh) process, keeping each as it ends."""
+    from threadpoolctl import threadpool_limits
+
+    records = []
+    with threadpool_limits(1, user_api="blas"):  # the models' own threads are what is timed
+        for task in tasks:
+            job = task.job
+            try:
+                scene = load_scene(job.scene, job.overrides)
+                outcome = solve(scene, job.model, task.folder)
+            except (UserError, RunFailedError) as error:
+                records.append(failed(job, "FAILED", str(error)))
+                continue
+            if task.store is not None and task.inputs is not None:
+                keep_run(task.store, task.inputs, outcome)
+            record = _named(outcome.record, job)
+            keep(task.folder, Outcome(record, outcome.fields if job.keep_fields else None))
+            records.append(record)
+            if record.status == "INTERRUPTED":
+                break
+    return records
+
+
+def _warm_up(name: ModelName) -> None:
+    """Compile what is not compiled yet; a model that cannot says so when it runs."""
+    with contextlib.suppress(Exception):
+        adapter(name).warm_up()
+
+
+def compile_in_fresh_process(say: Callable[[str], None] = lambda what: None) -> None:
+    """Fill the compiled code's cache, so that no measured run pays for a compiler's memory.
+
+    Parameters
+    ----------
+    say : told what is loaded, or compiled the first time.
+    """
+    for name in MODEL_NAMES:
+        say(f"loading the compiled code of {name}; the first time it is compiled")
+        with contextlib.suppress(CrashedError):  # the run that crashes reports it
+            call_isolated(_warm_up, name)
+
+
+def stored(jobs: Sequence[Job], store: Store) -> bool:
+    """Whether all jobs are in the store."""
+    tasks = (_task(job, Path(), store, n == 0) for n, job in enumerate(jobs))
+    return all(task.inputs is not None and store.has(task.inputs) for task in tasks)
+
+
+def in_fresh_process(
+    jobs: Sequence[Job], folder: Path, store: Store | None = None
+) -> list[RunRecord]:
+    """Run jobs in a process of their own: the first one's peak memory is its own.
+
+    A crash of the process (a segmentation fault, the system out of memory) is reported as the
+    failure of the job that caused it: after a crash each job gets a process of its own.
+
+    Parameters
+    ----------
+    store : where results are kept and found again; None: every job is run.
+    """
+    return _run([_task(job, folder, store, number == 0) for number, job in enumerate(jobs)])
+
+
+def _run(tasks: Sequence[Task]) -> list[RunRecord]:
+    """Records of tasks, from the store where it has them."""
+    records = {n: found for n, task in enumerate(tasks) if (found := _read_back(task)) is not None}
+    rest = [n for n in range(len(tasks)) if n not in records]
+    if rest:
+        try:
+            new: list[RunRecord] = call_isolated(_work, [tasks[n] for n in rest])
+        except CrashedError as error:
+            if len(rest) == 1:
+                new = [failed(tasks[rest[0]].job, "CRASHED", str(error))]
+            else:
+                new = [record for n in rest for record in _run([tasks[n]])]
+        records |= dict(zip(rest, new, strict=False))  # an interrupted process did not do all
+    return [records[n] for n in sorted(records)]

@@ -1,0 +1,1 @@
+"""Studies of the models: the paper regenerated, benchmarks, stability maps."""

@@ -1,0 +1,139 @@
+"""Element updates per second of the reference on a box of 60,000: force kernels, whole steps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.studies.bench.timing import shortest_in_turns
+from validation.studies.bench.whole_step import case
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+BOX = (100, 25, 24)  # elements along x, y, z
+SHEET = (300, 200)
+SIZE_M = 1e-3
+YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
+THREADS = (1, 2)
+BUDGET_S = 15.0
+TURNS = 60  # pieces take 5 to 60 ms
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Updates per second of one kernel on a number of threads, alone and in the whole step.
+
+    updates_per_s, step_updates_per_s : element updates of the force, and of whole steps
+    memory_MB : arrays of the model and its state
+    loop_bytes : read of one element per update, nodal arrays excepted
+    """
+
+    element: str
+    threads: int
+    elements: int
+    updates_per_s: float
+    step_updates_per_s: float
+    memory_MB: float
+    loop_bytes: float
+    runs: int
+
+
+def box(counts: tuple[int, ...]) -> tuple[Floats, Integers]:
+    """Points and cells (VTK's order) of a box of cubes or a sheet of squares.
+
+    Numbered section by section along x, as a finger's mesh is.
+    """
+    nodes = np.array([n + 1 for n in counts])
+    grid = np.meshgrid(*map(np.arange, nodes), indexing="ij")
+    points = (np.stack([axis.ravel() for axis in grid], axis=1) * SIZE_M).astype(np.float64)
+    stride = [int(nodes[axis + 1 :].prod()) for axis in range(len(counts))]
+    corner = np.meshgrid(*map(np.arange, counts), indexing="ij")
+    first = sum(c.ravel() * s for c, s in zip(corner, stride, strict=True))
+    face = [0, stride[0], stride[0] + stride[1], stride[1]]
+    offsets = face if len(counts) == 2 else [*face, *(stride[2] + o for o in face)]
+    return points, (np.asarray(first)[:, None] + np.array(offsets)).astype(np.int64)
+
+
+def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:
+    """Time the force and the whole step of every element of one dimension."""
+    import numba
+
+    from reference_fem import Material
+    from reference_fem.model import ELEMENTS
+
+    points, cells = box(counts)
+    before = numba.get_num_threads()
+    available = [n for n in threads if n <= numba.config.NUMBA_NUM_THREADS]
+
+    def on(count: int, run: Callable[[], object]) -> None:
+        numba.set_num_threads(count)
+        run()
+
+    material = Material(YOUNG, POISSON, DENSITY)
+    built = {name: case(points, cells, name, material) for name in ELEMENTS[len(counts)]}
+    cases = [(name, count) for name in built for count in available]
+    pieces = [
+        partial(on, count, piece)
+        for name, count in cases
+        for piece in (built[name].force, built[name].step, built[name].searching_step)
+    ]
+    try:
+        timed = shortest_in_turns(pieces, budget_s, most=TURNS)
+    finally:
+        numba.set_num_threads(before)
+    speeds = []
+    for number, (name, count) in enumerate(cases):
+        timed_case = built[name]
+        force, step, search = (t.wall_time_s for t in timed[3 * number : 3 * number + 3])
+        updates = timed_case.steps * len(cells)
+        more = max(0.0, search - step) / timed_case.searches
+        speeds.append(
+            Speed(
+                element=name,
+                threads=count,
+                elements=len(cells),
+                updates_per_s=updates / force,
+                step_updates_per_s=updates / (step + more),
+                memory_MB=timed_case.memory_MB,
+                loop_bytes=timed_case.loop_bytes,
+                runs=timed[3 * number].runs,
+            )
+        )
+    return speeds
+
+
+def measure_all(progress: Callable[[float, str], None]) -> list[Speed]:
+    """Solid hexahedra, then plane quadrilaterals."""
+    progress(0.0, "hexahedra's kernels")
+    solid = measure(BOX, THREADS, BUDGET_S)
+    progress(0.8, "quadrilaterals' kernels")
+    return solid + measure(SHEET, THREADS, BUDGET_S)
+
+
+def table(speeds: list[Speed]) -> "pd.DataFrame":
+    """One row a kernel and number of threads."""
+    import pandas as pd
+
+    one = {s.element: s.updates_per_s for s in speeds if s.threads == 1}
+    return pd.DataFrame(
+        {
+            "element": s.element,
+            "elements": s.elements,
+            "threads": s.threads,
+            "million_updates_per_s": s.updates_per_s / 1e6,
+            "over_one_thread": s.updates_per_s / one[s.element],
+            "million_step_updates_per_s": s.step_updates_per_s / 1e6,
+            "step_over_kernel": s.updates_per_s / s.step_updates_per_s,
+            "bytes_per_element": s.loop_bytes,
+            "model_and_state_MB": s.memory_MB,
+            "runs": s.runs,
+        }
+        for s in speeds
+    )

@@ -1,0 +1,101 @@
+"""Cost of hcm's step against the number of elements and of phalanges: a fitted exponent each.
+
+Fixed steps, so that every size makes about the same number of them: the time of one accepted step
+is what an ordered elimination of a chain makes proportional to the chain's length.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from validation.models.hcm import translate
+from validation.scenes.load import load_scene
+from validation.studies.bench.timing import shortest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ELEMENTS = (5, 10, 20, 40, 80, 160, 320)
+PHALANGES = (1, 2, 3, 5, 10, 20, 30)
+FIXED = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
+# Out of reach within the time that is simulated: flight only.
+FLIGHT_S = 0.02
+REACH = 0.9  # height of the surface over the finger's length
+QUICK_STEPS = ("solver.hcm.flight_step=1e-3", "solver.hcm.contact_step=2e-6")
+
+
+@dataclass(frozen=True)
+class Size:
+    """One size: what grows, how large, seconds per accepted step, all steps, runs."""
+
+    what: str
+    size: int
+    step_time_s: float
+    steps: int
+    runs: int
+
+
+def exponent(sizes: Sequence[int], times: Sequence[float]) -> float:
+    """Slope p of the least-squares line log t = p log n + c."""
+    import numpy as np
+
+    slope, _ = np.polyfit(np.log(sizes), np.log(times), 1)
+    return float(slope)
+
+
+def _overrides(what: str, size: int, quick: bool) -> tuple[str, ...]:
+    if what == "elements":
+        return (f"finger.elements={size}", *FIXED, *(QUICK_STEPS if quick else ()))
+    length = load_scene("soft").tables.per_phalanx(load_scene("soft").tables.finger.length)[0]
+    return (
+        f"finger.phalanges={size}",
+        "finger.elements=20",
+        f"surface.height={REACH * length * size!r}",
+        f"solver.hcm.end_time={FLIGHT_S}",
+        *FIXED,
+    )
+
+
+def measure(what: str, size: int, quick: bool, budget_s: float) -> Size:
+    """Time one size."""
+    import hcm
+
+    given = translate(load_scene("soft", _overrides(what, size, quick)))
+    timed = shortest(lambda: hcm.simulate(**given), budget_s, least=2)
+    steps = timed.result.statistics.steps
+    return Size(what, size, timed.wall_time_s / steps, steps, timed.runs)
+
+
+def measure_all(quick: bool, budget_s: float, progress: Callable[[float, str], None]) -> list[Size]:
+    """Elements a phalanx, then phalanges."""
+    cases = [("elements", n) for n in ELEMENTS] + [("phalanges", n) for n in PHALANGES]
+    found = []
+    for number, (what, size) in enumerate(cases):
+        progress(number / len(cases), f"hcm, {size} {what}")
+        found.append(measure(what, size, quick, budget_s))
+    return found
+
+
+def table(sizes: Sequence[Size]) -> "pd.DataFrame":
+    """One row a size; the exponents over the whole range and its larger half beside them."""
+    import pandas as pd
+
+    rows = []
+    for what in dict.fromkeys(size.what for size in sizes):
+        mine = [size for size in sizes if size.what == what]
+        half = mine[len(mine) // 2 :]
+        fits = [exponent([s.size for s in part], [s.step_time_s for s in part])
+                for part in (mine, half)]  # fmt: skip
+        rows += [
+            {
+                "what": s.what,
+                "size": s.size,
+                "step_time_us": s.step_time_s * 1e6,
+                "steps": s.steps,
+                "runs": s.runs,
+                "exponent": fits[0],
+                "exponent_larger_half": fits[1],
+            }
+            for s in mine
+        ]
+    return pd.DataFrame(rows)

@@ -1,0 +1,83 @@
+"""The runs behind the paper's sections 4.1 and 4.2, as changes of the built-in scenes.
+
+Cases named after a figure are the paper's own; those named after an experiment change a choice that
+the paper leaves open or makes coarsely, to find out why a number differs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from validation.studies.paper.numerics import PRINTED
+
+FRICTIONS = (0.3, 0.7, 0.9, 1.1, 1.3)  # beside the soft scene's 0.5
+MODULI = {"0.01": 1e7, "0.1": 1e8}  # GPa, beside the soft scene's 1
+ETA2 = (1.25, 1.4, 1.5, 1.52, 1.54, 1.56)  # beside Mindlin's 4/3
+DIAMETERS = {"32": 0.005, "16": 0.01}  # slenderness L/sqrt(I/A), beside the soft scene's 10.7
+STRESS_VARIED = {
+    "N=15": ("finger.elements=5",),
+    "N=30": ("finger.elements=10",),
+    "N=120": ("finger.elements=40",),
+    "printed steps": PRINTED,
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the reduced model: a built-in scene, overrides, and times of wanted postures."""
+
+    name: str
+    scene: str
+    overrides: tuple[str, ...] = ()
+    frame_times: tuple[float, ...] = ()
+
+
+def undriven_cases() -> tuple[Case, ...]:
+    """Sections 4.1 and 4.2."""
+    restituting = ("tip.restitution=0.8",)
+    moduli = {f"E={n} GPa": (f"material.youngs_modulus={e!r}",) for n, e in MODULI.items()}
+    diameters = {f"delta={n}": (f"finger.diameter={d!r}",) for n, d in DIAMETERS.items()}
+    softer = {**moduli, **diameters}
+    return (
+        *(Case(scene, scene) for scene in ("hard", "soft")),
+        *(
+            Case(f"{scene} N={3 * n}", scene, (f"finger.elements={n}",))
+            for scene in ("hard", "soft")
+            for n in (5, 10)
+        ),
+        *(Case(f"soft mu={mu:g}", "soft", (f"surface.friction={mu!r}",)) for mu in FRICTIONS),
+        *(Case(f"soft {name}", "soft", change) for name, change in softer.items()),
+        Case("soft e*=0.8", "soft", restituting),
+        *(
+            Case(f"soft e*=0.8 {name}", "soft", change + restituting)
+            for name, change in softer.items()
+        ),
+    )
+
+
+def experiments() -> tuple[Case, ...]:
+    """Choices that the paper leaves open, varied one at a time."""
+    slender = (f"finger.diameter={DIAMETERS['32']!r}",)
+    variations = {
+        "N=15": "finger.elements=5",
+        "N=120": "finger.elements=40",
+        "tolerance 1 nm": "solver.hcm.contact_tolerance=1e-9",
+        "xi=0.5": "solver.hcm.spectral_radius=0.5",
+    }
+    return (
+        *(
+            Case(f"soft mu={mu:g} eta^2={eta2:g}", "soft",
+                 (f"surface.friction={mu!r}", f"tip.tangential_ratio={1 / eta2!r}"))
+            for mu in (0.9, 1.1, 1.3)
+            for eta2 in ETA2
+        ),
+        *(
+            Case(f"soft delta=32 {name}", "soft", (*slender, change))
+            for name, change in variations.items()
+        ),
+        *(
+            Case(f"soft mu={mu:g} {name}", "soft", (f"surface.friction={mu!r}", *changes))
+            for mu in (0.3, 0.7)
+            for name, changes in STRESS_VARIED.items()
+        ),
+    )  # fmt: skip

@@ -1,0 +1,122 @@
+"""The ledger: each claim of the paper beside our value, with a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from validation.compare.claims import Claim
+from validation.studies.paper.finding import Finding
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+REPRODUCED = "reproduced"
+CLOSE = "close"
+CONTRADICTS = "the paper contradicts itself"
+NOT_REPRODUCED = "not reproduced"
+VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED)
+
+SAME_PERCENT = 1.0
+CLOSE_PERCENT = 5.0
+REFERENCE_ROWS = frozenset(("T2.5", "T2.6", "T2.7", "T2.8", "T3.3", "T3.4", "T3.7", "T3.8"))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the ledger; deviation_percent is 100 (ours - paper)/|paper|."""
+
+    id: str
+    where: str
+    scene: str
+    quantity: str
+    paper_value: str
+    unit: str
+    our_value: float | int | bool | None
+    deviation_percent: float | None
+    verdict: str
+    reason: str
+
+
+def printed_rounding(text: str) -> float:
+    """Half a unit of the last printed digit."""
+    exponent = Decimal(text).as_tuple().exponent
+    return 0.5 * 10.0 ** int(exponent)
+
+
+def judge_number(paper: str, ours: float) -> tuple[str, str]:
+    """Verdict on a number and the tolerance that it rests on."""
+    printed = float(paper)
+    deviation, rounding = abs(ours - printed), printed_rounding(paper)
+    if deviation <= SAME_PERCENT / 100 * abs(printed):
+        return REPRODUCED, f"within {SAME_PERCENT:g} %"
+    if deviation <= rounding:
+        return REPRODUCED, f"within the printed rounding, +-{rounding:g}"
+    if deviation <= CLOSE_PERCENT / 100 * abs(printed):
+        return CLOSE, f"within {CLOSE_PERCENT:g} %"
+    return NOT_REPRODUCED, f"beyond {CLOSE_PERCENT:g} %"
+
+
+def judge(claim: Claim, finding: Finding) -> Row:
+    """One line: verdict, deviation, and the reason with the tolerance in it."""
+    ours = finding.value
+    deviation = None
+    if ours is None:
+        verdict, tolerance = NOT_REPRODUCED, "no run to judge by"
+    elif isinstance(ours, bool):
+        verdict = REPRODUCED if ours else NOT_REPRODUCED
+        tolerance = "as stated" if ours else "not as stated"
+    else:
+        printed = float(claim.value)
+        deviation = 100 * (ours - printed) / abs(printed)
+        if claim.kind == "count":
+            same = ours == printed
+            verdict, tolerance = (REPRODUCED if same else NOT_REPRODUCED), "counts must be equal"
+        else:
+            verdict, tolerance = judge_number(claim.value, ours)
+    if finding.contradiction:
+        verdict, tolerance = CONTRADICTS, ""
+    source = "other model: fem3d ls-dyna-like" if claim.id in REFERENCE_ROWS else "self: hcm"
+    parts = (tolerance, finding.contradiction, finding.reason, source)
+    return Row(
+        claim.id, claim.where, claim.scene, claim.quantity, claim.value, claim.unit,
+        ours, deviation, verdict, "; ".join(part for part in parts if part),
+    )  # fmt: skip
+
+
+def ledger(claims: Sequence[Claim], findings: Mapping[str, Finding]) -> tuple[Row, ...]:
+    """All claims, none skipped.
+
+    Raises
+    ------
+    KeyError
+        A claim has no finding.
+    """
+    return tuple(judge(claim, findings[claim.id]) for claim in claims)
+
+
+def score(rows: Sequence[Row], claims: Sequence[Claim]) -> tuple[int, int]:
+    """Rows of kind value, count or state that concern hcm: (settled, all).
+
+    Settled means reproduced, or shown to contradict the paper itself.
+    """
+    kinds = {claim.id: claim.kind for claim in claims}
+    mine = [
+        row for row in rows
+        if kinds[row.id] in ("value", "count", "state") and row.id not in REFERENCE_ROWS
+    ]  # fmt: skip
+    return sum(row.verdict in (REPRODUCED, CONTRADICTS) for row in mine), len(mine)
+
+
+def ledger_table(rows: Sequence[Row]) -> pd.DataFrame:
+    """The ledger as a table, states in words."""
+    import pandas as pd
+
+    words = {True: "true", False: "false"}
+    return pd.DataFrame([
+        {**asdict(row), "our_value": words[row.our_value]
+         if isinstance(row.our_value, bool) else row.our_value}
+        for row in rows
+    ])  # fmt: skip

@@ -1,0 +1,96 @@
+"""Runs of the 3D reference behind Tables 2 and 3, and what its peak forces depend on.
+
+The ls-dyna-like preset repeats the printed number of elements; the article gives neither its mesh
+nor its penalty, so both are varied: penalty factors on that mesh and on one of a tenth of the
+elements, and the preset that `fingertap converge` has found to be converged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from validation.harness.record import RunRecord
+
+JUDGED = "ls-dyna-like"
+SOFTER, COARSE, CONVERGED = "ls-dyna-like penalty 0.05", "fast", "converged"
+PENALTIES = {JUDGED: 0.1, SOFTER: 0.05}  # on the same mesh
+COARSE_PENALTIES = {"fast penalty 0.02": 0.02, COARSE: 0.1, "fast penalty 0.5": 0.5}
+VARIANTS: dict[str, tuple[str, ...]] = {
+    JUDGED: ("solver.fem.preset=ls-dyna-like",),
+    SOFTER: ("solver.fem.preset=ls-dyna-like", "solver.fem.penalty_factor=0.05"),
+    **{
+        name: ("solver.fem.preset=fast", f"solver.fem.penalty_factor={factor!r}")
+        for name, factor in COARSE_PENALTIES.items()
+    },
+    CONVERGED: ("solver.fem.preset=converged",),
+}
+
+Runner = Callable[[tuple[str, ...], str], Mapping[str, RunRecord]]
+
+
+@dataclass(frozen=True)
+class References:
+    """Records by variant and scene; a run that failed is absent."""
+
+    records: Mapping[str, Mapping[str, RunRecord]]
+
+    @property
+    def judged(self) -> Mapping[str, RunRecord]:
+        """The runs that rows are judged by."""
+        return self.records.get(JUDGED, {})
+
+    def value(self, variant: str, scene: str, key: str) -> float | None:
+        """One scalar, None where the run is absent."""
+        record = self.records.get(variant, {}).get(scene)
+        return record.value(key) if record else None
+
+
+def run_references(run: Runner, progress: Callable[[float, str], None]) -> References:
+    """All variants on both scenes; ``run`` takes overrides and the variant's name."""
+    records = {}
+    for i, (name, overrides) in enumerate(VARIANTS.items()):
+        progress(i / len(VARIANTS), f"reference, {name}")
+        records[name] = run(overrides, name)
+    return References(records)
+
+
+def penalty_for(target: float, values: Mapping[float, float]) -> float:
+    """Penalty factor at which a force takes the target's size: a power law through two runs.
+
+    Parameters
+    ----------
+    values : by penalty factor, two of them.
+    """
+    (p0, f0), (p1, f1) = sorted(values.items())
+    slope = math.log(abs(f1 / f0)) / math.log(p1 / p0)
+    return float(p0 * abs(target / f0) ** (1 / slope))
+
+
+def sensitivity(references: References, scene: str, key: str, printed: float) -> str:
+    """How a peak force moves with penalty and mesh, and which penalty gives the printed one."""
+
+    def text(variants: Mapping[str, float]) -> tuple[dict[float, float], str]:
+        found = {
+            factor: value
+            for name, factor in variants.items()
+            if (value := references.value(name, scene, key)) is not None
+        }
+        words = ", ".join(f"{found[f]:.4g} N at {f:g}" for f in sorted(found))
+        return found, words
+
+    parts = []
+    same_mesh, words = text(PENALTIES)
+    if len(same_mesh) == 2:
+        needed = penalty_for(printed, same_mesh)
+        parts.append(f"penalty factor on this mesh: {words}; {needed:.2g} would give the print")
+    coarse, words = text(COARSE_PENALTIES)
+    if coarse:
+        record = references.records[COARSE].get(scene)
+        count = int(record.summary["elements"]) if record else 0
+        parts.append(f"with {count} elements: {words}")
+    limit = references.value(CONVERGED, scene, key)
+    if limit is not None:
+        parts.append(f"converged in mesh, penalty and step: {limit:.4g} N")
+    return "; ".join(parts)

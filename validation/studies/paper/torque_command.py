@@ -1,0 +1,88 @@
+"""``fingertap identify torque``: the unit of the paper's printed t_3, from its arrival times."""
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any, NamedTuple
+
+from validation.harness.workers import workers
+from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES
+from validation.studies.paper.torque_factor import Alone, TorqueFactor, alone, identify, predict
+
+
+class Study(NamedTuple):
+    """The common factor, each case's own, those under other numerics, and predictions."""
+
+    found: TorqueFactor
+    by_case: Mapping[str, Alone]
+    fitted: Mapping[str, TorqueFactor]
+    predicted: Mapping[str, Mapping[str, Mapping[str, object]]]
+
+
+def study() -> Study:
+    """Identify and predict."""
+    with workers(max(1, min(3, os.cpu_count() or 1))) as pool:
+        single = {scene: pool.submit(alone, scene) for scene in PRINTED_TORQUES}
+        found = identify(pool)
+        return Study(
+            found,
+            {scene: job.result() for scene, job in single.items()},
+            {name: identify(pool, numerics) for name, numerics in NUMERICS.items()},
+            predict(found, pool),
+        )
+
+
+def run_identify_torque(as_json: bool) -> None:
+    """Identify, predict and print."""
+    found, by_case, fitted, predicted = study()
+    if as_json:
+        more = {
+            "alone": {scene: asdict(one) for scene, one in by_case.items()},
+            "numerics": {name: to_json(fit) for name, fit in fitted.items()},
+        }
+        print(json.dumps({**to_json(found), **more, "predictions": predicted}, indent=2))
+        return
+    print(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
+    for scene, time in found.computed.items():
+        printed = found.printed[scene]
+        print(
+            f"  {scene}: first contact at {1e3 * time:.3f} ms, printed {1e3 * printed:.3f} ms"
+            f" ({100 * (time / printed - 1):+.2f} %)"
+        )
+    print(f"  misfit {found.misfit_percent:.2g} % (root mean square)")
+    for scene, one in by_case.items():
+        print(f"  {scene} alone: {_alone_text(one)}")
+    for name, fit in fitted.items():
+        print(f"  with {name}: factor {fit.factor:.4g}, misfit {fit.misfit_percent:.2g} %")
+    print("not fitted, with the factor at its lower bound, best value and upper bound:")
+    for scene, by_label in predicted.items():
+        for key in by_label["best"]:
+            values = ", ".join(_text(by_label[label][key]) for label in ("low", "best", "high"))
+            print(f"  {scene}: {key} {values}")
+
+
+def _alone_text(one: Alone) -> str:
+    if one.factor is None or one.half_width is None:
+        return (
+            f"no factor brings it there; nearest {1e3 * one.best_time_s:.3f} ms"
+            f" with {one.best_factor:.3g}"
+        )
+    return f"{one.factor:.4g} +- {one.half_width:.1g} (the rounding of its printed time)"
+
+
+def _text(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value).lower()
+
+
+def to_json(found: TorqueFactor) -> dict[str, object]:
+    """The object that ``--json`` prints."""
+    return {
+        "factor_N_m_per_unit": found.factor,
+        "uncertainty_N_m_per_unit": found.uncertainty,
+        "misfit_percent": found.misfit_percent,
+        "arrival_times_s": {
+            scene: {"printed": found.printed[scene], "computed": time}
+            for scene, time in found.computed.items()
+        },
+    }

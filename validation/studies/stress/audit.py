@@ -1,0 +1,190 @@
+"""Energy and linear momentum of a run, from its nodal states by quadrature of our own.
+
+hcm's audit uses hcm's matrices. Here the states kept at the events are integrated over Hermite's
+cubics by Gauss points, losses and impulses over the history's forces, and the laws of mechanics
+must close over both:
+
+    energy      T + U + V + contact = work of the torques - friction - loops
+    momentum    p = int (-lam_1 + F_c + W) dt,      p = int rho A r. dx
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcm import Finger, Posture, Status, TapResult
+from validation.studies.stress.random_scenes import HcmScene
+
+Floats = NDArray[np.float64]
+EPS = float(np.finfo(float).eps)
+
+# Largest relative error of what is still called right (the README's and the page's definition).
+LARGEST_ERROR = 0.05
+# F_n of a linear spring is v sqrt(k m): the kinetic energy at impact may be off by twice that.
+ENERGY_SHARE = 2 * LARGEST_ERROR
+# rad; a first node that turns faster between two kept postures may have turned once more.
+MOST_TURNED = 1.0
+# States looked at, of runs with more events.
+MOST_STATES = 60
+FRAMES = 1000
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """T, U, V (J) and p (2,) (N s) of one state; floor (J): what the rounding of q strains."""
+
+    kinetic_J: float
+    strain_J: float
+    gravity_J: float
+    momentum_N_s: Floats
+    floor_J: float
+
+
+def _hermite(s: Floats, el: float, r: Floats, d: Floats) -> tuple[Floats, Floats, Floats]:
+    """Field, its slope and its second derivative at s = x/l of every element, (points, n, 2)."""
+    chord = np.diff(r, axis=0) / el
+    first = 6 * s * (1 - s) * chord + (1 - s) * (1 - 3 * s) * d[:-1] + s * (3 * s - 2) * d[1:]
+    second = ((6 - 12 * s) * chord + (6 * s - 4) * d[:-1] + (6 * s - 2) * d[1:]) / el
+    share = s**2 * (3 - 2 * s)
+    field = (1 - share) * r[:-1] + share * r[1:]
+    field = field + el * s * (1 - s) * ((1 - s) * d[:-1] - s * d[1:])
+    return field, first, second
+
+
+def mechanics(finger: Finger, gravity: float, state: Posture) -> Mechanics:
+    """Integrate a state with rates over the finger."""
+    s, w = 0.5 * (GAUSS_POINTS + 1)[:, None, None], 0.5 * GAUSS_WEIGHTS
+    kinetic = strain = potential = floor = 0.0
+    momentum = np.zeros(2)
+    for phalanx, r, d, v, dv in zip(
+        finger.phalanges, state.positions_m, state.slopes, state.velocities_m_per_s,
+        state.slope_rates_per_s, strict=True,
+    ):  # fmt: skip
+        el, line = phalanx.length / phalanx.elements, phalanx.density * phalanx.area
+        place, first, second = _hermite(s, el, r, d)
+        speed, _, _ = _hermite(s, el, v, dv)
+        axial = 0.5 * ((first**2).sum(-1) - 1)
+        stored = phalanx.area * axial**2 + phalanx.second_moment * (second**2).sum(-1)
+        kinetic += 0.5 * line * el * float((w @ (speed**2).sum(-1)).sum())
+        strain += 0.5 * phalanx.youngs_modulus * el * float((w @ stored).sum())
+        potential += gravity * line * el * float((w @ place[..., 1]).sum())
+        momentum += line * el * np.einsum("g,gnc->c", w, speed)
+        # positions carry the chords with eps L/l
+        stretch = (8 * EPS * finger.length / el) ** 2
+        floor += phalanx.elements * phalanx.youngs_modulus * phalanx.area * el * stretch
+    return Mechanics(kinetic, strain, potential, momentum, floor)
+
+
+def observed(scene: HcmScene) -> HcmScene:
+    """The scene with frames that count the turns of driven phalanges; the steps are the same."""
+    s = scene.settings
+    if not any(scene.drive.torques):
+        return scene
+    end = s.end_time or s.taps * (s.max_flight_time + s.max_contact_time)
+    times = np.union1d(np.linspace(0.0, end, FRAMES), np.geomspace(1e-6 * end, end, FRAMES))
+    return replace(scene, settings=replace(s, frame_times=tuple(times.tolist())))
+
+
+def _cumulative(time: Floats, rate: Floats) -> Floats:
+    return np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
+
+
+def _unresolved(time: Floats, rate: Floats) -> Floats:
+    """How far off `_cumulative` may be so far: the most that leaving out every other row changes.
+
+    A vibration faster than the steps shows in the rows by chance: a run full of it has no momentum
+    that its rows could tell. Jumps (two rows at one time) are no vibration.
+    """
+    before, after = time[1:-1] - time[:-2], time[2:] - time[1:-1]
+    with np.errstate(invalid="ignore"):
+        between = (after * rate[:-2] + before * rate[2:]) / (before + after)
+    left_out = 0.5 * (rate[1:-1] - between) * (before + after)
+    off = np.concatenate([[0.0], np.where((before > 0) & (after > 0), left_out, 0.0), [0.0]])
+    odd = np.arange(off.size) % 2 == 1
+    either = [np.abs(np.cumsum(np.where(rows, off, 0.0))) for rows in (odd, ~odd)]
+    return np.asarray(np.maximum.accumulate(np.maximum(*either)))
+
+
+def _losses(scene: HcmScene, result: TapResult) -> Floats:
+    """What friction and the loops have taken up to every row, J."""
+    h, tip = result.history, scene.tip
+    power = -h.tangential_force_N * h.particle_velocity_m_per_s
+    # V_P jumps as P starts to slip: a step belongs to the mode in which it began
+    slid = 0.5 * (power[:-1] + power[1:]) * np.diff(h.time_s) * (h.mode[:-1] % 3 == 2)
+    friction = np.append(0.0, np.cumsum(slid))
+    # compression that ends at F2 after it began at F1 can't give back (1 - e*^2) (F2^2 - F1^2)/(2k)
+    square = np.diff(h.normal_force_N**2) * (h.mode[:-1] // 3 == 1)
+    loops = np.append(0.0, np.cumsum(square)) * (1 - tip.restitution**2)
+    return np.asarray(friction + loops / (2 * tip.normal_stiffness))
+
+
+def _turned(before: Posture, after: Posture) -> Floats:
+    """Angles by which the first nodes' slopes turned between two postures, rad, in (-pi, pi]."""
+    a = np.array([slopes[0] for slopes in before.slopes])
+    b = np.array([slopes[0] for slopes in after.slopes])
+    return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
+
+
+def _works(scene: HcmScene, result: TapResult) -> dict[float, float] | None:
+    """Work of the torques up to each kept posture, by time, J; None if its turns are not known.
+
+    The frames between the events must be dense enough to count the turns: see `observed`.
+    """
+    if not any(scene.drive.torques):
+        return {posture.time_s: 0.0 for posture in result.event_postures}
+    if scene.drive.reaction or not scene.settings.frame_times:
+        return None
+    torques = np.array(scene.drive.torques)
+    start = Posture(0.0, (), tuple(np.array([[-1.0, 0.0]]) for _ in torques))
+    works, work, before = {}, 0.0, start
+    for after in sorted((*result.frames, *result.event_postures), key=lambda p: p.time_s):
+        turned = _turned(before, after)
+        if np.abs(turned).max() > MOST_TURNED:
+            return None
+        work += float(torques @ turned)
+        works[after.time_s] = work
+        before = after
+    return works
+
+
+def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
+    """What mechanics finds wrong with a run's states, one sentence each."""
+    h = result.history
+    states = result.event_postures[:: max(1, len(result.event_postures) // MOST_STATES)]
+    losses, works = _losses(scene, result), _works(scene, result)
+    largest = float(h.kinetic_energy_J.max())
+    mass = sum(p.density * p.area * p.length for p in scene.finger.phalanges)
+    force = np.column_stack([h.tangential_force_N, h.normal_force_N]) - h.hinge_reactions_N[:, 0]
+    force[:, 1] -= mass * scene.drive.gravity
+    impulse = np.column_stack([_cumulative(h.time_s, force[:, c]) for c in range(2)])
+    unresolved = np.column_stack([_unresolved(h.time_s, force[:, c]) for c in range(2)]).max(axis=1)
+    stored = h.contact_energy_J
+    for state in states:
+        row = int(np.searchsorted(h.time_s, state.time_s, side="right")) - 1
+        own = mechanics(scene.finger, scene.drive.gravity, state)
+        for name, value, told in (
+            ("kinetic", own.kinetic_J, h.kinetic_energy_J[row]),
+            ("strain", own.strain_J, h.strain_energy_J[row]),
+        ):
+            noise = 1e-6 * max(value, told) + 1e-9 * largest + own.floor_J
+            if abs(value - told) > noise:
+                yield f"{name} energy {told:.6g} J at {state.time_s:.6g} s, its state {value:.6g} J"
+        if result.status is not Status.COMPLETED:
+            continue
+        if works is not None:
+            held = own.kinetic_J + own.strain_J + own.gravity_J + float(stored[row])
+            off = abs(held + losses[row] - works[state.time_s])
+            if off > ENERGY_SHARE * largest + own.floor_J:
+                yield f"energy off by {off / largest:.3g} of the largest at {state.time_s:.6g} s"
+        if scene.settings.flight_integrator == "gauss":
+            # a step of order 10 swings more than once, and its row has the reaction at its end only
+            continue
+        gap = float(np.abs(own.momentum_N_s - impulse[row]).max())
+        scale = (2 * mass * largest) ** 0.5
+        if gap > LARGEST_ERROR * scale + unresolved[row]:
+            yield f"momentum off by {gap / scale:.3g} of the largest at {state.time_s:.6g} s"

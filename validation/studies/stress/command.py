@@ -1,0 +1,111 @@
+"""``fingertap stress``: stability maps, every cell checked by what did not produce it."""
+
+import json
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from validation.errors import RunFailedError
+from validation.harness.console import progress_bar
+from validation.harness.files import output_folder, write_json
+from validation.harness.isolated import call_isolated
+from validation.harness.tables import write_table
+from validation.harness.workers import workers
+from validation.models.hcm import warm_up_flights
+from validation.runs.execute import compile_in_fresh_process
+from validation.studies.stress.campaign import draw, run_cells, table_rows
+from validation.studies.stress.collection import all_maps
+from validation.studies.stress.finished import Finished
+from validation.studies.stress.frame import ANSWERS, WRONG
+from validation.studies.stress.limits import limit
+from validation.studies.stress.page import write_stress_page
+
+
+def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
+    """A table that ``--peers`` left, empty if it never ran."""
+    path = out / "stress" / f"{name}.json"
+    if not path.exists():
+        return []
+    rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["rows"]
+    return rows
+
+
+def run_peers(out: Path) -> None:
+    """Run hard cells by other solvers too, one that is absent is named; tabulate what came out.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    """
+    import pandas as pd
+
+    from validation.studies.stress.peers import peers_table
+    from validation.studies.stress.reference_peers import ABSENT, calculix_table
+
+    folder = output_folder(out / "stress")
+    with progress_bar("stress --peers") as progress:
+        rows = peers_table(lambda share, text: progress(0.6 * share, text))
+        reference = calculix_table(lambda share, text: progress(0.6 + 0.4 * share, text))
+    tables = {
+        "peers": (rows, "Ten hard cells, the same equations"),
+        "peers-reference": (reference, "Hard cells of the reference, CalculiX' automatic step"),
+    }
+    for name, (found, caption) in tables.items():
+        if not found:
+            print(ABSENT)
+            continue
+        write_json(folder / f"{name}.json", {"rows": found})
+        table = pd.DataFrame(found)
+        write_table(folder, name, table, caption)
+        print(table.to_markdown(index=False, disable_numparse=True))
+    print(f"files in {folder}")
+
+
+def run_stress(quick: bool, only: str | None, out: Path) -> None:
+    """Run all maps, or those of one solver; tabulate, draw, and count the answers.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    RunFailedError
+        A cell is wrong and silent, or a process died; the finished cells are kept.
+    """
+    import pandas as pd
+
+    folder = output_folder(out / "stress" / ("quick" if quick else "full"))
+    finished = Finished(folder / "cells.jsonl")
+    maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
+    cells = [cell for wanted in maps for cell in wanted.cells()]
+    with progress_bar("stress") as progress:
+        # a cell's time is one of its checks, and it must not pay for the compiler
+        progress(0.0, "loading compiled code, compiling it the first time")
+        compile_in_fresh_process()
+        if any(wanted.solver == "hcm" for wanted in maps):
+            call_isolated(warm_up_flights)
+        with workers(os.cpu_count() or 1) as pool:
+            run_cells(cells, finished, pool, lambda share, text: progress(0.95 * share, text))
+        counts: Counter[str] = Counter()
+        summary = []
+        for wanted in maps:
+            progress(0.97, f"tables and figures, {wanted.name}")
+            rows = table_rows(wanted, finished)
+            caption = f"Map {wanted.name}: {wanted.solver}"
+            write_table(folder, wanted.name, pd.DataFrame(rows), caption)
+            draw(folder, wanted, finished)
+            own = Counter(row["answer"] for row in rows)
+            counts += own
+            summary.append({"map": wanted.name, "solver": wanted.solver, "cells": len(rows),
+                            **{answer: own[answer] for answer in ANSWERS},
+                            "what limits it": limit(wanted, rows)})  # fmt: skip
+        write_table(folder, "summary", pd.DataFrame(summary), "Answers by map")
+        found = [stored_peers(out, name) for name in ("peers", "peers-reference")]
+        write_stress_page(folder, summary, *found)
+    for line in summary:
+        told = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])
+        print(f"{line['map']:<28}{line['cells']:>6} cells: {told}")
+    print(f"files in {folder}")
+    if counts[WRONG]:
+        raise RunFailedError(f"{counts[WRONG]} cells are wrong and silent; see {folder}")

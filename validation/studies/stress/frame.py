@@ -1,0 +1,98 @@
+"""The frame that every stability map plugs into, whichever solver it is about.
+
+A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*:
+
+    scene(x, y, panel) -> a frozen dataclass whose repr is the cell's whole identity
+    judge(scene) -> Verdict, a function of a module (it is sent to other processes)
+
+The judge runs the solver, bounded in work, and checks what comes back by something that did not
+produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
+run that claims to be good can be RIGHT, SMALLER or WRONG. `sources` lists the packages and files
+(relative to the repository) that a verdict depends on: after a change of theirs a stored verdict
+counts no longer.
+
+To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
+`collection`. The campaign (`campaign`) stores one line per cell as soon as it is judged and goes on
+where it was; tables, figures and the page follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+RIGHT, SMALLER, REFUSED, STOPPED, FLAGGED, WRONG = ANSWERS = (
+    "right",
+    "right at a smaller step",
+    "refused",
+    "stopped",
+    "flagged as not reliable",
+    "wrong and silent",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A cell's answer.
+
+    reason : why. checked_by : what the answer rests on, besides the solver. error : largest
+    relative difference to that, where it is a number. energy_residual : the solver's own. steps,
+    wall_time_s : cost of the run that was judged (not of what checked it).
+    """
+
+    answer: str
+    reason: str
+    checked_by: str = ""
+    error: float | None = None
+    energy_residual: float | None = None
+    steps: int = 0
+    wall_time_s: float = 0.0
+
+    def row(self) -> dict[str, Any]:
+        """Columns of the CSV."""
+        return dict(vars(self))
+
+
+Judge = Callable[[Any], Verdict]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Where a cell lies on its map, its scene, and who judges it."""
+
+    map: str
+    x: float
+    y: float
+    panel: float
+    scene: Any
+    judge: Judge
+    sources: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Map:
+    """A grid of cells: which solver it is about, its axes and panels, the scene of a cell.
+
+    panel_name is empty where there is one panel. A map of one y is a list: it gets no figure.
+    """
+
+    solver: str
+    name: str
+    x_name: str
+    y_name: str
+    panel_name: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    panels: tuple[float, ...]
+    scene: Callable[[float, float, float], Any]
+    judge: Judge
+    sources: tuple[str, ...]
+
+    def cells(self) -> Iterator[Cell]:
+        """All cells, panel by panel."""
+        for panel in self.panels:
+            for y in self.y:
+                for x in self.x:
+                    scene = self.scene(x, y, panel)
+                    yield Cell(self.name, x, y, panel, scene, self.judge, self.sources)

@@ -1,0 +1,72 @@
+"""What limits a region of a map, in a sentence made from its cells."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from validation.studies.stress.frame import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, Map
+
+# The middle share of a group's values that "mostly" stands for.
+MOSTLY = 0.8
+
+
+def _cause(row: Mapping[str, Any]) -> str:
+    """A stop by what the solver calls it, a refusal by its parameter, a flag by its caution."""
+    reason = str(row["reason"])
+    if row["answer"] == STOPPED:
+        return f"stopped: {reason.partition(' at t =')[0]}"
+    if row["answer"] == REFUSED:
+        return f"refused: {_kind(reason.partition(' =')[0])}"
+    if row["answer"] == FLAGGED and reason:
+        return f"flagged: {_kind(reason.removeprefix('cautioned, '))}"
+    return str(row["answer"])
+
+
+def _kind(reason: str) -> str:
+    """What reasons that differ in their figures share: the first clause, n for a number."""
+    clause = re.split(r"[,:;] | at t =", re.sub(r" \([^)]*\)", "", reason))[0]
+    return re.sub(r"\b\d[\d.]*(?:e[+-]?\d+)?\b", "n", clause)
+
+
+def _where(name: str, axis: Sequence[float], values: Sequence[float]) -> str | None:
+    """The range that most of the values lie in, None if it is the axis' own."""
+    ordered = sorted(values)
+    cut = int(0.5 * (1 - MOSTLY) * len(ordered))
+    low, high = ordered[cut], ordered[-1 - cut]
+    if len(axis) < 2 or (low == min(axis) and high == max(axis)):
+        return None
+    label = name.partition(" (")[0].replace("_", " ")
+    if low == high:
+        return f"{label} {low:.3g}"
+    if low == min(axis):
+        return f"{label} up to {high:.3g}"
+    return f"{label} from {low:.3g}" if high == max(axis) else f"{label} {low:.3g} to {high:.3g}"
+
+
+def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
+    """What ended the cells that have no right answer, how many, and mostly where."""
+    groups: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+    for row in rows:
+        if row["answer"] not in (RIGHT, SMALLER):
+            groups[_cause(row)].append(row)
+    if not groups:
+        return "every cell is right"
+    axes = [
+        (wanted.x_name, wanted.x),
+        (wanted.y_name, wanted.y),
+        (wanted.panel_name, wanted.panels),
+    ]
+    told = []
+    for cause, cells in sorted(groups.items(), key=lambda group: -len(group[1])):
+        places = [
+            place
+            for name, axis in axes
+            if name and wanted.y_name != "seed"
+            and (place := _where(name, axis, [float(cell[name]) for cell in cells]))
+        ]  # fmt: skip
+        at = f", mostly at {', '.join(places)}" if places else ""
+        told.append(f"{cause} ({len(cells)} of {len(rows)}{at})")
+    return "; ".join(told)

@@ -1,0 +1,156 @@
+"""The stability maps of the reduced model: which parameters, over which ranges, on which scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
+from validation.studies.stress.cells import judge, judge_alone
+from validation.studies.stress.frame import Judge, Map
+from validation.studies.stress.other_integrator import judge_other
+from validation.studies.stress.random_scenes import HcmScene, random_numbers, random_scene
+from validation.studies.stress.rigid_rod import judge_rod
+
+SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
+MAX_STEPS = 10_000
+# What a verdict on hcm depends on.
+SOURCES = (
+    "hcm",
+    *(
+        f"validation/studies/stress/{name}.py"
+        for name in ("audit", "cells", "checks", "frame", "other_integrator", "rigid_rod")
+    ),
+)
+
+
+def _finger(count: int = 3, modulus: float = 1e9, elements: int = 5) -> Finger:
+    return Finger((replace(SOFT, youngs_modulus=modulus, elements=elements),) * count)
+
+
+def _soft(**changes: object) -> HcmScene:
+    scene = HcmScene(
+        _finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
+    )
+    return replace(scene, **changes)  # type: ignore[arg-type]
+
+
+def _steps(step: float, modulus: float, radius: float) -> HcmScene:
+    settings = Settings(
+        contact_step=step,
+        flight_step=min(100 * step, 1e-3),
+        spectral_radius=radius,
+        max_steps=MAX_STEPS,
+    )
+    return _soft(finger=_finger(modulus=modulus), settings=settings)
+
+
+def _stiffness(stiffness: float, step: float, restitution: float) -> HcmScene:
+    settings = Settings(contact_step=step, max_steps=MAX_STEPS)
+    return _soft(tip=Tip(stiffness, restitution), settings=settings)
+
+
+def _friction(friction: float, ratio: float, restitution: float) -> HcmScene:
+    return _soft(surface=Surface(0.1, friction), tip=Tip(0.78e6, restitution, ratio))
+
+
+def _slenderness(slenderness: float, elements: float, modulus: float) -> HcmScene:
+    finger = Finger(
+        (Phalanx(0.04, 0.04 / slenderness, modulus, 1400.0, elements=int(elements)),) * 3
+    )
+    return _soft(finger=finger)
+
+
+def _drive(torque: float, gravity: float, sign: float) -> HcmScene:
+    return _soft(drive=Drive((torque, sign * torque, torque), gravity))
+
+
+def _phalanges(count: float, modulus: float, elements: float) -> HcmScene:
+    finger = _finger(int(count), modulus, int(elements))
+    return _soft(finger=finger, surface=Surface(0.8 * finger.length, 0.5))
+
+
+def _taps(restitution: float, end_time: float, friction: float) -> HcmScene:
+    """A rod that bounces about ten times a second."""
+    settings = Settings(
+        end_time=end_time, contact_step=1e-5, contact_tolerance=1e-9, max_steps=400_000
+    )
+    return HcmScene(
+        _finger(1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(), settings
+    )
+
+
+def _rod(stiffness: float, modulus: float, height: float) -> HcmScene:
+    return HcmScene(
+        _finger(1, modulus, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
+        Settings(max_steps=10 * MAX_STEPS),
+    )  # fmt: skip
+
+
+def _other(friction: float, modulus: float, restitution: float) -> HcmScene:
+    return _soft(finger=_finger(modulus=modulus), surface=Surface(0.1, friction),
+                 tip=Tip(0.78e6, restitution))  # fmt: skip
+
+
+def _random(number: float, seed: float, unused: float) -> HcmScene:
+    del unused
+    return random_scene(random_numbers(int(seed), int(number)))
+
+
+def _powers(low: float, high: float, count: int) -> tuple[float, ...]:
+    return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))
+
+
+def _whole(low: int, high: int, count: int) -> tuple[float, ...]:
+    return tuple(sorted({float(round(value)) for value in np.geomspace(low, high, count)}))
+
+
+def hcm_maps(quick: bool) -> tuple[Map, ...]:
+    """All maps; `quick` takes every axis coarser and leaves out ten seconds of taps."""
+
+    def n(full: int, coarse: int) -> int:
+        return coarse if quick else full
+
+    def plane(
+        name: str, x_name: str, y_name: str, panel_name: str, x: tuple[float, ...],
+        y: tuple[float, ...], panels: tuple[float, ...],
+        scene: Callable[[float, float, float], HcmScene], judged: Judge = judge,
+        solver: str = "hcm",
+    ) -> Map:  # fmt: skip
+        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judged, SOURCES)
+
+    maps = (
+        plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
+              _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
+              (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0), _steps),
+        plane("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
+              _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
+              (1.0,) if quick else (1.0, 0.5), _stiffness),
+        plane("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
+              (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
+              (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0), _friction),
+        plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
+              _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
+              (1e9,) if quick else (1e7, 1e9), _slenderness),
+        plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
+              (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
+              (1.0, -1.0), _drive),
+        plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
+              _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
+              (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges),
+        plane("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
+              _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
+              (0.002,) if quick else (0.002, 0.02), _rod, judge_rod),
+        plane("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
+              (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
+              (1.0,) if quick else (1.0, 0.5), _other, judge_other),
+        plane("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
+              (2026.0,), (0.0,), _random, judge_alone, "fuzz"),
+    )  # fmt: skip
+    if quick:
+        return maps
+    taps = plane("taps", "restitution", "end_time (s)", "friction",
+                 (0.9, 0.99, 1.0), (1.0, 3.0, 10.0), (0.0, 0.5), _taps, judge_alone)  # fmt: skip
+    return (*maps, taps)

@@ -1,0 +1,67 @@
+"""A tap solved from the same state at contact by SciPy's DOP853 (`hcm.reference_solution`).
+
+It shares the beams' forces with hcm, and neither the time integration, nor Newton's method, nor the
+hinges' multipliers, nor the search for events.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import hcm
+from hcm import reference_solution as truth
+from hcm.beam.chain import build_chain
+from validation.studies.stress.audit import LARGEST_ERROR
+from validation.studies.stress.cells import judge_alone
+from validation.studies.stress.frame import RIGHT, SMALLER, WRONG, Verdict
+from validation.studies.stress.random_scenes import HcmScene
+
+# The tap need only be known far better than LARGEST_ERROR.
+RTOL, ATOL = 1e-7, 1e-11
+# s; a contact that lasts longer differs anyway
+LONGEST_S = 0.01
+
+
+def contact_start(scene: HcmScene, state: hcm.Posture) -> truth.Start:
+    """The kept state at contact, numbered as the solvers number it."""
+    chain, rest = build_chain(scene.finger, scene.drive)
+    q, v = np.zeros_like(rest), np.zeros_like(rest)
+    for w, place in enumerate(chain.hinge_outer):
+        for i in range(len(state.positions_m[w])):
+            node = int(place) + 4 * i
+            q[node : node + 4] = *state.positions_m[w][i], *state.slopes[w][i]
+            v[node : node + 4] = *state.velocities_m_per_s[w][i], *state.slope_rates_per_s[w][i]
+    return truth.Start(q, v, state.time_s)
+
+
+def judge_other(scene: HcmScene) -> Verdict:
+    """The verdict of the run alone, and then peak F_n, impulse and duration by DOP853."""
+    found = judge_alone(scene)
+    if found.answer not in (RIGHT, SMALLER):
+        return found
+    result = hcm.simulate(**scene.arguments())
+    own = result.summary
+    start = contact_start(scene, result.event_postures[0])
+    try:
+        other = truth.solve(
+            scene.finger, scene.surface, scene.tip, scene.drive, RTOL, ATOL, start,
+            end_time=start.time_s + LONGEST_S,
+        )  # fmt: skip
+    except RuntimeError as failure:
+        return replace(found, answer=WRONG, reason=f"DOP853: {failure}")
+    assert own.peak_normal_force_N
+    assert own.normal_impulse_N_s
+    assert own.contact_duration_s
+    errors = (
+        other.peak_normal_force_N / own.peak_normal_force_N,
+        other.normal_impulse_N_s / own.normal_impulse_N_s,
+        (other.end.time_s - start.time_s) / own.contact_duration_s,
+    )
+    error = max(abs(ratio - 1) for ratio in errors)
+    checked = f"{found.checked_by}, DOP853 with event handling from the state at contact"
+    found = replace(found, error=error, checked_by=checked)
+    if error > LARGEST_ERROR:
+        return replace(found, answer=WRONG, reason="differs from DOP853")
+    return found

@@ -1,0 +1,153 @@
+"""Judging one cell of the reference's maps: run, checked by what did not produce it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import reference_fem as rf
+from reference_fem.model import Model
+from reference_fem.stable_step import stable_step
+from validation.studies.stress.audit import LARGEST_ERROR
+from validation.studies.stress.frame import (
+    FLAGGED,
+    REFUSED,
+    RIGHT,
+    SMALLER,
+    STOPPED,
+    WRONG,
+    Verdict,
+)
+from validation.studies.stress.reference_checks import violations
+from validation.studies.stress.reference_scene import ReferenceScene
+
+# A run whose contact asks for steps of less than this share of the body's has a smaller step.
+CHOSEN = 0.5
+# Change of the speed that no measurement would notice, and what it changes in a chaotic contact.
+NUDGE, CHAOTIC = 1e-6, 0.01
+# Share of the impulse after which a tap counts as over: the last node to leave may linger.
+DELIVERED = 0.99
+# Against another law, element or mesh of four to six elements an edge: not the same equations. A
+# choice, not a measurement: it finds gross errors only.
+OTHER = 0.3
+# Against the limit of an elastic bar: what its vibration keeps of the impulse on four elements.
+BAR = 0.05
+# Below this speed over the bar's wave speed a contact is linear.
+SLOW = 0.02
+
+Scalars = tuple[float, float, float]
+
+
+def judge(scene: ReferenceScene) -> Verdict:
+    """Run a scene, and beside it one at half the step, one of another law or element, one nudged.
+
+    A completed run must keep the invariants of `reference_checks` and repeat at half the step to
+    `LARGEST_ERROR`; where it doesn't, the solver's own caution or a chaotic contact (a speed
+    changed by a millionth changes it) makes it flagged, else it is wrong.
+    """
+    try:
+        result, model = scene.simulate()
+    except ValueError as refusal:
+        return Verdict(REFUSED, str(refusal))
+    summary = result.summary
+    found = Verdict(
+        RIGHT, "", "momentum, energy of its fields, cone", None,
+        float(summary.energy_residual or 0.0), summary.steps, summary.wall_time_s,
+    )  # fmt: skip
+    broken = violations(result, model, scene.body == "block")
+    if broken:
+        return replace(found, answer=WRONG, reason="; ".join(broken))
+    if result.status is not rf.Status.COMPLETED:
+        last = result.history.time_s[-1] if len(result.history.time_s) else 0.0
+        reason = f"{result.status.value} at t = {last:.4g} s: {result.message}"
+        return replace(found, answer=STOPPED, reason=reason)
+    for name, other, bound in _witnesses(scene):
+        error = difference(result, other)
+        if name == HALF:
+            found = replace(found, error=error)
+        if error is None or not error <= bound:  # NaN agrees with nothing
+            return _doubtful(scene, result, found, name, error)
+        found = replace(found, checked_by=f"{found.checked_by}, {name}")
+    limit = bar_impulse(scene, model)
+    if limit is not None:
+        error = abs((summary.normal_impulse_N_s or 0.0) / limit - 1.0)
+        if not error <= BAR:
+            return _doubtful(scene, result, found, "elastic bar", error)
+        found = replace(found, checked_by=f"{found.checked_by}, elastic bar")
+    ratio = own_step(scene, model) / model.step_s
+    if ratio > 1.0 / CHOSEN:
+        return replace(
+            found, answer=SMALLER, reason=f"contact asks for steps {ratio:.3g} times shorter"
+        )
+    return found
+
+
+HALF = "half the step"
+
+
+def _witnesses(scene: ReferenceScene) -> list[tuple[str, ReferenceScene, float]]:
+    """Name, scene and bound of every run that must agree."""
+    half = replace(scene, step_factor=scene.step_factor / 2.0)
+    found = [(HALF, half, LARGEST_ERROR)]
+    calm = replace(scene, step_factor=min(scene.step_factor, 0.9) / 2.0)
+    if scene.contact != "impulse":
+        found.append(("contact without a penalty", replace(calm, contact="impulse"), OTHER))
+    if scene.element == "hex8-one-point":
+        found.append(("8-point element", replace(calm, element="hex8-sri"), OTHER))
+    if scene.distortion:
+        found.append(("even mesh", replace(calm, distortion=0.0), OTHER))
+    return found
+
+
+def _doubtful(
+    scene: ReferenceScene, result: rf.TapResult, found: Verdict, name: str, error: float | None
+) -> Verdict:
+    """Flagged, if the solver or a nudge says so; else wrong."""
+    differs = f"{name}: " + ("the tap is lost" if error is None else f"differs by {error:.2g}")
+    if result.cautions:
+        return replace(found, answer=FLAGGED, reason=f"cautioned, {result.cautions[0]} ({differs})")
+    spread = difference(result, replace(scene, speed=scene.speed * (1.0 + NUDGE)))
+    if spread is None or spread > CHAOTIC:
+        told = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
+        return replace(found, answer=FLAGGED, reason=f"speed changed by {NUDGE:g}, {told}")
+    return replace(found, answer=WRONG, reason=differs)
+
+
+def difference(result: rf.TapResult, other: ReferenceScene) -> float | None:
+    """Largest relative change of the tap's scalars against another run; None without a tap."""
+    own, found = scalars(result), scalars(other.simulate()[0])
+    if own is None or found is None:
+        return None
+    return max(abs(a / b - 1.0) for a, b in zip(own, found, strict=True))
+
+
+def scalars(result: rf.TapResult) -> Scalars | None:
+    """Peak F_n (N), impulse (N s), and the time in which `DELIVERED` of it is given (s)."""
+    s, f = result.summary, result.forces
+    if result.status is not rf.Status.COMPLETED or not s.normal_impulse_N_s:
+        return None
+    begin, duration = s.contact_time_s or 0.0, s.contact_duration_s or 0.0
+    rows = f.time_s <= (begin + duration) * (1.0 + 1e-12)
+    time, force = f.time_s[rows], f.normal_force_N[rows]
+    impulse = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time)))
+    delivered = float(np.interp(DELIVERED * impulse[-1], impulse, time)) - begin
+    return float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), delivered
+
+
+def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:
+    """2 m v of a block that falls flat and slowly and cannot bulge, N s.
+
+    None for another scene; a plate is as thick as a round section, and no bar.
+    """
+    uneven = scene.tilt or scene.poisson or scene.slide or scene.distortion
+    bar = scene.body == "block" and not uneven
+    if scene.dim == 2 or not bar or scene.speed > SLOW * scene.material.bar_speed:
+        return None
+    return 2.0 * float(model.mass.sum()) * model.copies * scene.speed
+
+
+def own_step(scene: ReferenceScene, model: Model) -> float:
+    """Step that the body would take without a contact, s."""
+    none = np.empty(0, dtype=np.int64), np.empty(0)
+    return scene.step_factor * stable_step(model.kernel, *none, model.symmetry)

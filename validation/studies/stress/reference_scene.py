@@ -1,0 +1,116 @@
+"""What a cell of the reference's maps is: a small body that hits the plane, and its run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+import meshes
+import reference_fem as rf
+from reference_fem.dynamics.loop import run
+from reference_fem.model import Model, build_model
+from validation.studies.stress.reference_bodies import FINGER_LENGTH, SIDE, block, finger
+
+Body = Literal["block", "finger"]
+# The finger's angle below the horizontal where it starts, and that at which its hinge lies H above
+# the plane with 3 mm to spare, rad.
+START_ANGLE, TOUCH_ANGLE, SPARE = 0.3, 0.6, 0.003
+DENSITY = 1000.0
+# Longest contact, in transits of a bar's wave over the block: twenty times that of a hard contact.
+LONGEST = 100.0
+MAX_STEPS = 100_000
+
+
+@dataclass(frozen=True)
+class ReferenceScene:
+    """A block that falls and slides, or a finger that swings down about its hinge.
+
+    Attributes
+    ----------
+    body, dim, divisions, distortion, seed
+        See `reference_bodies`.
+    modulus, poisson
+        E, Pa, and ν; ρ is 1000 kg/m³.
+    speed
+        Of the block and of the finger's end, m/s, normal to the surface (block).
+    slide
+        The block's speed along the surface over that normal to it.
+    tilt
+        Rotation of the block, rad: 0 falls flat.
+    friction
+        μ.
+    contact, stiffness
+        Contact law and its factor: the `penalty_factor`, or `surface_factor` over 10,000.
+    element, step_factor
+        As in `reference_fem.Settings`.
+    """
+
+    body: Body = "block"
+    dim: int = 3
+    divisions: int = 4
+    distortion: float = 0.0
+    seed: int = 0
+    modulus: float = 1e7
+    poisson: float = 0.3
+    speed: float = 1.0
+    slide: float = 0.5
+    tilt: float = 0.1
+    friction: float = 0.3
+    contact: str = "impulse"
+    stiffness: float = 0.1
+    element: str | None = None
+    step_factor: float = 0.9
+
+    @property
+    def material(self) -> rf.Material:
+        """The body's material."""
+        return rf.Material(self.modulus, self.poisson, DENSITY)
+
+    @property
+    def settings(self) -> rf.Settings:
+        """The run's settings."""
+        return rf.Settings(
+            contact=self.contact,  # type: ignore[arg-type]
+            penalty_factor=self.stiffness,
+            surface_factor=1e4 * self.stiffness,
+            element=self.element,
+            step_factor=self.step_factor,
+            threads=1,
+            max_contact_time_s=LONGEST * SIDE / self.material.bar_speed,
+            max_steps=MAX_STEPS,
+        )
+
+    def simulate(self) -> tuple[rf.TapResult, Model]:
+        """Run it; the model is what its fields are judged with.
+
+        Raises
+        ------
+        ValueError
+            As `reference_fem` refuses it.
+        """
+        return self._swing() if self.body == "finger" else self._fall()
+
+    def _swing(self) -> tuple[rf.TapResult, Model]:
+        mesh, drive, given = finger(self.dim), rf.Drive(), (self.material,)
+        surface = rf.Surface(FINGER_LENGTH * math.sin(TOUCH_ANGLE) + SPARE, self.friction)
+        rate = self.speed / FINGER_LENGTH
+        start = rf.ChainState(np.array([START_ANGLE]), np.array([rate]), 0.0)
+        result = rf.simulate(mesh, given, surface, drive, self.settings, start=start)
+        return result, build_model(mesh, given, surface, drive, self.settings)
+
+    def _fall(self) -> tuple[rf.TapResult, Model]:
+        mesh: meshes.FingerMesh = block(self.dim, self.divisions, self.distortion, self.seed)
+        c, s = math.cos(self.tilt), math.sin(self.tilt)
+        turn = np.eye(self.dim)
+        turn[:2, :2] = (c, -s), (s, c)
+        u = mesh.points @ turn.T - mesh.points
+        v = np.zeros_like(u)
+        v[:, :2] = self.slide * self.speed, -self.speed
+        lowest = float((mesh.points + u)[:, 1].min())
+        lead = self.speed * SIDE / self.material.bar_speed / 20.0
+        surface = rf.Surface(lead - lowest, self.friction)
+        model = build_model(mesh, (self.material,), surface, rf.Drive(), self.settings)
+        return run(model, self.settings, u, v, 0.0, origin_energy_J=None), model

@@ -1,0 +1,78 @@
+"""The analytic limit: one stiff phalanx falls on a linear spring, in closed form.
+
+A rod of mass m and length L falls about its hinge through the angle theta (sin theta = H/L) and
+strikes with v = cos(theta) sqrt(3 g H). Its tip then moves as the mass m_e = m/(3 cos^2 theta) on
+the spring k under the static force W = m g/2, for as long as F_n = k u_Y presses:
+
+    t_c = int_0^theta da/sqrt(3 g sin(a)/L),      omega = sqrt(k/m_e),
+    F = W + sqrt(W^2 + k m_e v^2),      T = 2 (pi - atan(k v/(omega W)))/omega.
+
+The rod's bending adds (omega/omega_1)^2, its turning tan(theta) v/(omega L): together below
+`LARGEST_ERROR` on the map, whose softest spring is chosen for that (pinned and free,
+omega_1 = 15.4 sqrt(E I/(rho A L^4))).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+import hcm
+from validation.studies.stress.audit import LARGEST_ERROR
+from validation.studies.stress.checks import violations
+from validation.studies.stress.frame import REFUSED, RIGHT, STOPPED, WRONG, Verdict
+from validation.studies.stress.random_scenes import HcmScene
+
+POINTS = 40
+
+
+def closed_form(scene: HcmScene) -> dict[str, float]:
+    """t_c (s), peak F_n (N), duration (s) and impulse (N s) of a frictionless elastic tap."""
+    phalanx, g, k = scene.finger.phalanges[0], scene.drive.gravity, scene.tip.normal_stiffness
+    length, height = phalanx.length, scene.surface.height
+    mass = phalanx.density * phalanx.area * length
+    angle = math.asin(height / length)
+    # a = u^2 takes the root at the start away
+    x, w = np.polynomial.legendre.leggauss(POINTS)
+    top = math.sqrt(angle)
+    u = 0.5 * top * (x + 1)
+    fall = 0.5 * top * float(w @ (2 * u / np.sqrt(3 * g * np.sin(u**2) / length)))
+    speed = math.cos(angle) * math.sqrt(3 * g * height)
+    effective = mass / (3 * math.cos(angle) ** 2)
+    weight, omega = mass * g / 2, math.sqrt(k / effective)
+    duration = 2 * (math.pi - math.atan(k * speed / (omega * weight))) / omega
+    return {
+        "contact_time_s": fall,
+        "peak_normal_force_N": weight + math.sqrt(weight**2 + k * effective * speed**2),
+        "contact_duration_s": duration,
+        "normal_impulse_N_s": 2 * effective * speed + weight * duration,
+    }
+
+
+def judge_rod(scene: HcmScene) -> Verdict:
+    """Right is what breaks no law and lies within `LARGEST_ERROR` of the closed form."""
+    try:
+        result = hcm.simulate(**scene.arguments())
+    except hcm.ParameterError as refusal:
+        return Verdict(REFUSED, str(refusal))
+    s = result.statistics
+    found = Verdict(
+        RIGHT, "", "mechanics of its states, contact law, closed form", None,
+        result.summary.energy_residual, s.steps, s.wall_time_s,
+    )  # fmt: skip
+    broken = violations(scene, result)
+    if broken:
+        return replace(found, answer=WRONG, reason="; ".join(broken))
+    if result.status is not hcm.Status.COMPLETED:
+        return replace(found, answer=STOPPED, reason=result.message)
+    errors = {
+        name: abs(getattr(result.summary, name) / exact - 1)
+        for name, exact in closed_form(scene).items()
+    }
+    worst = max(errors, key=lambda name: errors[name])
+    found = replace(found, error=errors[worst])
+    if not errors[worst] <= LARGEST_ERROR:
+        return replace(found, answer=WRONG, reason=f"{worst} differs from the closed form")
+    return found

@@ -1,0 +1,1 @@
+"""``fingertap validate``: all models on the scenes, tables, figures, one page."""

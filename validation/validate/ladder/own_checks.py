@@ -1,0 +1,69 @@
+"""What a choice of the reference's changes in the reference itself: its hinges, its start."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from validation.compare.quantities import error_percent, quantity
+from validation.harness.record import RunRecord
+from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.plan import HOLES, REFERENCE, Runs
+
+KEYS = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
+
+
+@dataclass(frozen=True)
+class Check:
+    """Two runs of the reference that differ in one thing.
+
+    Attributes
+    ----------
+    mesh : preset of both.
+    peak_N, changed_peak_N : as it is, and with the change.
+    peak_percent, impulse_percent, duration_percent, contact_time_percent : the change's effect.
+    """
+
+    scene: str
+    change: str
+    mesh: str
+    peak_N: float | None
+    changed_peak_N: float | None
+    peak_percent: float | None
+    impulse_percent: float | None
+    duration_percent: float | None
+    contact_time_percent: float | None
+
+
+COLUMNS = tuple(Check.__annotations__)
+
+
+def check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> Check:
+    """Differences of the changed run from the run as it is."""
+    pairs = [(quantity(key).read(as_it_is), quantity(key).read(changed)) for key in KEYS]
+    shares = [error_percent(after, before) for before, after in pairs]
+    return Check(as_it_is.scene, change, mesh, *pairs[0], *shares)
+
+
+def hinges(runs: Runs, scenes: Sequence[str]) -> list[Check]:
+    """Joints of nodes on shaft holes' surfaces, as in the paper, against the plain hinge."""
+    rows = []
+    for scene in scenes:
+        plain, holed = runs.find(scene, REFERENCE), runs.find(scene, HOLES)
+        if plain is not None and holed is not None:
+            rows.append(check("shaft holes instead of plain hinges", REFERENCE[1], plain, holed))
+    return rows
+
+
+def whole_event(source: str, runs: LadderRuns) -> Check:
+    """All of the fall by explicit steps, against the start from the reference's rigid flight.
+
+    Raises
+    ------
+    RunFailedError
+        A run did not complete.
+    """
+    rigid = runs.full_contact(source, (), None, "fast")
+    whole = runs.full_contact(
+        source, ("solver.fem.flight=explicit",), None, "fast, explicit flight"
+    )
+    change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
+    return check(f"{change} instead of a rigid flight", "fast", rigid, whole)

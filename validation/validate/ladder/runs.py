@@ -1,0 +1,129 @@
+"""The runs that the ladder compares: each model with a given contact, from a given start."""
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from validation.errors import RunFailedError
+from validation.harness.interrupts import unless_interrupted
+from validation.harness.record import RunRecord
+from validation.models import solid
+from validation.models.adapter import to_record
+from validation.models.hcm import translate
+from validation.models.impact import Impact, chain_state, rigid_start
+from validation.scenes.load import NamedScene, load_scene
+
+
+@dataclasses.dataclass(frozen=True)
+class Contact:
+    """The lumped law's constants: k (N/m), eta^-2, and F* of Hertz's law or None."""
+
+    stiffness: float
+    tangential_ratio: float
+    hertz_force: float | None = None
+
+
+def scene_contact(scene: NamedScene) -> Contact:
+    """The scene's own, which in the built-in scenes is the paper's."""
+    return Contact(scene.tables.tip.normal_stiffness, scene.tables.tangential_ratio)
+
+
+def _completed(record: RunRecord) -> RunRecord:
+    if not unless_interrupted(record).ok:
+        raise RunFailedError(f"{record.scene} {record.label}: {record.message}")
+    return record
+
+
+def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
+    """The reduced model; start None: its own flight.
+
+    Raises
+    ------
+    RunFailedError
+        The run did not complete.
+    """
+    import hcm
+
+    arguments = translate(scene)
+    arguments["tip"] = dataclasses.replace(
+        arguments["tip"],
+        normal_stiffness=contact.stiffness,
+        tangential_ratio=contact.tangential_ratio,
+    )
+    began = time.perf_counter()
+    result = hcm.simulate(**arguments, start=None if start is None else rigid_start(start))
+    record = to_record(result, scene, "hcm", "", time.perf_counter() - began)
+    return _completed(record)
+
+
+def lumped_solid(
+    scene: NamedScene,
+    contact: Contact,
+    start: Impact | None,
+    edges: tuple[float, float],
+    tip: Literal["flat", "hemisphere"] = "flat",
+) -> RunRecord:
+    """The solid with the lumped law at its flat end or on its hemisphere.
+
+    Parameters
+    ----------
+    edges : of the section and along the axis, over the finger's diameter.
+
+    Raises
+    ------
+    RunFailedError
+        The run did not complete.
+    """
+    import meshes
+    import reference_fem
+
+    tables = scene.tables
+    diameters = tables.per_phalanx(tables.finger.diameter)
+    section, axial = (edge * min(diameters) for edge in edges)
+    geometry = meshes.FingerGeometry(tables.per_phalanx(tables.finger.length), diameters, tip)
+    mesh = meshes.finger_hexahedra(geometry, meshes.Sizing(section, axial, section))
+    materials, surface, drive, settings = solid.inputs(tables)
+    if start is not None and tip == "hemisphere":
+        surface = dataclasses.replace(surface, height=start.sphere_height_m)
+    law = reference_fem.LumpedContact(
+        contact.stiffness,
+        tables.tip.restitution if contact.hertz_force is None else 1.0,
+        contact.tangential_ratio,
+        contact.hertz_force,
+    )
+    result = reference_fem.simulate_lumped(
+        mesh, materials, surface, drive, law, settings,
+        start=None if start is None else chain_state(start),
+    )  # fmt: skip
+    variant = f"lumped law, {tip} end"
+    return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
+
+
+def full_contact(
+    source: str, overrides: Sequence[str], start: Impact | None, variant: str
+) -> RunRecord:
+    """The solid with its own contact.
+
+    Parameters
+    ----------
+    overrides : of the scene's ``solver.fem`` keys.
+
+    Raises
+    ------
+    RunFailedError
+        The run did not complete.
+    """
+    import reference_fem
+
+    scene = load_scene(source, overrides)
+    mesh = solid.build_mesh(scene.tables, 3)
+    materials, surface, drive, settings = solid.inputs(scene.tables)
+    state: Any = None
+    if start is not None:
+        surface = dataclasses.replace(surface, height=start.sphere_height_m)
+        state = chain_state(start)
+    began = time.perf_counter()
+    result = reference_fem.simulate(mesh, materials, surface, drive, settings, start=state)
+    record = to_record(result, scene, "fem3d", variant, time.perf_counter() - began)
+    return _completed(record)

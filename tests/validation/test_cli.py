@@ -230,7 +230,7 @@ def test_help_is_light() -> None:
     code = """
 import sys
 from validation.cli import main
-from validation.console import say_error
+from validation.harness.console import say_error
 try:
     main(["--help"])
 finally:

@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[2]
 CODE = """
 import hashlib, sys
 import numpy as np
-from validation.execute import solve
-from validation.record import plain
+from validation.runs.execute import solve
+from validation.harness.record import plain
 from validation.scenes.load import load_scene
 model, *overrides = sys.argv[1:]
 record = solve(load_scene("soft", overrides), model, None).record

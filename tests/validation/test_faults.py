@@ -3,10 +3,11 @@
 import random
 
 import pytest
-from faults import damage, signals
-from faults.bench import Bench
-from faults.commands import RUN, complete
-from faults.results import collect, differences
+
+from tests.faults import damage, signals
+from tests.faults.bench import Bench
+from tests.faults.commands import RUN, complete
+from tests.faults.results import collect, differences
 
 
 @pytest.fixture(scope="module")

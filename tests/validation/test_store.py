@@ -180,7 +180,7 @@ def test_what_kills_left_is_removed_when_it_is_old(tmp_path: Path) -> None:
 WRITER = """
 import sys
 from pathlib import Path
-from validation.store import Store
+from validation.harness.store import Store
 folder, fresh = Path(sys.argv[1]), sys.argv[2] == "fresh"
 store = Store(folder, fresh)
 def write(entry):

@@ -81,7 +81,7 @@ def test_no_module_between_scene_and_record_is_forgotten() -> None:
     """What a run loads of this package is part of its name."""
     code = """
 import sys
-from validation.execute import solve
+from validation.runs.execute import solve
 from validation.scenes.load import load_scene
 for model in ("hcm", "fem2d"):
     solve(load_scene("soft", ["surface.height=0.06"]), model, None)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import reference_fem as rf
-from reference_fem.elements import hex8, quad4_plane_stress
-from reference_fem.elements import one_point as hex8_one_point
+from reference_fem.elements import hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.elements.base import BlockElement
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.loops import add_force

@@ -1,0 +1,110 @@
+"""Where a file lies says what it may import: downwards only, and never in a circle."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MAY_IMPORT = {
+    "hcm": {"hcm"},
+    "meshes": {"meshes"},
+    "reference_fem": {"reference_fem", "meshes"},
+    "validation": {"hcm", "meshes", "reference_fem", "validation"},
+}
+# Rooms of validation from the ground up; those of one line do not import each other.
+FLOORS = (
+    ("errors",), ("harness",), ("scenes",), ("models",), ("runs",), ("compare",), ("identify",),
+    ("converge", "render"), ("validate",), ("peers",), ("studies",), ("cli",),
+)  # fmt: skip
+STUDIES = ("bench", "paper", "stress")
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the packages by its dotted name."""
+    return {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+        for package in MAY_IMPORT
+        for path in sorted((ROOT / package).rglob("*.py"))
+    }
+
+
+MODULES = modules()
+
+
+def imported(name: str) -> Iterator[str]:
+    """Modules of ours that one imports, also inside functions and for type checks."""
+    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in MODULES)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name}: relative import"
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                if full in MODULES:
+                    yield full
+                elif node.module in MODULES:
+                    yield str(node.module)
+
+
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_packages_import_only_what_they_may(package: str) -> None:
+    wrong = [
+        f"{name} imports {other}"
+        for name in MODULES
+        if name.split(".")[0] == package
+        for other in imported(name)
+        if other.split(".")[0] not in MAY_IMPORT[package]
+    ]
+    assert not wrong
+
+
+def test_rooms_of_validation_import_downwards() -> None:
+    floor = {room: i for i, rooms in enumerate(FLOORS) for room in rooms}
+    wrong = []
+    for name in MODULES:
+        if not name.startswith("validation."):
+            continue
+        room = name.split(".")[1]
+        for other in imported(name):
+            if not other.startswith("validation."):
+                continue
+            below = other.split(".")[1]
+            if below != room and floor[below] >= floor[room]:
+                wrong.append(f"{name} imports {other}")
+    assert not wrong
+
+
+def test_studies_do_not_import_each_other() -> None:
+    wrong = [
+        f"{name} imports {other}"
+        for study in STUDIES
+        for name in MODULES
+        if name.startswith(f"validation.studies.{study}.")
+        for other in imported(name)
+        if any(other.startswith(f"validation.studies.{also}.") for also in STUDIES if also != study)
+    ]
+    assert not wrong
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    """A package's ``__init__`` counts as its module: it only hands names on."""
+    graph = {name: set(imported(name)) - {name} for name in MODULES}
+    while True:
+        leaves = {name for name, others in graph.items() if not others}
+        if not leaves:
+            break
+        graph = {name: others - leaves for name, others in graph.items() if name not in leaves}
+    # what is left lies on a circle or leads to one
+    reached = set().union(*graph.values()) if graph else set()
+    assert not {name for name in graph if name in reached}
+
+
+def test_solvers_tests_do_not_import_the_comparison() -> None:
+    for package in ("hcm", "meshes", "reference_fem"):
+        for path in (ROOT / "tests" / package).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+                names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
+                assert not [n for n in names if n.split(".")[0] == "validation"], path

@@ -8,14 +8,47 @@
 - Divisions follow IEEE (infinity and NaN) instead of raising: what is not finite is found where
   Newton's iteration ends.
 - a*b + c may be rounded once (`contract`), which is safe with NaN, unlike full fastmath.
+- Machine code is cached on disk, and a kernel contains the code of those that it calls, so what is
+  cached is stale once any file that the kernel's own imports is edited. numba compares the kernel's
+  own file only; here it compares all of them (`source_stamp`).
 """
 
 from __future__ import annotations
 
+import functools
+import hashlib
+import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
+
+PACKAGE = Path(__file__).parent
+IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)
+
+
+@functools.cache
+def _source(file: Path) -> tuple[bytes, tuple[Path, ...]]:
+    """A file's digest, and the files of this package that it imports; of a folder all files."""
+    text = file.read_text(encoding="utf-8")
+    imported: list[Path] = []
+    for name in IMPORT.findall(text):
+        path = PACKAGE.parent.joinpath(*name.split("."))
+        imported += path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
+    return hashlib.sha256(text.encode()).digest(), tuple(imported)
+
+
+def source_stamp(file: Path) -> str:
+    """Digest of a file and of all files of this package that it imports, directly or not."""
+    found: dict[Path, bytes] = {}
+    waiting = [file]
+    while waiting:
+        file = waiting.pop()
+        if file not in found:
+            found[file], imported = _source(file)
+            waiting += imported
+    return hashlib.sha256(b"".join(found[file] for file in sorted(found))).hexdigest()
 
 
 def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., Any]], Any]:
@@ -27,10 +60,19 @@ def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., An
         "_nrt": False,
         **options,
     }
-    return lambda function: njit(**chosen)(function)
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = njit(**chosen)(function)
+        if chosen["cache"]:
+            # private to numba, as is `_nrt`: the same test lets its next version in
+            stamp = source_stamp(Path(function.__code__.co_filename))
+            dispatcher._cache._cache_file._source_stamp = stamp
+        return dispatcher
+
+    return compiled
 
 
-# Compiles a function that allocates nothing; its machine code is cached beside its file.
+# Compiles a function that allocates nothing.
 kernel = kernel_with("contract")
 # The same, for what has one caller in the innermost loop and becomes part of it: a call would hand
 # over two hundred words, seven for each array in its tuples, which takes as long as a small kernel.

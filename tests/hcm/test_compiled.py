@@ -1,11 +1,18 @@
 """What the step's kernels ask of numba beyond what it promises: to be noticed with its versions."""
 
+import os
+import shutil
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 
+import hcm.compiled
+import hcm.loop
 from hcm.compiled import kernel_with
 
 Decorator = Callable[[Callable[..., float]], Callable[..., float]]
@@ -51,3 +58,45 @@ def test_a_kernel_that_allocates_is_refused() -> None:
 
     with pytest.raises(numba.TypingError, match="empty"):
         allocating(3)
+
+
+CALLEE = "from pair.compiled import kernel\n\n\n@kernel\ndef inner(x):\n    return {} * x\n"
+CALLER = """from pair.compiled import kernel
+from pair.callee import inner
+
+
+@kernel
+def outer(x):
+    return inner(x) + 1.0
+
+
+print(outer(1.0), sum(outer.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.parametrize("folder", ["beside the source", "NUMBA_CACHE_DIR"])
+def test_the_cache_notices_an_edited_callee(tmp_path: Path, folder: str) -> None:
+    package = tmp_path / "pair"
+    package.mkdir()
+    shutil.copy(hcm.compiled.__file__, package)
+    (package / "__init__.py").touch()
+    (package / "caller.py").write_text(CALLER)
+    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+    environment["PYTHONPATH"] = str(tmp_path)
+    if folder == "NUMBA_CACHE_DIR":
+        environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
+
+    def result(factor: float) -> list[str]:
+        (package / "callee.py").write_text(CALLEE.format(factor))
+        command = [sys.executable, "-m", "pair.caller"]
+        return subprocess.check_output(command, env=environment, text=True).split()
+
+    assert result(2.0) == ["3.0", "0"]
+    assert result(2.0) == ["3.0", "1"]
+    assert result(5.0) == ["6.0", "0"]
+
+
+def test_every_kernel_is_stamped_with_the_files_that_it_is_compiled_from() -> None:
+    package = Path(hcm.__file__).parent
+    loop = hcm.loop.run._cache._cache_file._source_stamp  # type: ignore[attr-defined]
+    assert loop == hcm.compiled.source_stamp(package / "loop.py")

@@ -16,11 +16,11 @@ from validation import cli
 from validation.compare import command as compare_command
 from validation.harness.interrupts import PATIENCE_S, heard_interrupts
 from validation.harness.record import RunRecord
+from validation.harness.timing import shortest
 from validation.models.adapter import Outcome
 from validation.models.hcm import translate, warm_up
 from validation.render import command as render_command
 from validation.scenes.load import load_scene
-from validation.studies.bench.timing import shortest
 from validation.validate.ladder import runs
 
 ROOT = Path(__file__).parents[2]

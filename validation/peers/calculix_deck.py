@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from reference_fem.contact.surface import SurfaceContact
 from reference_fem.model import Model
-from validation.studies.stress.reference_bodies import SIDE
-from validation.studies.stress.reference_scene import DENSITY, ReferenceScene
+from validation.studies.stress.reference.bodies import SIDE
+from validation.studies.stress.reference.scene import DENSITY, ReferenceScene
 
 # Increments that its first step would make of the tap; it refines and coarsens from there.
 INCREMENTS = 200

@@ -17,8 +17,8 @@ from hcm.beam.chain import Floats, build_chain, contact_law
 from hcm.beam.minimal_coordinates import expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TOUCH, event_values, transition
 from hcm.contact.law import FLIGHT, FREE, Contact
-from validation.studies.stress.hard_cells import Tap
-from validation.studies.stress.random_scenes import HcmScene
+from validation.studies.random_scenes import HcmScene
+from validation.studies.stress.hcm.hard_cells import Tap
 
 MOST_PHASES = 200
 LONGEST_FLIGHT_S = 2.0

@@ -7,10 +7,10 @@ its time against generalized-alpha's is that of the whole program, not of the me
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from validation.harness.timing import shortest
 from validation.studies.bench import truths
 from validation.studies.bench.kept import Kept
 from validation.studies.bench.measured import Point, Quantities, errors
-from validation.studies.bench.timing import shortest
 from validation.studies.bench.work_precision import Progress
 
 STUDY, SERIES = "contact", "integrator: DOP853"

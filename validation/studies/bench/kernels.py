@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.studies.bench.timing import shortest_in_turns
+from validation.harness.timing import shortest_in_turns
 from validation.studies.bench.whole_step import case
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from validation.harness.timing import shortest
 from validation.studies.bench import truths
 from validation.studies.bench.measured import Point, Quantities, errors
-from validation.studies.bench.timing import shortest
 from validation.studies.bench.work_precision import BASE, Rung, Value
 from validation.studies.bench.work_precision import measure as measure_hcm
 

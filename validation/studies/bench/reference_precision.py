@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from validation.converge.refinements import ROOT, mesh_sizes
+from validation.harness.timing import shortest
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.kept import Kept
 from validation.studies.bench.measured import Point, Quantities, errors
 from validation.studies.bench.reference_truths import KNOWN
-from validation.studies.bench.timing import shortest
 
 Overrides = Mapping[str, float | str]
 DIMENSIONS: Mapping[str, Dimension] = {"fem3d": 3, "fem2d": 2}

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from validation.harness.timing import shortest
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
-from validation.studies.bench.timing import shortest
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import ModelName
 from validation.models.hcm import translate
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench import skips_apart
 from validation.studies.bench.ledger import CONTROLLED, FIVE, Entry, changes
-from validation.studies.bench.timing import shortest, shortest_in_turns
 
 BUDGET_S = 1.5
 MODELS: tuple[ModelName, ...] = ("hcm", "fem3d")

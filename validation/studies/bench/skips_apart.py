@@ -11,11 +11,11 @@ from validation.harness.identity import program, run_inputs
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
+from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import ModelName, adapter
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.ledger import Entry
-from validation.studies.bench.timing import shortest, shortest_in_turns
 
 SEARCH_STEPS = 200
 

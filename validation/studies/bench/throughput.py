@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from validation.harness.workers import workers
 from validation.models.hcm import warm_up
-from validation.studies.stress.random_scenes import random_numbers, random_scene
+from validation.studies.random_scenes import random_numbers, random_scene
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

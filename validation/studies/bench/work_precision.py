@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from validation.harness.timing import shortest
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
 from validation.studies.bench import truths
 from validation.studies.bench.kept import Kept
 from validation.studies.bench.measured import Point, Quantities, errors
-from validation.studies.bench.timing import shortest
 
 Number = int | float
 Value = Number | str

@@ -12,8 +12,8 @@ from typing import Any
 from validation.harness.workers import Workers
 from validation.studies.stress.figures import draw_map
 from validation.studies.stress.finished import Finished
-from validation.studies.stress.frame import Cell, Map
 from validation.studies.stress.limits import limit
+from validation.studies.stress.stability_map import Cell, Map
 
 AHEAD = 4  # cells that wait, per process
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from validation.studies.stress.frame import Map
-from validation.studies.stress.maps import hcm_maps
-from validation.studies.stress.reference_maps import reference_maps
+from validation.studies.stress.hcm.maps import hcm_maps
+from validation.studies.stress.reference.maps import reference_maps
+from validation.studies.stress.stability_map import Map
 
 
 def all_maps(quick: bool) -> tuple[Map, ...]:

@@ -17,9 +17,9 @@ from validation.runs.execute import compile_in_fresh_process
 from validation.studies.stress.campaign import draw, run_cells, table_rows
 from validation.studies.stress.collection import all_maps
 from validation.studies.stress.finished import Finished
-from validation.studies.stress.frame import ANSWERS, WRONG
 from validation.studies.stress.limits import limit
 from validation.studies.stress.page import write_stress_page
+from validation.studies.stress.stability_map import ANSWERS, WRONG
 
 
 def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
@@ -41,8 +41,8 @@ def run_peers(out: Path) -> None:
     """
     import pandas as pd
 
-    from validation.studies.stress.peers import peers_table
-    from validation.studies.stress.reference_peers import ABSENT, calculix_table
+    from validation.studies.stress.hcm.peers import peers_table
+    from validation.studies.stress.reference.peers import ABSENT, calculix_table
 
     folder = output_folder(out / "stress")
     with progress_bar("stress --peers") as progress:

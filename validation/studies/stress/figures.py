@@ -10,7 +10,7 @@ import numpy as np
 
 from validation.compare.figures import BLUE, GREEN, GREY, ORANGE, STYLE
 from validation.harness.files import atomic
-from validation.studies.stress.frame import (
+from validation.studies.stress.stability_map import (
     ANSWERS,
     FLAGGED,
     REFUSED,

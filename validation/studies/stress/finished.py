@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import validation
-from validation.studies.stress.frame import ANSWERS, Cell
+from validation.studies.stress.stability_map import ANSWERS, Cell
 
 ROOT = Path(validation.__file__).parents[1]
 

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from validation.studies.stress.frame import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, Map
+from validation.studies.stress.stability_map import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, Map
 
 # The middle share of a group's values that "mostly" stands for.
 MOSTLY = 0.8

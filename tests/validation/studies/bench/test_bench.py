@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from validation.harness.timing import shortest
 from validation.studies.bench import (
     combined,
     figures,
@@ -24,7 +25,6 @@ from validation.studies.bench.kept import Kept
 from validation.studies.bench.ledger import Entry
 from validation.studies.bench.ledger import table as ledger_table
 from validation.studies.bench.measured import Errors, Point, Quantities, errors, front, table
-from validation.studies.bench.timing import shortest
 from validation.studies.bench.whole_step import FALL_M_PER_S, falling_block
 
 EXACT = Quantities(0.1, 1e-4, 2e-4, 64.0, 0.01)

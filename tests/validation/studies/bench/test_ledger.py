@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from validation.cli import main
+from validation.harness.timing import shortest_in_turns
 from validation.peers import bar_peers
 from validation.studies.bench import ledger, peers, skips, skips_apart, truths, work_precision
 from validation.studies.bench.measured import Errors, Point
-from validation.studies.bench.timing import shortest_in_turns
 
 RUNG = work_precision.Rung(
     peers.STUDY, "tolerances", 2, {**work_precision.BASE, "flight_tolerance": 1e-6}

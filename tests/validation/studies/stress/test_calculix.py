@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.peers import calculix_run
+from validation.peers import calculix
+from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT, Ran
 from validation.peers.calculix_deck import deck
-from validation.peers.calculix_run import COMPLETED, NOT_CONVERGED, TIMED_OUT, Ran
-from validation.studies.stress import peers
 from validation.studies.stress.command import run_peers
-from validation.studies.stress.reference_peers import CELLS, blow, row
+from validation.studies.stress.hcm import peers
+from validation.studies.stress.reference.peers import CELLS, blow, row
 
 # As version 2.20 prints two increments of a block of two nodes.
 PRINTED = """
@@ -41,18 +41,18 @@ EASY = CELLS["soft pressure: the same problem"]
 
 
 def test_what_it_prints_is_read() -> None:
-    times, forces = calculix_run.floor_forces(PRINTED)
+    times, forces = calculix.floor_forces(PRINTED)
     assert times.tolist() == [1e-5, 3e-5]
     assert forces.tolist() == [0.0, 1.622533]
-    velocity = calculix_run.last_velocities(PRINTED)
+    velocity = calculix.last_velocities(PRINTED)
     assert velocity is not None
     assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
 
 
 def test_nothing_printed_is_no_force() -> None:
-    times, forces = calculix_run.floor_forces("")
+    times, forces = calculix.floor_forces("")
     assert times.size == forces.size == 0
-    assert calculix_run.last_velocities("") is None
+    assert calculix.last_velocities("") is None
 
 
 @pytest.mark.parametrize(
@@ -68,12 +68,12 @@ def test_nothing_printed_is_no_force() -> None:
     ],
 )  # fmt: skip
 def test_how_it_ended(code: int | None, said: str, answer: str) -> None:
-    assert calculix_run.answer(code, said) == answer
+    assert calculix.answer(code, said) == answer
 
 
 def program(folder: Path, body: str) -> None:
     """A stand-in for ccx."""
-    path = folder / calculix_run.PROGRAM
+    path = folder / calculix.PROGRAM
     path.write_text(f"#!/bin/sh\n{body}\n", encoding="ascii")
     path.chmod(0o755)
 
@@ -84,7 +84,7 @@ def test_a_run_that_takes_too_long_is_killed(
     (tmp_path / "printed").write_text(PRINTED, encoding="ascii")
     program(tmp_path, f"/bin/cp {tmp_path}/printed tap.dat\nexec /bin/sleep 60")
     monkeypatch.setenv("PATH", str(tmp_path))
-    ran = calculix_run.run("", timeout_s=0.5)
+    ran = calculix.run("", timeout_s=0.5)
     assert (ran.answer, ran.time_s.size) == (TIMED_OUT, 2)
 
 
@@ -113,7 +113,7 @@ def test_a_block_that_bounces_back_closes_its_momentum() -> None:
 
 def test_an_unfinished_run_of_it_gives_no_impulse(monkeypatch: pytest.MonkeyPatch) -> None:
     late = Ran(TIMED_OUT, np.array([1e-5]), np.array([3.0]), np.zeros((75, 3)), 40.0)
-    monkeypatch.setattr(calculix_run, "run", lambda deck, timeout_s: late)
+    monkeypatch.setattr(calculix, "run", lambda deck, timeout_s: late)
     told = row("easy", EASY)
     assert told["CalculiX: answer"] == TIMED_OUT
     assert told["CalculiX: impulse (N s)"] == told["CalculiX: peak (N)"] == ""
@@ -139,11 +139,11 @@ def test_the_input_is_the_same_block() -> None:
         deck(other, unlike, result.snapshots[0].displacement, 1e-3)
 
 
-@pytest.mark.skipif(not calculix_run.available(), reason="CalculiX is not installed")
+@pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed")
 def test_a_short_fall_of_it_meets_ours() -> None:
     result, model = EASY.simulate()
     end = 2e-4
-    ran = calculix_run.run(deck(EASY, model, result.snapshots[0].displacement, end), 30.0)
+    ran = calculix.run(deck(EASY, model, result.snapshots[0].displacement, end), 30.0)
     assert ran.answer == COMPLETED
     assert ran.velocity is not None
     assert len(ran.velocity) == len(model.points)

@@ -9,10 +9,17 @@ import pytest
 
 import hcm
 from validation.peers.scipy_ivp import solve
+from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.campaign import draw, run_cells, table_rows
-from validation.studies.stress.cells import judge, judge_alone
 from validation.studies.stress.finished import Finished
-from validation.studies.stress.frame import (
+from validation.studies.stress.hcm.dop853 import judge_other
+from validation.studies.stress.hcm.hard_cells import tap_of
+from validation.studies.stress.hcm.judge import judge, judge_alone
+from validation.studies.stress.hcm.maps import SOURCES, hcm_maps
+from validation.studies.stress.hcm.rigid_rod import closed_form, judge_rod
+from validation.studies.stress.limits import limit
+from validation.studies.stress.page import write_stress_page
+from validation.studies.stress.stability_map import (
     ANSWERS,
     FLAGGED,
     REFUSED,
@@ -22,13 +29,6 @@ from validation.studies.stress.frame import (
     WRONG,
     Cell,
 )
-from validation.studies.stress.hard_cells import tap_of
-from validation.studies.stress.limits import limit
-from validation.studies.stress.maps import SOURCES, hcm_maps
-from validation.studies.stress.other_integrator import judge_other
-from validation.studies.stress.page import write_stress_page
-from validation.studies.stress.random_scenes import HcmScene
-from validation.studies.stress.rigid_rod import closed_form, judge_rod
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
 TAP = HcmScene(

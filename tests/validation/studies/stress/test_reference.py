@@ -12,13 +12,13 @@ import pytest
 
 import reference_fem as rf
 from reference_fem.model import Model
-from validation.studies.stress import reference_cells
-from validation.studies.stress.frame import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, WRONG
-from validation.studies.stress.reference_bodies import SIDE, block
-from validation.studies.stress.reference_cells import bar_impulse, judge, scalars
-from validation.studies.stress.reference_checks import violations
-from validation.studies.stress.reference_maps import reference_maps
-from validation.studies.stress.reference_scene import ReferenceScene
+from validation.studies.stress.reference import judge as judging
+from validation.studies.stress.reference.bodies import SIDE, block
+from validation.studies.stress.reference.checks import violations
+from validation.studies.stress.reference.judge import bar_impulse, judge, scalars
+from validation.studies.stress.reference.maps import reference_maps
+from validation.studies.stress.reference.scene import ReferenceScene
+from validation.studies.stress.stability_map import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, WRONG
 
 
 def test_the_full_maps_hold_a_thousand_different_cells() -> None:
@@ -58,7 +58,7 @@ def test_every_answer(scene: ReferenceScene, answer: str, reason: str) -> None:
 
 def test_an_answer_that_nothing_supports_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[float] = [0.2, 1e-6]
-    monkeypatch.setattr(reference_cells, "difference", lambda *_: told.pop(0))
+    monkeypatch.setattr(judging, "difference", lambda *_: told.pop(0))
     monkeypatch.setattr("reference_fem.dynamics.loop.cautions", lambda *_: ())
     verdict = judge(ReferenceScene(contact="surface", stiffness=0.01, body="finger"))
     assert verdict.answer == WRONG

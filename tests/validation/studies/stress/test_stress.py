@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 import hcm
 from validation.models.hcm import warm_up_flights
-from validation.studies.stress.audit import mechanics, observed
-from validation.studies.stress.cells import difference
-from validation.studies.stress.checks import violations
-from validation.studies.stress.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
+from validation.studies.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
+from validation.studies.stress.hcm.audit import mechanics, observed
+from validation.studies.stress.hcm.checks import violations
+from validation.studies.stress.hcm.judge import difference
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
 TAP = HcmScene(

@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 import reference_fem as rf
 from reference_fem.model import Model
 from validation.harness.interrupts import unless_interrupted
-from validation.peers import calculix_run
+from validation.peers import calculix
 from validation.peers.calculix_deck import deck
-from validation.studies.stress.reference_bodies import SIDE
-from validation.studies.stress.reference_cells import bar_impulse, judge
-from validation.studies.stress.reference_scene import ReferenceScene
+from validation.studies.stress.reference.bodies import SIDE
+from validation.studies.stress.reference.judge import bar_impulse, judge
+from validation.studies.stress.reference.scene import ReferenceScene
 
 ABSENT = "CalculiX is not installed (apt-get install calculix-ccx): its table is skipped"
 TIMEOUT_S = 40.0
@@ -95,9 +95,9 @@ def _own(scene: ReferenceScene, result: rf.TapResult, model: Model) -> dict[str,
     return _told(found, " (spike)" if any("spike" in told for told in result.cautions) else "")
 
 
-def _peer(scene: ReferenceScene, ran: calculix_run.Ran, model: Model) -> dict[str, str]:
+def _peer(scene: ReferenceScene, ran: calculix.Ran, model: Model) -> dict[str, str]:
     # an impulse of a part of the motion is no impulse of the tap
-    if ran.answer != calculix_run.COMPLETED or ran.velocity is None:
+    if ran.answer != calculix.COMPLETED or ran.velocity is None:
         return _told(None)
     force = np.append(0.0, model.copies * ran.normal_force_N)
     return _told(blow(force, np.append(0.0, ran.time_s), ran.velocity, scene, model))
@@ -129,7 +129,7 @@ def row(name: str, scene: ReferenceScene) -> dict[str, Any]:
     end = last.time_s if completed else TRANSITS * transit
     if limit is not None:
         end = max(end, BAR_TRANSITS * transit)
-    ran = calculix_run.run(deck(scene, model, start.displacement, end), TIMEOUT_S)
+    ran = calculix.run(deck(scene, model, start.displacement, end), TIMEOUT_S)
     verdict = judge(scene)
     answer = verdict.answer if completed else f"{verdict.answer}: {result.status.value}"
     ours = {"answer": answer, **(_own(scene, result, model) if completed else _told(None)),
@@ -146,7 +146,7 @@ def row(name: str, scene: ReferenceScene) -> dict[str, Any]:
 
 def calculix_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
     """One row a cell; empty where CalculiX is not installed."""
-    if not calculix_run.available():
+    if not calculix.available():
         return []
     unless_interrupted(_EASY.simulate()[0])  # loads the compiled kernels: not charged
     rows = []

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm import Finger, Posture, Status, TapResult
-from validation.studies.stress.random_scenes import HcmScene
+from validation.studies.random_scenes import HcmScene
 
 Floats = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)

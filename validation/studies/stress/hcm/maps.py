@@ -8,21 +8,20 @@ from dataclasses import replace
 import numpy as np
 
 from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
-from validation.studies.stress.cells import judge, judge_alone
-from validation.studies.stress.frame import Judge, Map
-from validation.studies.stress.other_integrator import judge_other
-from validation.studies.stress.random_scenes import HcmScene, random_numbers, random_scene
-from validation.studies.stress.rigid_rod import judge_rod
+from validation.studies.random_scenes import HcmScene, random_numbers, random_scene
+from validation.studies.stress.hcm.dop853 import judge_other
+from validation.studies.stress.hcm.judge import judge, judge_alone
+from validation.studies.stress.hcm.rigid_rod import judge_rod
+from validation.studies.stress.stability_map import Judge, Map
 
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
 # What a verdict on hcm depends on.
 SOURCES = (
     "hcm",
-    *(
-        f"validation/studies/stress/{name}.py"
-        for name in ("audit", "cells", "checks", "frame", "other_integrator", "rigid_rod")
-    ),
+    "validation/studies/random_scenes.py",
+    "validation/studies/stress/hcm",
+    "validation/studies/stress/stability_map.py",
 )
 
 

@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from validation.studies.stress.frame import Map
-from validation.studies.stress.reference_cells import judge
-from validation.studies.stress.reference_scene import ReferenceScene
+from validation.studies.stress.reference.judge import judge
+from validation.studies.stress.reference.scene import ReferenceScene
+from validation.studies.stress.stability_map import Map
 
 LAWS = {1.0: "penalty", 2.0: "surface", 3.0: "impulse"}
 LAW = "law (1 penalty, 2 surface, 3 impulse)"
 SOURCES = (
     "reference_fem",
     "meshes",
-    "validation/studies/stress/frame.py",
-    *(
-        f"validation/studies/stress/reference_{part}.py"
-        for part in ("bodies", "cells", "checks", "scene")
-    ),
+    "validation/studies/stress/reference",
+    "validation/studies/stress/stability_map.py",
 )
 
 STEPS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)

@@ -19,7 +19,7 @@ import hcm
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.workers import workers
 from validation.peers.scipy_ivp import solve
-from validation.studies.stress.hard_cells import HardCell, Tap, hard_cells, tap_of, truth_of
+from validation.studies.stress.hcm.hard_cells import HardCell, Tap, hard_cells, tap_of, truth_of
 
 # What a solver says, its tap, and its wall time in s.
 Answer = tuple[str, Tap | None, float]

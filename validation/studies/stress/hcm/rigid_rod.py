@@ -20,10 +20,10 @@ from dataclasses import replace
 import numpy as np
 
 import hcm
-from validation.studies.stress.audit import LARGEST_ERROR
-from validation.studies.stress.checks import violations
-from validation.studies.stress.frame import REFUSED, RIGHT, STOPPED, WRONG, Verdict
-from validation.studies.stress.random_scenes import HcmScene
+from validation.studies.random_scenes import HcmScene
+from validation.studies.stress.hcm.audit import LARGEST_ERROR
+from validation.studies.stress.hcm.checks import violations
+from validation.studies.stress.stability_map import REFUSED, RIGHT, STOPPED, WRONG, Verdict
 
 POINTS = 40
 

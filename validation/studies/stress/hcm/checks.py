@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm import Status, TapResult
-from validation.studies.stress.audit import audit
-from validation.studies.stress.random_scenes import HcmScene
+from validation.studies.random_scenes import HcmScene
+from validation.studies.stress.hcm.audit import audit
 
 Floats = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)

@@ -12,7 +12,7 @@ import meshes
 import reference_fem as rf
 from reference_fem.dynamics.loop import run
 from reference_fem.model import Model, build_model
-from validation.studies.stress.reference_bodies import FINGER_LENGTH, SIDE, block, finger
+from validation.studies.stress.reference.bodies import FINGER_LENGTH, SIDE, block, finger
 
 Body = Literal["block", "finger"]
 # The finger's angle below the horizontal where it starts, and that at which its hinge lies H above

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 import hcm
-from validation.studies.stress.audit import LARGEST_ERROR, observed
-from validation.studies.stress.checks import violations
-from validation.studies.stress.frame import (
+from validation.studies.random_scenes import HcmScene
+from validation.studies.stress.hcm.audit import LARGEST_ERROR, observed
+from validation.studies.stress.hcm.checks import violations
+from validation.studies.stress.stability_map import (
     FLAGGED,
     REFUSED,
     RIGHT,
@@ -18,7 +19,6 @@ from validation.studies.stress.frame import (
     WRONG,
     Verdict,
 )
-from validation.studies.stress.random_scenes import HcmScene
 
 # A run whose mean contact step is this share of what was asked has chosen its own.
 CHOSEN = 0.5

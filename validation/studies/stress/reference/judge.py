@@ -9,8 +9,10 @@ import numpy as np
 import reference_fem as rf
 from reference_fem.model import Model
 from reference_fem.stable_step import stable_step
-from validation.studies.stress.audit import LARGEST_ERROR
-from validation.studies.stress.frame import (
+from validation.studies.stress.hcm.audit import LARGEST_ERROR
+from validation.studies.stress.reference.checks import violations
+from validation.studies.stress.reference.scene import ReferenceScene
+from validation.studies.stress.stability_map import (
     FLAGGED,
     REFUSED,
     RIGHT,
@@ -19,8 +21,6 @@ from validation.studies.stress.frame import (
     WRONG,
     Verdict,
 )
-from validation.studies.stress.reference_checks import violations
-from validation.studies.stress.reference_scene import ReferenceScene
 
 # A run whose contact asks for steps of less than this share of the body's has a smaller step.
 CHOSEN = 0.5

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import hcm
 from validation.harness.interrupts import unless_interrupted
-from validation.studies.stress.cells import tap_scalars, tighter
-from validation.studies.stress.random_scenes import HcmScene
+from validation.studies.random_scenes import HcmScene
+from validation.studies.stress.hcm.judge import tap_scalars, tighter
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 

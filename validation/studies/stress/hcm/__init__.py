@@ -1,0 +1,1 @@
+"""Stability maps of the reduced model: scenes, judges, checks, audit, peers."""

@@ -1,0 +1,1 @@
+"""Stability maps of the reference: scenes, judge, checks, CalculiX beside it."""

@@ -35,7 +35,7 @@ Draw = Callable[[Any, str], None]
 
 def usable(run: RunRecord) -> bool:
     """Whether a run has contact curves to draw."""
-    return run.value("contact_time_s") is not None and "normal_force_N" in run.history
+    return run.value("contact_time_s") is not None and "normal_force_N" in run.contact_forces
 
 
 def _window(runs: Sequence[RunRecord]) -> np.ndarray:

@@ -56,7 +56,7 @@ def sprague_geers(
 
 
 def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[Any]:
-    """A force at the times t - t_c, zero where the history has none.
+    """A force at the times t - t_c, between two steps linear, zero before the first and after all.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[A
     contact = record.value("contact_time_s")
     if contact is None:
         raise ValueError(f"{record.label}: no contact, no curve")
-    history = record.history
-    return np.interp(time, history["time_s"] - contact, history[name], left=0.0, right=0.0)
+    forces = record.contact_forces
+    return np.interp(time, forces["time_s"] - contact, forces[name], left=0.0, right=0.0)
 
 
 def compare_forces(

@@ -85,7 +85,11 @@ def safe_name(name: str) -> str:
 
 
 def history_dataset(record: RunRecord) -> "xarray.Dataset":
-    """The history with named dimensions, units and provenance."""
+    """The history with named dimensions, units and provenance.
+
+    Where the history is sampled, the contact forces of every step are there too, their names
+    with ``step_`` before them, on a dimension ``step``.
+    """
     import xarray
 
     time = record.history.get("time_s")
@@ -98,6 +102,10 @@ def history_dataset(record: RunRecord) -> "xarray.Dataset":
                 {"units": unit_of(name)},
             )
             for name, array in names.items()
+        }
+        | {
+            f"step_{name}": ("step", array, {"units": unit_of(name)})
+            for name, array in record.forces.items()
         },
         attrs={
             "title": f"fingertap: {record.scene}, {record.label}",
@@ -110,7 +118,7 @@ def history_dataset(record: RunRecord) -> "xarray.Dataset":
     )
     if time is not None:
         data = data.assign_coords(time_s=("time", time, {"units": "s"}))
-    return data
+    return data.set_coords("step_time_s") if record.forces else data
 
 
 def clear_run(folder: Path) -> None:

@@ -51,6 +51,8 @@ class RunRecord:
     message : what happened and what to do, empty when all went well.
     summary : the scalars of ``SUMMARY_KEYS`` and ``SOLID_KEYS``; None where a model has none.
     history : arrays over time, units in the names; the first axis is time.
+    forces : contact forces of every step, ``time_s, normal_force_N, tangential_force_N, ...``, of
+        a model whose history is sampled; empty where the history has every step.
     events : located transitions in the order of time.
     statistics : counts of the solver's work.
     provenance : scene as TOML tables, versions, machine, when it was measured.
@@ -65,6 +67,7 @@ class RunRecord:
     message: str
     summary: Mapping[str, Any]
     history: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    forces: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
     statistics: Mapping[str, Scalar] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -75,6 +78,11 @@ class RunRecord:
         """When the run's time and memory were measured, and whether they are read back."""
         when = str(self.provenance.get("created", ""))
         return f"{when}, read back" if self.read_back else when
+
+    @property
+    def contact_forces(self) -> Mapping[str, NDArray[Any]]:
+        """``time_s, normal_force_N, tangential_force_N`` of every step, whatever was sampled."""
+        return self.forces or self.history
 
     @property
     def label(self) -> str:

@@ -1,4 +1,7 @@
-"""A run as a store's entry: ``record.json``, ``history.npz`` and, of solids, ``fields/``."""
+"""A run as a store's entry: ``record.json``, ``history.npz``, ``forces.npz``, ``fields/``.
+
+The last is there for solids alone.
+"""
 
 import json
 import shutil
@@ -16,7 +19,7 @@ from validation.harness.record import Event, RunRecord, plain
 from validation.harness.store import Inputs, Store
 from validation.models.adapter import Outcome
 
-RECORD, HISTORY, FIELDS = "record.json", "history.npz", "fields"
+RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
 
 def write_record(folder: Path, record: RunRecord) -> None:
@@ -34,8 +37,9 @@ def write_record(folder: Path, record: RunRecord) -> None:
         "provenance": record.provenance,
     }
     (folder / RECORD).write_text(json.dumps(plain(values), allow_nan=False), encoding="utf-8")
-    with (folder / HISTORY).open("wb") as file:
-        np.savez(file, allow_pickle=False, **record.history)
+    for name, arrays in ((HISTORY, record.history), (FORCES, record.forces)):
+        with (folder / name).open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
 
 
 def read_record(folder: Path) -> RunRecord:
@@ -47,8 +51,7 @@ def read_record(folder: Path) -> RunRecord:
         The files are no record.
     """
     values: Mapping[str, Any] = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    with np.load(folder / HISTORY, allow_pickle=False) as file:
-        history = {name: file[name] for name in file.files}
+    history, forces = (_read_arrays(folder / name) for name in (HISTORY, FORCES))
     summary = {
         name: tuple(value) if isinstance(value, list) else value
         for name, value in values["summary"].items()
@@ -62,11 +65,17 @@ def read_record(folder: Path) -> RunRecord:
         message=str(values["message"]),
         summary=summary,
         history=history,
+        forces=forces,
         events=tuple(Event(float(time), str(kind)) for time, kind in values["events"]),
         statistics=dict(values["statistics"]),
         provenance=dict(values["provenance"]),
         read_back=True,
     )
+
+
+def _read_arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
 
 
 def relabelled(

@@ -64,7 +64,7 @@ def _members(source: object) -> dict[str, Any]:
     return dict(vars(source))
 
 
-def _history(source: object) -> dict[str, NDArray[Any]]:
+def _arrays(source: object) -> dict[str, NDArray[Any]]:
     return {name: np.asarray(a) for name, a in _members(source).items() if a is not None}
 
 
@@ -75,8 +75,8 @@ def to_record(
 
     Parameters
     ----------
-    result : object with status, message, history, summary and, where the model has them,
-        events and statistics (notes of the two models' interfaces).
+    result : object with status, message, history, summary and, where the model has them, forces
+        (of every step), events and statistics.
     wall_time_s : duration of the solve alone.
     """
     summary = {key: getattr(result.summary, key, None) for key in SUMMARY_KEYS + SOLID_KEYS}
@@ -98,7 +98,8 @@ def to_record(
         ok=ok,
         message=" ".join(message.split()),
         summary=summary,
-        history=_history(result.history),
+        history=_arrays(result.history),
+        forces=_arrays(getattr(result, "forces", None)),
         events=tuple(
             Event(float(e.time_s), str(e.kind)) for e in getattr(result, "events", ()) or ()
         ),

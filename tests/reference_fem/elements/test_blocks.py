@@ -13,23 +13,17 @@ from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.loops import add_force
 from reference_fem.elements.threads import FIRST, LAST, START, STOP, begin, deal, finish
 from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
-from validation.studies.bench.kernels import SIZE_M, box
+from tests.reference_fem.elements.bodies import SIZE, force, grid, material
 
 Build = Callable[[np.ndarray, np.ndarray], BlockElement]
 
 
 def solid(factory: Callable[..., BlockElement]) -> Build:
-    return lambda p, c: factory(
-        p, c, np.full(len(c), 1e9), np.full(len(c), 0.4), np.full(len(c), 1400.0)
-    )
+    return lambda p, c: factory(p, c, *material(len(c)))
 
 
 def sheet(points: np.ndarray, cells: np.ndarray) -> BlockElement:
-    n = len(cells)
-    thickness = np.full(cells.shape, 5e-3)
-    return quad4_plane_stress(
-        points, cells, np.full(n, 1e9), np.full(n, 0.4), np.full(n, 1400.0), thickness
-    )
+    return quad4_plane_stress(points, cells, *material(len(cells)), np.full(cells.shape, 5e-3))
 
 
 KINDS: dict[str, tuple[Build, int]] = {
@@ -41,18 +35,11 @@ each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
 def mesh(kind: str, counts: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    points, cells = box(counts[: KINDS[kind][1]])
-    return points + 0.1 * SIZE_M * np.random.default_rng(1).uniform(-1, 1, points.shape), cells
+    return grid(*counts[: KINDS[kind][1]], distortion=0.1, seed=1)
 
 
 def displacement(points: np.ndarray) -> np.ndarray:
-    return 0.1 * SIZE_M * np.random.default_rng(2).standard_normal(points.shape)
-
-
-def force(k: BlockElement, u: np.ndarray) -> np.ndarray:
-    out = np.full(u.shape, np.nan)
-    k.internal_force(u, out)
-    return out
+    return 0.1 * SIZE * np.random.default_rng(2).standard_normal(points.shape)
 
 
 @each_kind
@@ -161,7 +148,7 @@ def test_inverted_and_lost_elements_are_seen(kind: str) -> None:
     k = KINDS[kind][0](points, cells)
     u = np.zeros(points.shape)
     assert k.min_det_F(u) == pytest.approx(1.0, rel=1e-12)
-    u[cells[-1, -2]] -= 1.6 * SIZE_M  # the far corner passes through the element
+    u[cells[-1, -2]] -= 1.6 * SIZE  # the far corner passes through the element
     assert k.min_det_F(u) < 0
     u[3, 1] = np.nan
     assert np.isnan(k.min_det_F(u))

@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 
 from reference_fem.elements.frequency import largest_eigenvalue
 from tests.reference_fem.boxes import one_thread  # noqa: F401  the fixture is used by all
-from tests.reference_fem.hexahedra import grid, kernel, tangent
+from tests.reference_fem.elements.bodies import grid, kernel, tangent
 
 
 @pytest.mark.parametrize(("poisson", "distortion"), [(0.0, 0.0), (0.4, 0.0), (0.4, 0.2)])

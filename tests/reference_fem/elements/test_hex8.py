@@ -8,7 +8,16 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from reference_fem.elements import ElementKernel, hex8
 from reference_fem.elements.geometry import CORNERS
 from tests.reference_fem.boxes import one_thread  # noqa: F401  the fixture is used by all
-from tests.reference_fem.hexahedra import DENSITY, POISSON, YOUNG, force, grid, kernel, tangent
+from tests.reference_fem.elements.bodies import (
+    DENSITY,
+    POISSON,
+    YOUNG,
+    force,
+    grid,
+    kernel,
+    rotation,
+    tangent,
+)
 
 EPS = np.finfo(float).eps
 
@@ -19,12 +28,6 @@ def second_piola(gradient, poisson=POISSON):
     strain = 0.5 * (gradient.T @ gradient - np.eye(3))
     stress = lame * np.trace(strain) * np.eye(3) + 2 * mu * strain
     return stress, 0.5 * np.sum(stress * strain)
-
-
-def rotation(angle, axis=(1.0, 2.0, 3.0)):
-    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
 
 
 def force_noise(points, size=1e-3):

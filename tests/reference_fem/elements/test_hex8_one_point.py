@@ -6,38 +6,27 @@ import numpy as np
 import pytest
 
 import reference_fem as rf
-from reference_fem.elements import ElementKernel, hex8
+from reference_fem.elements import hex8
 from reference_fem.elements.hexahedron.one_point import (
     Hex8OnePoint,
     hex8_one_point,
     hourglass_signs,
 )
 from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
-from validation.studies.bench.kernels import box
-
-YOUNG, POISSON, DENSITY, SIZE = 1e9, 0.4, 1400.0, 1e-3
-
-
-def body(counts: tuple[int, int, int], distortion: float = 0.0, poisson: float = POISSON):
-    points, cells = box(counts)
-    rng = np.random.default_rng(1)
-    points = points + distortion * SIZE * rng.uniform(-1, 1, points.shape)
-    n = len(cells)
-    return hex8_one_point(
-        points, cells, np.full(n, YOUNG), np.full(n, poisson), np.full(n, DENSITY)
-    )
+from tests.reference_fem.elements.bodies import (
+    DENSITY,
+    SIZE,
+    YOUNG,
+    force,
+    grid,
+    material,
+    rotation,
+)
 
 
-def force(k: ElementKernel, displacement: np.ndarray) -> np.ndarray:
-    out = np.full((k.n_nodes, 3), np.nan)
-    k.internal_force(displacement, out)
-    return out
-
-
-def rotation(angle: float) -> np.ndarray:
-    x, y, z = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+def body(counts: tuple[int, int, int], distortion: float = 0.0) -> Hex8OnePoint:
+    points, cells = grid(*counts, distortion=distortion, seed=1)
+    return hex8_one_point(points, cells, *material(len(cells)))
 
 
 def test_patch_of_distorted_elements_has_one_stress_and_no_hourglass_energy() -> None:
@@ -121,9 +110,8 @@ def test_stiffness_has_no_mode_without_energy_but_the_rigid_ones() -> None:
 
 
 def test_agrees_with_the_eight_point_element_where_both_are_exact() -> None:
-    points, cells = box((3, 3, 3))
-    n = len(cells)
-    full = hex8(points, cells, np.full(n, YOUNG), np.full(n, POISSON), np.full(n, DENSITY))
+    points, cells = grid(3, 3, 3)
+    full = hex8(points, cells, *material(len(cells)))
     one = body((3, 3, 3))
     u = points @ np.array([[1e-3, 2e-3, 0], [0, -1e-3, 1e-3], [1e-3, 0, 2e-3]])
     assert np.allclose(force(one, u), force(full, u), atol=1e-12 * YOUNG * SIZE**2)

@@ -8,46 +8,24 @@ from skfem.models.elasticity import linear_elasticity
 
 from reference_fem.elements import ElementKernel, quad4_plane_stress, quad4_quadrature_points
 from tests.reference_fem.boxes import one_thread  # noqa: F401  the fixture is used by all
+from tests.reference_fem.elements.bodies import (
+    DENSITY,
+    POISSON,
+    YOUNG,
+    force,
+    grid,
+    material,
+    tangent,
+)
 
-YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
 EPS = np.finfo(float).eps
 MU = YOUNG / (2 * (1 + POISSON))
 LAME = YOUNG * POISSON / (1 - POISSON**2)  # lambda* of plane stress
 
 
-def grid(nx, ny, size=1e-3, distortion=0.0, seed=0):
-    """Rectangle of nx x ny quadrilaterals, nodes moved at random."""
-    axes = [np.arange(n + 1) * size for n in (nx, ny)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
-    i = np.arange(len(points)).reshape(nx + 1, ny + 1)
-    cells = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], -1).reshape(-1, 4)
-    rng = np.random.default_rng(seed)
-    return points + distortion * size * rng.uniform(-1, 1, points.shape), cells
-
-
 def kernel(points, cells, thickness=5e-3):
-    n = len(cells)
     values = np.broadcast_to(thickness, cells.shape)
-    return quad4_plane_stress(
-        points, cells, np.full(n, YOUNG), np.full(n, POISSON), np.full(n, DENSITY), values
-    )
-
-
-def force(k, displacement):
-    out = np.full((k.n_nodes, k.dim), np.nan)
-    k.internal_force(displacement, out)
-    return out
-
-
-def tangent(k, points):
-    step = 1e-10
-    matrix = np.empty((points.size, points.size))
-    for i in range(points.size):
-        displacement = np.zeros(points.size)
-        displacement[i] = step
-        up = force(k, displacement.reshape(points.shape))
-        matrix[:, i] = (up - force(k, -displacement.reshape(points.shape))).ravel() / (2 * step)
-    return 0.5 * (matrix + matrix.T)
+    return quad4_plane_stress(points, cells, *material(len(cells)), values)
 
 
 @pytest.fixture(scope="module")

@@ -107,12 +107,12 @@ def test_preset_is_known_by_its_distance_and_every_ladder_but_the_penaltys() -> 
 
 def test_unreachable_scene_and_unknown_model_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="fem3d"):
-        run_converge("soft", (), "hcm", True, tmp_path)
+        run_converge("soft", model="hcm", quick=True, out=tmp_path)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
 def test_plane_study_is_written_and_resumed(tmp_path: Path) -> None:
-    run_converge("soft", (), "fem2d", True, tmp_path)
+    run_converge("soft", model="fem2d", quick=True, out=tmp_path)
     folder = tmp_path / "converge" / "soft-fem2d-quick"
     for name in ("levels.csv", "convergence.csv", "convergence.md", "convergence.png"):
         assert (folder / name).stat().st_size > 100
@@ -120,5 +120,5 @@ def test_plane_study_is_written_and_resumed(tmp_path: Path) -> None:
     times = [path.stat().st_mtime_ns for path in kept]
     value = json.loads(kept[0].read_text())["values"][QUANTITIES[0]]
     assert math.isfinite(value)
-    run_converge("soft", (), "fem2d", True, tmp_path)
+    run_converge("soft", model="fem2d", quick=True, out=tmp_path)
     assert [path.stat().st_mtime_ns for path in kept] == times

@@ -131,7 +131,7 @@ def test_identify_refuses_a_folder_before_it_solves(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("")
     with pytest.raises(UserError, match="cannot write"):
-        contact_command.run_identify_contact("soft", (), False, blocked)
+        contact_command.run_identify_contact("soft", out=blocked)
 
 
 @pytest.mark.slow

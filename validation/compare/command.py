@@ -1,10 +1,10 @@
 """``fingertap compare``: what a setting changes, by one model on one scene with and without it."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.errors import RunFailedError, UserError
+from validation.harness.command_line import Overrides
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
@@ -60,8 +60,21 @@ def _scalar(record: RunRecord, key: str, component: int | None) -> float | None:
     return float(value if component is None else value[component])
 
 
-def compare(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> None:
+def compare(
+    scene: str, /, *, model: ModelName, overrides: Overrides = (), out: Path = Path("out")
+) -> None:
     """Run a scene as it is and with overrides; print and keep the differences.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene or the path of a TOML file.
+    model
+        hcm, fem3d or fem2d.
+    overrides
+        The change, KEY=VALUE as often as needed: --set solver.fem.flight=explicit
+    out
+        Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
 
     Raises
     ------
@@ -72,17 +85,17 @@ def compare(source: str, model: ModelName, overrides: Sequence[str], out: Path) 
     """
     if not overrides:
         raise UserError("compare: nothing to change; give --set KEY=VALUE")
-    scenes = {"scene": load_scene(source), "changed": load_scene(source, overrides)}
+    scenes = {"scene": load_scene(scene), "changed": load_scene(scene, overrides)}
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
     folder = output_folder(out / "compare" / name)
-    records = {which: _run(scene, model, folder / which) for which, scene in scenes.items()}
+    records = {which: _run(named, model, folder / which) for which, named in scenes.items()}
     table = difference_table(records["scene"], records["changed"])
     write_text(folder / "differences.csv", table.to_csv(index=False))
     print(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
     print(table.to_string(index=False, float_format=lambda value: f"{value:.7g}", na_rep=""))
     for which, record in records.items():
         if not record.ok:
-            raise RunFailedError(f"compare {source}, {which}: {record.message}; see {folder}")
+            raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")
     print(f"files in {folder}")
 
 

@@ -5,13 +5,14 @@ At the end the preset `converged` is set against the limit that its mesh goes to
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from validation.compare.figures import BLUE, GREEN, ORANGE, STYLE
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import DIMENSIONS, LevelRuns, Values
 from validation.converge.refinements import QUANTITIES, TIP_MESH, Ladder, ladders
 from validation.errors import RunFailedError, UserError
+from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import progress_bar
 from validation.harness.files import atomic, output_folder, safe_name
 from validation.harness.tables import write_table
@@ -157,8 +158,29 @@ def draw(path: Path, results: Sequence[Result], title: str) -> None:
         plt.close(figure)
 
 
-def run_converge(source: str, overrides: Sequence[str], model: str, quick: bool, out: Path) -> None:
+def run_converge(
+    scene: str,
+    /,
+    *,
+    model: Literal["fem3d", "fem2d"] = "fem3d",
+    overrides: Overrides = (),
+    quick: Flag = False,
+    out: Path = Path("out"),
+) -> None:
     """Run all ladders, tabulate, draw, and say what they say.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
+    model
+        fem3d or fem2d.
+    overrides
+        KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
+    quick
+        Coarser levels: two minutes instead of a half hour, and a wider error bar.
+    out
+        Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png.
 
     Raises
     ------
@@ -174,7 +196,7 @@ def run_converge(source: str, overrides: Sequence[str], model: str, quick: bool,
     runs_folder = output_folder(out / "converge" / "levels")
     with progress_bar("converge") as progress:
         progress(0.0, "impact state")
-        runs = LevelRuns(source, overrides, model, runs_folder)
+        runs = LevelRuns(scene, overrides, model, runs_folder)
         name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
         folder = output_folder(out / "converge" / name)
         wanted = ladders(size_scale(runs.scene.tables), quick)

@@ -8,6 +8,7 @@ import numpy as np
 
 from validation.compare.figures import BLACK, BLUE, GREY, ORANGE, STYLE
 from validation.compare.grid_convergence import Convergence
+from validation.harness.command_line import AsJson, Overrides
 from validation.harness.console import progress_bar
 from validation.harness.files import atomic, output_folder, safe_name, write_json
 from validation.harness.record import plain
@@ -112,8 +113,26 @@ def draw(path: Path, found: ContactIdentification) -> None:
         plt.close(figure)
 
 
-def run_identify_contact(source: str, overrides: Any, as_json: bool, out: Path) -> None:
+def run_identify_contact(
+    scene: str,
+    /,
+    *,
+    overrides: Overrides = (),
+    as_json: AsJson = False,
+    out: Path = Path("out"),
+) -> None:
     """Identify, write, print.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
+    overrides
+        KEY=VALUE with a dotted key, as often as needed: --set material.poisson_ratio=0.45
+    as_json
+        Print only one JSON object.
+    out
+        Folder for identify/: contact-SCENE as CSV, Markdown, LaTeX, JSON and PNG.
 
     Raises
     ------
@@ -124,20 +143,20 @@ def run_identify_contact(source: str, overrides: Any, as_json: bool, out: Path) 
     """
     import pandas as pd
 
-    scene = load_scene(source, overrides)
+    named = load_scene(scene, overrides)
     folder = output_folder(out / "identify")
-    with progress_bar(f"identify contact {scene.name}") as progress:
-        found = identify_contact(scene, progress=progress)
-    name = safe_name(f"contact-{scene.name}")
+    with progress_bar(f"identify contact {named.name}") as progress:
+        found = identify_contact(named, progress=progress)
+    name = safe_name(f"contact-{named.name}")
     table = rows(found)
-    title = f"Contact of the {scene.name} finger's tip, from static indentation"
+    title = f"Contact of the {named.name} finger's tip, from static indentation"
     write_table(folder, name, pd.DataFrame(table, columns=list(ROWS)), title)
     write_json(folder / f"{name}.json", to_json(found))
     draw(folder / f"{name}.png", found)
     if as_json:
         print(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
         return
-    print(f"{scene.name}: {title.lower()}")
+    print(f"{named.name}: {title.lower()}")
     for row in table:
         near = row.get("uncertainty")
         band = f" +- {near:.2g}" if near is not None else ""

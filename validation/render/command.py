@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from validation.errors import RunFailedError, UserError
+from validation.harness.command_line import Overrides
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
@@ -13,8 +15,26 @@ from validation.runs.execute import keep, solve
 from validation.scenes.load import load_scene
 
 
-def render(source: str, model: ModelName | None, overrides: Sequence[str], out: Path) -> None:
+def render(
+    run_or_scene: str,
+    /,
+    *,
+    model: Literal["fem3d", "fem2d"] | None = None,
+    overrides: Overrides = (),
+    out: Path = Path("out"),
+) -> None:
     """Draw a finished run's fields, or run a scene and draw its.
+
+    Parameters
+    ----------
+    run_or_scene
+        The folder of a finished solid run, or a scene, which is run first.
+    model
+        The model to run a scene with: fem3d (default) or fem2d.
+    overrides
+        KEY=VALUE with a dotted key for a scene, as often as needed.
+    out
+        Folder for render/NAME-WHAT.png and .gif, and for run/SCENE-MODEL/ of a scene.
 
     Raises
     ------
@@ -27,16 +47,18 @@ def render(source: str, model: ModelName | None, overrides: Sequence[str], out: 
     if problem:
         raise UserError(f"cannot draw: {problem}")
     pictures = output_folder(out / "render")
-    if Path(source).is_dir():
+    if Path(run_or_scene).is_dir():
         if model is not None or overrides:
-            raise UserError(f"render {source}: a finished run takes neither --model nor --set")
-        folder = _finished(Path(source))
+            raise UserError(
+                f"render {run_or_scene}: a finished run takes neither --model nor --set"
+            )
+        folder = _finished(Path(run_or_scene))
     else:
-        folder = _run(source, model or "fem3d", overrides, out)
+        folder = _run(run_or_scene, model or "fem3d", overrides, out)
     name = safe_name(folder.resolve().name)
     drawn = render_run(folder, pictures, name, PICTURES)
     if drawn.problem:
-        raise RunFailedError(f"render {source}: {drawn.problem}; pictures so far: {pictures}")
+        raise RunFailedError(f"render {run_or_scene}: {drawn.problem}; pictures so far: {pictures}")
     for what, path in drawn.pictures.items():
         print(f"{what:<12}{path}")
 

@@ -1,10 +1,10 @@
 """``fingertap run``: one model on one scene."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
 from validation.errors import RunFailedError, UserError
+from validation.harness.command_line import AsJson, Flag, Overrides
 from validation.harness.console import progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.identity import program, run_inputs
@@ -20,18 +20,37 @@ DEFAULT_OUT = Path("out")
 
 
 def run_scene(
-    source: str,
+    scene: str,
+    /,
+    *,
     model: ModelName,
-    overrides: Sequence[str],
-    as_json: bool,
-    out: Path | None,
-    resume: bool = False,
-    fresh: bool = False,
+    overrides: Overrides = (),
+    as_json: AsJson = False,
+    out: Path | None = None,
+    resume: Flag = False,
+    fresh: Flag = False,
 ) -> None:
     """Run, print, keep; a run that writes files and is stored already is read back.
 
     Files are written unless only JSON was asked for; a run that fails is always kept. A solid
     model's run that writes files leaves a restart file as it goes.
+
+    Parameters
+    ----------
+    scene
+        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
+    model
+        hcm: the reduced model. fem3d, fem2d: finite elements.
+    overrides
+        KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
+    as_json
+        Print only one JSON object; files are written only if --out is given or the run fails.
+    out
+        Folder for run/SCENE-MODEL/ with summary.json, history.nc and fields; by default out.
+    resume
+        Continue a run that was killed, from the restart file in its folder, to the same result.
+    fresh
+        Run again; without it an unchanged run that is in OUT/store is read back.
 
     Raises
     ------
@@ -42,15 +61,15 @@ def run_scene(
     """
     if resume and model == "hcm":
         raise UserError("--resume: hcm runs in seconds and has nothing to resume; leave it out")
-    scene = load_scene(source, overrides)
-    folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{scene.name}-{model}")
+    named = load_scene(scene, overrides)
+    folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
     write = out is not None or not as_json or resume
     if write:
         output_folder(folder)
-        record = _stored_or_solved(scene, model, folder, out or DEFAULT_OUT, resume, fresh)
+        record = _stored_or_solved(named, model, folder, out or DEFAULT_OUT, resume, fresh)
     else:
-        with progress_bar(f"{scene.name} {model}") as progress:
-            outcome = solve(scene, model, folder, progress)
+        with progress_bar(f"{named.name} {model}") as progress:
+            outcome = solve(named, model, folder, progress)
         record = outcome.record
         if not record.ok:
             keep(output_folder(folder), outcome)
@@ -59,7 +78,7 @@ def run_scene(
     print(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record), flush=True)
     if not record.ok:
         raise RunFailedError(
-            f"scene {scene.name}, model {model}: {record.message or record.status}; "
+            f"scene {named.name}, model {model}: {record.message or record.status}; "
             f"what it had is in {folder}"
         )
     if not as_json:

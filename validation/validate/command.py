@@ -6,6 +6,7 @@ from typing import Any
 
 from validation.compare.figures import mesh_figure, overlay_figure
 from validation.errors import RunFailedError
+from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, safe_name
 from validation.harness.isolated import CrashedError, call_isolated
@@ -158,13 +159,18 @@ def climb_ladder(out: Path, full: bool, store: Store) -> Ladder:
     return ladder
 
 
-def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) -> None:
+def run_validation(*, out: Path = Path("out"), ladder: Flag = False, fresh: Flag = False) -> None:
     """Run, compare, tabulate, draw, and write the page.
 
     Parameters
     ----------
-    full_ladder : rung 3 against the converged reference: minutes longer.
-    fresh : run everything again, whatever is stored.
+    out
+        Folder for validate/: index.html, accuracy.csv, efficiency.csv, ladder.csv, figures,
+        renders, runs.
+    ladder
+        Compare with the converged reference on the ladder's third rung: minutes longer.
+    fresh
+        Run everything again; without it a run that is unchanged is read back from OUT/store.
 
     Raises
     ------
@@ -181,7 +187,7 @@ def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) ->
     with progress_bar("validate") as progress:
         runs = run_all(runs_folder, progress, store)
         progress(0.8, "ladder: structure and contact")
-        ladder = climb_ladder(out, full_ladder, store)
+        climbed = climb_ladder(out, ladder, store)
         progress(0.95, "tables, figures, renders")
         accuracy = [
             row
@@ -194,13 +200,13 @@ def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) ->
         write_table(folder, "accuracy", accuracy_table(accuracy), title)
         title = "Time and memory of each run, alone in its process (the paper's Table 3)"
         write_table(folder, "efficiency", efficiency_table(efficiency), title)
-        rungs = [*ladder.rows, *paper_rung(runs, SCENES)]
-        beside = tables(ladder, runs)
-        write_ladder(folder, ladder, rungs, beside)
+        rungs = [*climbed.rows, *paper_rung(runs, SCENES)]
+        beside = tables(climbed, runs)
+        write_ladder(folder, climbed, rungs, beside)
         drawn = draw_figures(figures, runs)
         fields = draw_fields(renders, runs_folder, runs)
         context = page_context(runs, accuracy, efficiency, drawn, fields)
-        context |= ladder_context(ladder, rungs, beside)
+        context |= ladder_context(climbed, rungs, beside)
         page = folder / "index.html"
         write_page(page, "validate.html.j2", context)
     print("\n".join([*context["sentences"], *context["ladder_sentences"]]))
@@ -208,7 +214,7 @@ def run_validation(out: Path, full_ladder: bool = False, fresh: bool = False) ->
     for problem in context["render_problems"]:
         print(f"renders: {problem}")
     failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
-    failures += ladder.failures
+    failures += climbed.failures
     if failures:
         names = "; ".join(failures)
         raise RunFailedError(f"{len(failures)} runs failed ({names}); the page {page} has the rest")

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.provenance import version
@@ -151,11 +152,33 @@ def run_skips(out: Path, quick: bool) -> None:
     print(f"figures and tables: {page(folder)}")
 
 
-def bench(out: Path, quick: bool, with_skips: bool, with_peers: bool, resume: bool) -> None:
-    """The verb: the ledger, the peers, both, or (with neither) the models' own curves."""
-    if with_skips:
+def bench(
+    *,
+    quick: Flag = False,
+    skips: Flag = False,
+    peers: Flag = False,
+    resume: Flag = False,
+    out: Path = Path("out"),
+) -> None:
+    """The verb: the ledger, the peers, both, or (with neither) the models' own curves.
+
+    Parameters
+    ----------
+    quick
+        Fewer and cheaper settings: under three minutes.
+    skips
+        The ledger of shortcuts instead: time saved and error added by each.
+    peers
+        Exudyn beside hcm on its scene, CalculiX, Akantu and Kratos beside the reference on a bar
+        instead (extra bench, apt-get install calculix-ccx); absent peers are named.
+    resume
+        Take the points of work-precision that a stopped benchmark has left.
+    out
+        Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
+    """
+    if skips:
         run_skips(out, quick)
-    if with_peers:
+    if peers:
         run_peers(out, quick)
-    if not (with_skips or with_peers):
+    if not (skips or peers):
         run_bench(out, quick, resume)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from validation.compare.claims import read_claims
 from validation.compare.figures import mesh_figure, overlay_figure
+from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
@@ -108,12 +109,17 @@ def solve_all(progress: Callable[[float, str], None], store: Store) -> tuple[Run
         return runs, found
 
 
-def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
+def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = False) -> None:
     """Run, judge, tabulate, draw, and write the page.
 
     Parameters
     ----------
-    fresh : run everything again, whatever is stored.
+    out
+        Folder for paper/: index.html, ledger.csv, figures.
+    reference
+        Whether to run the ls-dyna-like reference too; its rows are not judged without it.
+    fresh
+        Run everything again; without it a run that is unchanged is read back from OUT/store.
 
     Raises
     ------
@@ -129,7 +135,7 @@ def run_paper(out: Path, with_reference: bool, fresh: bool = False) -> None:
         progress(0.7, "time and memory of the reduced model")
         alone = run_alone(runs_folder, "hcm", (), "", store)
         references = References({})
-        if with_reference:
+        if reference:
             references = run_references(
                 lambda changes, name: run_alone(runs_folder, "fem3d", changes, name, store),
                 lambda share, what: progress(0.75 + 0.15 * share, what),

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
+from validation.harness.command_line import AsJson
 from validation.harness.workers import workers
 from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES
 from validation.studies.paper.torque_factor import Alone, TorqueFactor, alone, identify, predict
@@ -33,8 +34,14 @@ def study() -> Study:
         )
 
 
-def run_identify_torque(as_json: bool) -> None:
-    """Identify, predict and print."""
+def run_identify_torque(*, as_json: AsJson = False) -> None:
+    """Identify, predict and print.
+
+    Parameters
+    ----------
+    as_json
+        Print only one JSON object.
+    """
     found, by_case, fitted, predicted = study()
     if as_json:
         more = {

@@ -4,9 +4,10 @@ import json
 import os
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from validation.errors import RunFailedError
+from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, write_json
 from validation.harness.isolated import call_isolated
@@ -63,8 +64,26 @@ def run_peers(out: Path) -> None:
     print(f"files in {folder}")
 
 
-def run_stress(quick: bool, only: str | None, out: Path) -> None:
+def run_stress(
+    *,
+    quick: Flag = False,
+    only: Literal["hcm", "reference", "fuzz"] | None = None,
+    peers: Flag = False,
+    out: Path = Path("out"),
+) -> None:
     """Run all maps, or those of one solver; tabulate, draw, and count the answers.
+
+    Parameters
+    ----------
+    quick
+        Coarser maps and fewer random scenes: three minutes.
+    only
+        The maps of one model, or the random scenes.
+    peers
+        Hard cells by SciPy's and Exudyn's means (extra bench) beside hcm, and by CalculiX
+        (apt-get install calculix-ccx) beside the reference instead; absent peers are named.
+    out
+        Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
 
     Raises
     ------
@@ -75,6 +94,9 @@ def run_stress(quick: bool, only: str | None, out: Path) -> None:
     """
     import pandas as pd
 
+    if peers:
+        run_peers(out)
+        return
     folder = output_folder(out / "stress" / ("quick" if quick else "full"))
     finished = Finished(folder / "cells.jsonl")
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]

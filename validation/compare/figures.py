@@ -7,28 +7,12 @@ from typing import Any
 import numpy as np
 
 from validation.compare.sprague_geers import contact_curve
+from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE
 from validation.harness.files import atomic
 from validation.harness.record import RunRecord
 
-# Okabe and Ito's palette: distinct in print and for colour-blind readers.
-BLACK, ORANGE, BLUE, GREEN, GREY = "#111111", "#d55e00", "#0072b2", "#009e73", "#888888"
 FORCES = ("normal_force_N", "tangential_force_N")
 POINTS = 1200
-
-STYLE = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.7,
-    "axes.grid": True,
-    "grid.linewidth": 0.4,
-    "grid.color": "#dddddd",
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.4,
-    "savefig.dpi": 160,
-    "figure.facecolor": "white",
-}
 
 Draw = Callable[[Any, str], None]
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from validation.compare.figures import BLUE, GREEN, ORANGE, STYLE
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import DIMENSIONS, LevelRuns, Values
 from validation.converge.refinements import QUANTITIES, TIP_MESH, Ladder, ladders
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import progress_bar
+from validation.harness.figures import BLUE, GREEN, ORANGE, STYLE
 from validation.harness.files import atomic, output_folder, safe_name
 from validation.harness.tables import write_table
 from validation.models.solid import size_scale

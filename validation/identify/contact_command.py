@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.figures import BLACK, BLUE, GREY, ORANGE, STYLE
 from validation.compare.grid_convergence import Convergence
 from validation.harness.command_line import AsJson, Overrides
 from validation.harness.console import progress_bar
+from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, STYLE
 from validation.harness.files import atomic, output_folder, safe_name, write_json
 from validation.harness.record import plain
 from validation.harness.tables import write_table

@@ -12,8 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from validation.peers.bar import Bar, Ran
-from validation.studies.bench.kernels import DENSITY, YOUNG
+from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
 
 PARTS = 3
 

@@ -13,11 +13,31 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from validation.studies.bench.kernels import DENSITY, SIZE_M, YOUNG, Floats, Integers, box
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
+SIZE_M = 1e-3  # edge of a cube
+YOUNG, DENSITY = 1e9, 1400.0  # Pa, kg/m^3
 SPEED = 0.03  # V, m/s
 STEP_SHARE = 0.4  # of an edge over c: below every code's limit
+
+
+def box(counts: tuple[int, ...]) -> tuple[Floats, Integers]:
+    """Points and cells (VTK's order) of a box of cubes or a sheet of squares.
+
+    Numbered section by section along x, as a finger's mesh is.
+    """
+    nodes = np.array([n + 1 for n in counts])
+    grid = np.meshgrid(*map(np.arange, nodes), indexing="ij")
+    points = (np.stack([axis.ravel() for axis in grid], axis=1) * SIZE_M).astype(np.float64)
+    stride = [int(nodes[axis + 1 :].prod()) for axis in range(len(counts))]
+    corner = np.meshgrid(*map(np.arange, counts), indexing="ij")
+    first = sum(c.ravel() * s for c, s in zip(corner, stride, strict=True))
+    face = [0, stride[0], stride[0] + stride[1], stride[1]]
+    offsets = face if len(counts) == 2 else [*face, *(stride[2] + o for o in face)]
+    return points, (np.asarray(first)[:, None] + np.array(offsets)).astype(np.int64)
 
 
 @dataclass(frozen=True)

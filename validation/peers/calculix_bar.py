@@ -12,8 +12,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from validation.peers.bar import Bar, Ran
-from validation.studies.bench.kernels import DENSITY, YOUNG
+from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
 
 PROGRAM = "ccx"
 POINTS = {"C3D8": 8, "C3D8R": 1}

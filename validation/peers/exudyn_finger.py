@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.studies.bench.measured import Quantities
+from validation.compare.tap_errors import TapQuantities
 
 RELATIVE, ABSOLUTE = 1e-5, 1e-8  # Newton; tighter ones fail to converge at round-off
 CONTACT_RELATIVE = 1e-6
@@ -46,7 +46,7 @@ class PeerFailedError(Exception):
 class PeerTap:
     """What a tap found, and its steps."""
 
-    quantities: Quantities
+    quantities: TapQuantities
     steps: int
 
 
@@ -219,7 +219,7 @@ def tap(
     return PeerTap(_quantities(contact, time, force, located), finger.steps)
 
 
-def _quantities(contact: float, time: Any, force: Any, located: bool) -> Quantities:
+def _quantities(contact: float, time: Any, force: Any, located: bool) -> TapQuantities:
     """Peak by a parabola, separation where F_n falls through zero (or the step after it)."""
     top = int(np.argmax(force))
     falls = np.flatnonzero((force[1:] <= 0) & (force[:-1] > 0))
@@ -233,7 +233,7 @@ def _quantities(contact: float, time: Any, force: Any, located: bool) -> Quantit
     share = force[last] / (force[last] - force[last + 1]) if located else 1.0
     duration = time[last] + share * (time[last + 1] - time[last])
     impulse = np.trapezoid([*force[: last + 1], 0.0], [*time[: last + 1], duration])
-    return Quantities(
+    return TapQuantities(
         contact_time_s=contact,
         turn_s=float(time[top] - 0.5 * first / second * step),
         duration_s=float(duration),

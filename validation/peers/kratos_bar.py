@@ -10,8 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 from validation.peers.akantu_bar import PARTS, stepping
-from validation.peers.bar import Bar, Ran
-from validation.studies.bench.kernels import DENSITY, YOUNG
+from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
 
 ELEMENT = "SmallDisplacementElement3D8N"
 

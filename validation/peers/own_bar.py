@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from validation.harness.timing import shortest
-from validation.peers.bar import Bar, Ran
-from validation.studies.bench.kernels import DENSITY, YOUNG
+from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
 
 POINTS = {"hex8-sri": 8, "hex8-one-point": 1}
 BUDGET_S = 2.0

@@ -20,8 +20,7 @@ from validation.peers import (
 from validation.peers import (
     own_bar as bar_ours,
 )
-from validation.peers.bar import SPEED, Bar
-from validation.studies.bench import kernels
+from validation.peers.bar import SPEED, YOUNG, Bar
 
 BAR = Bar((20, 2, 2), 60, 1)
 # A standing wave on n elements with lumped mass runs slow by (pi/n)^2/24 = 1.0e-3, shortened steps
@@ -60,7 +59,7 @@ def test_deck_names_every_node_and_the_material() -> None:
     points, cells = BAR.mesh()
     assert f"\n{len(points)}," in deck
     assert f"\n{len(cells)},{','.join(str(n + 1) for n in cells[-1])}\n" in deck
-    assert f"{kernels.YOUNG},0." in deck
+    assert f"{YOUNG},0." in deck
     assert f"{7 * BAR.step_s:.12g}" in deck
 
 

@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from validation.compare.figures import BLACK, BLUE, GREY, ORANGE
+from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
+from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.studies.bench.figures import QUANTITIES, SMALLEST, crosses
-from validation.studies.bench.measured import Errors, Point, Quantities, errors, front
+from validation.studies.bench.measured import Point, front
 from validation.studies.bench.truths import Known
-from validation.studies.paper.figure_panels import panels
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,16 +33,16 @@ NAMES = {
 ROOM = 6.0  # above the highest point, for the crosses of failed runs
 
 
-def gap(known: Mapping[str, Known]) -> Errors:
+def gap(known: Mapping[str, Known]) -> TapErrors:
     """The reduced model's truth against the solid one's."""
-    return errors(known["hcm"].values, known["fem3d"].values)
+    return tap_errors(known["hcm"].values, known["fem3d"].values)
 
 
 def truths_table(known: Mapping[str, Known]) -> "pd.DataFrame":
     """One row a quantity: every model's truth, and the gap between hcm's and the solid's."""
     import pandas as pd
 
-    def value(of: Quantities, name: str) -> float:
+    def value(of: TapQuantities, name: str) -> float:
         return float(getattr(of, name))
 
     rows: list[dict[str, Any]] = []

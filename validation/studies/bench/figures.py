@@ -5,18 +5,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from validation.compare.figures import GREY
+from validation.harness.figures import COLORS, GREY, panels
 from validation.peers.bar_peers import Row
 from validation.studies.bench.kernels import Speed
 from validation.studies.bench.ledger import Entry
 from validation.studies.bench.measured import Point, front
 from validation.studies.bench.scaling import Size, exponent
-from validation.studies.paper.figure_panels import COLORS, panels
 
 MARKERS = "osD^vPX"
 SMALLEST = 1e-12  # what is drawn of an error that is zero
 MANY = 300.0  # times a range's low end: too wide for three ticks a decade
-PALETTE = (*COLORS, "#cc79a7", "#e69f00", "#56b4e9")
 QUANTITIES = (
     ("peak", r"error of peak $F_n$"),
     ("impulse", "error of impulse"),
@@ -71,7 +69,7 @@ def work_precision(path: Path, points: Sequence[Point], floor: dict[str, float])
             for axis, (quantity, title) in zip(row, QUANTITIES, strict=True):
                 for number, group in enumerate(groups):
                     style = {
-                        "color": PALETTE[number % len(PALETTE)],
+                        "color": COLORS[number % len(COLORS)],
                         "marker": MARKERS[number % len(MARKERS)],
                     }
                     ladder = [p for p in mine if (p.solver, p.series) == group]

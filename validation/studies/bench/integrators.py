@@ -7,10 +7,11 @@ its time against generalized-alpha's is that of the whole program, not of the me
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from validation.compare.tap_errors import TapQuantities, tap_errors
 from validation.harness.timing import shortest
 from validation.studies.bench import truths
 from validation.studies.bench.kept import Kept
-from validation.studies.bench.measured import Point, Quantities, errors
+from validation.studies.bench.measured import Point
 from validation.studies.bench.work_precision import Progress
 
 STUDY, SERIES = "contact", "integrator: DOP853"
@@ -35,12 +36,12 @@ def ladder(quick: bool) -> tuple[Rung, ...]:
     return rungs if quick else (*rungs, Rung(10, 1e-6))
 
 
-def measure(rung: Rung, truth: Quantities, budget_s: float) -> Point:
+def measure(rung: Rung, truth: TapQuantities, budget_s: float) -> Point:
     """Time a setting and compare it with the truth."""
     timed = shortest(lambda: truths.solve_impact(rung.elements, rung.rtol), budget_s)
     return Point(
         STUDY, "hcm", SERIES, rung.setting, "COMPLETED", timed.wall_time_s, timed.runs,
-        errors=errors(timed.result, truth),
+        errors=tap_errors(timed.result, truth),
     )  # fmt: skip
 
 

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from validation.compare.tap_errors import TapErrors
 from validation.harness.identity import program
 from validation.harness.store import Store
-from validation.studies.bench.measured import Errors, Point
+from validation.studies.bench.measured import Point
 
 HERE = Path(__file__).parent
 NAME = "point.json"
@@ -61,4 +62,4 @@ def read(entry: Path) -> Point:
     """
     values = json.loads((entry / NAME).read_text(encoding="utf-8"))
     errors = values.pop("errors")
-    return Point(**values, errors=None if errors is None else Errors(**errors))
+    return Point(**values, errors=None if errors is None else TapErrors(**errors))

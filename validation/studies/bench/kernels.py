@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from validation.harness.timing import shortest_in_turns
+from validation.peers.bar import DENSITY, YOUNG, box
 from validation.studies.bench.whole_step import case
 
 if TYPE_CHECKING:
@@ -16,14 +14,10 @@ if TYPE_CHECKING:
 
 BOX = (100, 25, 24)  # elements along x, y, z
 SHEET = (300, 200)
-SIZE_M = 1e-3
-YOUNG, POISSON, DENSITY = 1e9, 0.4, 1400.0
+POISSON = 0.4
 THREADS = (1, 2)
 BUDGET_S = 15.0
 TURNS = 60  # pieces take 5 to 60 ms
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -43,22 +37,6 @@ class Speed:
     memory_MB: float
     loop_bytes: float
     runs: int
-
-
-def box(counts: tuple[int, ...]) -> tuple[Floats, Integers]:
-    """Points and cells (VTK's order) of a box of cubes or a sheet of squares.
-
-    Numbered section by section along x, as a finger's mesh is.
-    """
-    nodes = np.array([n + 1 for n in counts])
-    grid = np.meshgrid(*map(np.arange, nodes), indexing="ij")
-    points = (np.stack([axis.ravel() for axis in grid], axis=1) * SIZE_M).astype(np.float64)
-    stride = [int(nodes[axis + 1 :].prod()) for axis in range(len(counts))]
-    corner = np.meshgrid(*map(np.arange, counts), indexing="ij")
-    first = sum(c.ravel() * s for c, s in zip(corner, stride, strict=True))
-    face = [0, stride[0], stride[0] + stride[1], stride[1]]
-    offsets = face if len(counts) == 2 else [*face, *(stride[2] + o for o in face)]
-    return points, (np.asarray(first)[:, None] + np.array(offsets)).astype(np.int64)
 
 
 def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:

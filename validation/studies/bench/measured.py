@@ -4,55 +4,12 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from validation.compare.tap_errors import TapErrors
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import pandas as pd
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """What errors are taken of. Event times count from first contact, s; an impact's are all of it.
-
-    contact_time_s : since the start of the motion. turn_s : compression to restitution.
-    """
-
-    contact_time_s: float
-    turn_s: float
-    duration_s: float
-    peak_normal_force_N: float
-    normal_impulse_N_s: float
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Relative errors of peak, impulse and duration; largest error of an event's time, s."""
-
-    peak: float
-    impulse: float
-    duration: float
-    event_s: float
-
-    @property
-    def largest(self) -> float:
-        """The largest relative error."""
-        return max(self.peak, self.impulse, self.duration)
-
-
-def errors(found: Quantities, truth: Quantities) -> Errors:
-    """How far `found` is from `truth`."""
-
-    def relative(name: str) -> float:
-        exact: float = getattr(truth, name)
-        return abs(getattr(found, name) / exact - 1.0)
-
-    times = ("contact_time_s", "turn_s", "duration_s")
-    return Errors(
-        peak=relative("peak_normal_force_N"),
-        impulse=relative("normal_impulse_N_s"),
-        duration=relative("duration_s"),
-        event_s=max(abs(getattr(found, name) - getattr(truth, name)) for name in times),
-    )
 
 
 @dataclass(frozen=True)
@@ -67,7 +24,7 @@ class Point:
     wall_time_s: float
     runs: int
     steps: int | None = None
-    errors: Errors | None = None
+    errors: TapErrors | None = None
 
     @property
     def ok(self) -> bool:

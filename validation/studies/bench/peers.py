@@ -5,9 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from validation.compare.tap_errors import TapQuantities, tap_errors
 from validation.harness.timing import shortest
 from validation.studies.bench import truths
-from validation.studies.bench.measured import Point, Quantities, errors
+from validation.studies.bench.measured import Point
 from validation.studies.bench.work_precision import BASE, Rung, Value
 from validation.studies.bench.work_precision import measure as measure_hcm
 
@@ -68,7 +69,7 @@ FINE_SETTINGS = (
 # paper's: against hcm's truth an error of 4.8e-4 in the peak and 3.0e-4 in the duration is left
 # that no step and no element removes (1.0e-4, 3e-5 of the peak at a half and a quarter of the
 # diameter). Eight seconds, so it is kept here.
-OWN_TRUTH = Quantities(
+OWN_TRUTH = TapQuantities(
     contact_time_s=0.13610709025586035,
     turn_s=1.0234052668151684e-4,
     duration_s=2.3244457578500645e-4,
@@ -107,7 +108,7 @@ def absent() -> list[str]:
     return found
 
 
-def _exudyn(setting: PeerSetting, truths_of: dict[str, Quantities]) -> list[Point]:
+def _exudyn(setting: PeerSetting, truths_of: dict[str, TapQuantities]) -> list[Point]:
     """One timed setting, as a point of each study."""
     from validation.peers import exudyn_finger
 
@@ -122,7 +123,7 @@ def _exudyn(setting: PeerSetting, truths_of: dict[str, Quantities]) -> list[Poin
     return [
         Point(
             study, "Exudyn", series, str(setting), "COMPLETED", timed.wall_time_s, timed.runs,
-            tap.steps, errors(tap.quantities, truth),
+            tap.steps, tap_errors(tap.quantities, truth),
         )
         for study, truth in truths_of.items()
     ]  # fmt: skip

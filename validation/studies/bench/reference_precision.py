@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from validation.compare.tap_errors import TapQuantities, tap_errors
 from validation.converge.refinements import ROOT, mesh_sizes
 from validation.harness.timing import shortest
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.kept import Kept
-from validation.studies.bench.measured import Point, Quantities, errors
+from validation.studies.bench.measured import Point
 from validation.studies.bench.reference_truths import KNOWN
 
 Overrides = Mapping[str, float | str]
@@ -85,7 +86,7 @@ def ladders(model: str, quick: bool) -> tuple[Rung, ...]:
     return tuple(rungs)
 
 
-def quantities(result: Any) -> Quantities | None:
+def quantities(result: Any) -> TapQuantities | None:
     """What a run found; None if it has no complete contact. The turn is where F_n is largest."""
     summary = result.summary
     values = (summary.contact_time_s, summary.peak_normal_force_time_s,
@@ -93,7 +94,7 @@ def quantities(result: Any) -> Quantities | None:
               summary.normal_impulse_N_s)  # fmt: skip
     if result.status.name != "COMPLETED" or None in values:
         return None
-    return Quantities(*map(float, values))
+    return TapQuantities(*map(float, values))
 
 
 def measure(rung: Rung, budget_s: float, least: int = LEAST_RUNS) -> Point:
@@ -115,7 +116,7 @@ def measure(rung: Rung, budget_s: float, least: int = LEAST_RUNS) -> Point:
         timed.wall_time_s,
         timed.runs,
         result.summary.steps,
-        None if found is None else errors(found, KNOWN[rung.model].values),
+        None if found is None else tap_errors(found, KNOWN[rung.model].values),
     )
 
 

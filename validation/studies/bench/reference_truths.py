@@ -27,11 +27,11 @@ convergence index applies (`fingertap converge` says "not asymptotic").
 
 from collections.abc import Mapping
 
-from validation.studies.bench.measured import Quantities
+from validation.compare.tap_errors import TapQuantities
 from validation.studies.bench.truths import Known
 
 SOLID = Known(
-    Quantities(
+    TapQuantities(
         contact_time_s=0.133886,
         turn_s=8.2749e-5,
         duration_s=2.00470e-4,
@@ -42,7 +42,7 @@ SOLID = Known(
     source="stored (2026-11-21): tip of 0.05 mm (331,000 elements), contact by impulses, from rest",
 )
 PLANE = Known(
-    Quantities(
+    TapQuantities(
         contact_time_s=0.134295,
         turn_s=4.2148e-5,
         duration_s=9.3479e-5,

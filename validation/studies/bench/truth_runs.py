@@ -9,10 +9,10 @@ minute, 3D a quarter of an hour and 2 GB.
 import argparse
 from dataclasses import asdict
 
+from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import mesh_sizes
 from validation.harness.interrupts import unless_interrupted
 from validation.models.solid import build_mesh, inputs
-from validation.studies.bench.measured import Quantities
 from validation.studies.bench.reference_precision import DIMENSIONS, IMPULSE, Rung, quantities
 from validation.studies.bench.reference_truths import KNOWN
 
@@ -23,7 +23,7 @@ SHAFTS = {"fem3d": ((2.0, 1.0), (1.0, 1.0))}
 EVEN = {"fem3d": (7.5e-4, 3.75e-4), "fem2d": (2.5e-4, 1.25e-4)}  # m, the flight's meshes
 
 
-def tap(model: str, shaft: float, tip: float) -> Quantities:
+def tap(model: str, shaft: float, tip: float) -> TapQuantities:
     """One tap from rest, contact by impulses.
 
     Raises
@@ -63,10 +63,10 @@ def _flight(model: str, edge: float) -> float:
     return state.time_s
 
 
-def truth(model: str) -> Quantities:
+def truth(model: str) -> TapQuantities:
     """All runs of a model's truth, printed as they end."""
 
-    def shown(shaft: float, tip: float) -> Quantities:
+    def shown(shaft: float, tip: float) -> TapQuantities:
         found = tap(model, shaft, tip)
         print(f"{model}, shaft {shaft:g}, tip {tip:g}: {asdict(found)}", flush=True)
         return found
@@ -75,7 +75,7 @@ def truth(model: str) -> Quantities:
     if model in SHAFTS:
         coarse, fine = (asdict(shown(*which)) for which in SHAFTS[model])
         values = {name: value + fine[name] - coarse[name] for name, value in values.items()}
-    return Quantities(**{**values, "contact_time_s": contact_time(model)})
+    return TapQuantities(**{**values, "contact_time_s": contact_time(model)})
 
 
 def main() -> None:

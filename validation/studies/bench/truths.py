@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from validation.compare.tap_errors import TapQuantities
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
-from validation.studies.bench.measured import Quantities
 
 TAP_ELEMENTS = 5
 # A rigid state like the one at impact: the paper's posture, the tip just above the surface.
@@ -25,14 +25,14 @@ CLEARANCE = 1e-9  # m
 class Known:
     """A truth, and a bound on its own relative error."""
 
-    values: Quantities
+    values: TapQuantities
     own_error: float
     source: str
 
 
 # rtol = 1e-10 and 1e-9 agree to 3e-9 in the peak, 1e-11 in the impulse, 2e-11 s in the turn.
 TAP = Known(
-    Quantities(
+    TapQuantities(
         contact_time_s=0.13610709065870444,
         turn_s=0.13620965574850422 - 0.13610709065870444,
         duration_s=0.13633946570634775 - 0.13610709065870444,
@@ -44,10 +44,10 @@ TAP = Known(
 )
 
 
-def from_truth(solved: Any) -> Quantities:
+def from_truth(solved: Any) -> TapQuantities:
     """A `hcm.reference_solution.Truth` of one tap as quantities."""
     contact = solved.time_of("contact")
-    return Quantities(
+    return TapQuantities(
         contact_time_s=contact,
         turn_s=solved.time_of("compression_to_restitution") - contact,
         duration_s=solved.time_of("separation") - contact,
@@ -65,7 +65,7 @@ def impact_start(surface_height: float, length: float) -> Any:
     return hcm.RigidStart((*IMPACT_ANGLES, last), IMPACT_RATES)
 
 
-def solve_tap(elements: int, rtol: float) -> Quantities:
+def solve_tap(elements: int, rtol: float) -> TapQuantities:
     """The tap from rest: minutes."""
     from hcm import reference_solution as truth
 
@@ -73,7 +73,7 @@ def solve_tap(elements: int, rtol: float) -> Quantities:
     return from_truth(truth.solve(**given, rtol=rtol, atol=1e-4 * rtol))
 
 
-def solve_impact(elements: int, rtol: float) -> Quantities:
+def solve_impact(elements: int, rtol: float) -> TapQuantities:
     """The contact alone, from `impact_start`: a second at 5 elements, a half minute at 20."""
     from hcm import reference_solution as truth
     from hcm.beam.chain import build_chain
@@ -93,7 +93,7 @@ def arguments(elements: int) -> dict[str, Any]:
     return {name: given[name] for name in ("finger", "surface", "tip", "drive")}
 
 
-def largest_difference(a: Quantities, b: Quantities) -> float:
+def largest_difference(a: TapQuantities, b: TapQuantities) -> float:
     """The largest relative difference of any quantity but the contact's time."""
     names = [field.name for field in fields(a) if field.name != "contact_time_s"]
     return max(abs(getattr(a, name) / getattr(b, name) - 1.0) for name in names)
@@ -103,7 +103,7 @@ def largest_difference(a: Quantities, b: Quantities) -> float:
 # by 1e-4 and 2e-5, then 4e-6 and 2e-9. The turn, where short waves make v_n cross zero, moves by
 # 5e-8 s and is not bounded by the same figure.
 CONTACT = Known(
-    Quantities(
+    TapQuantities(
         contact_time_s=6.270295197498454e-10,
         turn_s=1.1019164357025234e-4,
         duration_s=2.341679491918153e-4,

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from validation.compare.tap_errors import TapQuantities, tap_errors
 from validation.harness.timing import shortest
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
 from validation.studies.bench import truths
 from validation.studies.bench.kept import Kept
-from validation.studies.bench.measured import Point, Quantities, errors
+from validation.studies.bench.measured import Point
 
 Number = int | float
 Value = Number | str
@@ -102,13 +103,13 @@ def ladders(quick: bool) -> tuple[Rung, ...]:
     return tuple(rungs)
 
 
-def quantities(result: Any) -> Quantities | None:
+def quantities(result: Any) -> TapQuantities | None:
     """What a run of hcm found; None if it did not get to separation."""
     summary = result.summary
     turns = [e.time_s for e in result.events if e.kind == "compression_to_restitution"]
     if result.status.name != "COMPLETED" or summary.contact_duration_s is None or not turns:
         return None
-    return Quantities(
+    return TapQuantities(
         contact_time_s=summary.contact_time_s,
         turn_s=turns[0] - summary.contact_time_s,
         duration_s=summary.contact_duration_s,
@@ -117,7 +118,7 @@ def quantities(result: Any) -> Quantities | None:
     )
 
 
-def measure(rung: Rung, truth: Quantities, budget_s: float) -> Point:
+def measure(rung: Rung, truth: TapQuantities, budget_s: float) -> Point:
     """Time a setting and compare it with the truth."""
     import hcm
 
@@ -133,7 +134,7 @@ def measure(rung: Rung, truth: Quantities, budget_s: float) -> Point:
         timed.wall_time_s,
         timed.runs,
         timed.result.statistics.steps,
-        None if found is None else errors(found, truth),
+        None if found is None else tap_errors(found, truth),
     )
 
 

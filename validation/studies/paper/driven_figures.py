@@ -7,8 +7,8 @@ from string import ascii_uppercase
 
 import numpy as np
 
+from validation.harness.figures import COLORS, label, panels
 from validation.studies.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
-from validation.studies.paper.figure_panels import COLORS, label, panels
 from validation.studies.paper.finding import Runs, curve, particle_velocity, window
 from validation.studies.paper.stored_cases import CaseRun
 from validation.studies.paper.undriven_figures import TIME, draw_forces, draw_stress

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from validation.studies.paper.figure_panels import COLORS, label, panels
+from validation.harness.figures import COLORS, label, panels
 from validation.studies.paper.finding import Runs, curve
 
 TIME = "$t - t_c$ (ms)"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.compare.figures import BLUE, GREEN, GREY, ORANGE, STYLE
+from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, STYLE
 from validation.harness.files import atomic
 from validation.studies.stress.stability_map import (
     ANSWERS,

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.timing import shortest
+from validation.peers.bar import SIZE_M, box
 from validation.studies.bench import (
     combined,
     figures,
@@ -24,15 +26,15 @@ from validation.studies.bench import (
 from validation.studies.bench.kept import Kept
 from validation.studies.bench.ledger import Entry
 from validation.studies.bench.ledger import table as ledger_table
-from validation.studies.bench.measured import Errors, Point, Quantities, errors, front, table
+from validation.studies.bench.measured import Point, front, table
 from validation.studies.bench.whole_step import FALL_M_PER_S, falling_block
 
-EXACT = Quantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
+EXACT = TapQuantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
 
 
 def test_errors_are_relative_and_events_in_seconds() -> None:
-    found = Quantities(0.1 + 3e-6, 1e-4, 2e-4 * 1.01, 64.0 * 0.98, 0.01 * 1.03)
-    measured = errors(found, EXACT)
+    found = TapQuantities(0.1 + 3e-6, 1e-4, 2e-4 * 1.01, 64.0 * 0.98, 0.01 * 1.03)
+    measured = tap_errors(found, EXACT)
     assert measured.peak == pytest.approx(0.02)
     assert measured.impulse == pytest.approx(0.03)
     assert measured.duration == pytest.approx(0.01)
@@ -57,14 +59,14 @@ def test_shortest_counts_its_runs_and_leaves_out_the_warm_up() -> None:
 @pytest.mark.parametrize("counts", [(4, 3), (4, 3, 2)])
 def test_box_is_made_of_right_handed_unit_cells(counts: tuple[int, ...]) -> None:
     """Every cell has the volume of a cube, with VTK's node order (a negative one would be not)."""
-    points, cells = kernels.box(counts)
+    points, cells = box(counts)
     assert len(points) == np.prod([n + 1 for n in counts])
     assert len(np.unique(cells)) == len(points)
     corner = points[cells]
     neighbours = (1, 3) if len(counts) == 2 else (1, 3, 4)
     edges = np.stack([corner[:, a] - corner[:, 0] for a in neighbours], axis=1)
     volume = np.linalg.det(edges)
-    assert volume == pytest.approx(np.full(np.prod(counts), kernels.SIZE_M ** len(counts)))
+    assert volume == pytest.approx(np.full(np.prod(counts), SIZE_M ** len(counts)))
     # the face opposite to the first corner closes the cell
     assert corner[:, 2] - corner[:, 1] == pytest.approx(corner[:, 3] - corner[:, 0])
 
@@ -87,7 +89,7 @@ def test_timed_steps_have_the_whole_lower_side_in_contact(counts: tuple[int, ...
     from reference_fem import Material
     from reference_fem.dynamics.step import advance, start_state
 
-    points, cells = kernels.box(counts)
+    points, cells = box(counts)
     element = "hex8-one-point" if len(counts) == 3 else "quad4-plane-stress"
     model = falling_block(points, cells, element, Material(1e9, 0.4, 1e3))
     assert len(model.contact.nodes) == np.prod([counts[0] + 1, *(n + 1 for n in counts[2:])])
@@ -133,14 +135,16 @@ def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
     point = work_precision.measure(failing, truths.TAP.values, budget_s=0.0)
     assert point.status == "NOT_REACHED"
     assert not point.ok
-    good = Point("tap", "hcm", "tolerances", "", "COMPLETED", 1e-2, 3, 100, errors(EXACT, EXACT))
+    good = Point(
+        "tap", "hcm", "tolerances", "", "COMPLETED", 1e-2, 3, 100, tap_errors(EXACT, EXACT)
+    )
     figures.work_precision(tmp_path / "a.png", [good, point], {"tap": 1e-7})
     assert (tmp_path / "a.png").stat().st_size > 0
     assert table([point])["peak_error"].isna().all()
 
 
 def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
-    found = None if error is None else Errors(error, error, error, error)
+    found = None if error is None else TapErrors(error, error, error, error)
     status = "COMPLETED" if error is not None else "UNSTABLE"
     return Point(model, model, "mesh", "", status, time, 2, 10, found)
 
@@ -148,7 +152,7 @@ def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
 def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
     """The tip of twice the edge: what the truth's own error is read from."""
     known = reference_truths.PLANE
-    found = errors(truth_runs.tap("fem2d", 0.5, 0.5), known.values)
+    found = tap_errors(truth_runs.tap("fem2d", 0.5, 0.5), known.values)
     assert 0.5 * known.own_error < found.largest < known.own_error
 
 
@@ -156,7 +160,7 @@ def test_truth_is_the_finest_run_with_the_shafts_change_and_the_flights_limit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     peaks = {(2.0, 0.5): 95.0, (2.0, 1.0): 94.0, (1.0, 1.0): 94.25}
-    monkeypatch.setattr(truth_runs, "tap", lambda _, shaft, tip: Quantities(
+    monkeypatch.setattr(truth_runs, "tap", lambda _, shaft, tip: TapQuantities(
         0.1, 1e-4, 2e-4, peaks[shaft, tip], 0.01))  # fmt: skip
     monkeypatch.setattr(truth_runs, "_flight", lambda _, edge: 0.13 + edge**2)
     found = truth_runs.truth("fem3d")

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from validation.cli import main
+from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
 from validation.peers import bar_peers
 from validation.studies.bench import ledger, peers, skips, skips_apart, truths, work_precision
-from validation.studies.bench.measured import Errors, Point
+from validation.studies.bench.measured import Point
 
 RUNG = work_precision.Rung(
     peers.STUDY, "tolerances", 2, {**work_precision.BASE, "flight_tolerance": 1e-6}
@@ -72,7 +73,7 @@ def test_ledger_names_what_has_no_switch() -> None:
 
 
 def _point(solver: str, time: float, error: float) -> Point:
-    errors = Errors(error, 0.0, error, 0.0)
+    errors = TapErrors(error, 0.0, error, 0.0)
     return Point(peers.STUDY, solver, "s", f"{time}", "COMPLETED", time, 3, 10, errors)
 
 

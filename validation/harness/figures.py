@@ -1,0 +1,72 @@
+"""The style that all figures share, and panels that are written atomically."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from validation.harness.files import atomic
+
+# Okabe and Ito's palette: distinct in print and for colour-blind readers.
+BLACK, ORANGE, BLUE, GREEN, GREY = "#111111", "#d55e00", "#0072b2", "#009e73", "#888888"
+COLORS = (BLACK, ORANGE, BLUE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
+
+STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#dddddd",
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "savefig.dpi": 160,
+    "figure.facecolor": "white",
+}
+
+
+@contextmanager
+def panels(
+    path: Path,
+    columns: int,
+    rows: int = 1,
+    width: float = 4.1,
+    height: float = 3.2,
+    style: dict[str, Any] | None = None,
+    **subplots: Any,
+) -> Iterator[Any]:
+    """Axes (rows, columns) of a figure that is saved as PNG when the block ends without an error.
+
+    Parameters
+    ----------
+    width, height : of one panel, inches.
+    style : matplotlib settings beside `STYLE`.
+    subplots : further arguments of `matplotlib.pyplot.subplots`.
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    with plt.rc_context({**STYLE, **(style or {})}):
+        size = {"figsize": (width * columns, height * rows), "layout": "constrained"}
+        figure, axes = plt.subplots(rows, columns, squeeze=False, **{**size, **subplots})
+        try:
+            yield axes
+            with atomic(path) as temporary:
+                figure.savefig(temporary, format="png")
+        finally:
+            plt.close(figure)
+
+
+def label(axis: Any, title: str, x: str, y: str) -> None:
+    """Title at the left, axes named, a line at zero, a legend."""
+    axis.set_title(title, fontsize=10, loc="left")
+    axis.set_xlabel(x)
+    axis.set_ylabel(y)
+    axis.axhline(0, color=BLACK, linewidth=0.6)
+    axis.legend()

@@ -14,7 +14,8 @@ import pytest
 from validation.cli import main
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say_error
-from validation.harness.record import SOLID_KEYS, SUMMARY_KEYS, RunRecord
+from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS
+from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome
 from validation.runs import execute
 
@@ -111,8 +112,8 @@ def test_a_run_writes_its_files_and_a_readable_table(
     folder = tmp_path / "out" / "run" / "soft-hcm"
     assert {path.name for path in folder.iterdir()} == {"summary.json", "history.nc"}
     text = capsys.readouterr().out
-    assert "peak Fn                     64 N" in text
-    assert "contact duration            200 us" in text
+    assert "peak Fn                        64 N" in text
+    assert "contact duration               200 us" in text
     assert str(Path("out/run/soft-hcm")) in text
 
 

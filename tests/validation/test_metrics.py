@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from validation.compare.claims import find, read_claims
-from validation.compare.quantities import QUANTITIES, error_percent, quantity, spread
+from validation.compare.differences import error_percent, spread
 from validation.compare.sprague_geers import compare_forces, sprague_geers
+from validation.harness.quantities import COMPARED, quantity
 from validation.harness.record import RunRecord
 from validation.validate.accuracy import COLUMNS, accuracy_rows, accuracy_table
 from validation.validate.efficiency import efficiency_rows, efficiency_table
@@ -97,21 +98,22 @@ def test_papers_own_errors_follow_from_its_values() -> None:
 
 def test_spread(make_record: Make) -> None:
     runs = [make_record(peak=peak) for peak in (60.0, 66.0, 63.0)]
-    band = spread(runs, "peak_normal_force_N")
+    peak = quantity("peak_normal_force_N")
+    band = spread(runs, peak)
     assert band is not None
     assert (band.low, band.high, band.count) == (60, 66, 3)
     assert band.percent_of(60) == pytest.approx(10)
-    assert spread(runs[:1], "peak_normal_force_N") is None
-    assert spread([runs[0], make_record(ok=False)], "peak_normal_force_N") is None
+    assert spread(runs[:1], peak) is None
+    assert spread([runs[0], make_record(ok=False)], peak) is None
 
 
 def test_quantities_read_what_they_say(make_record: Make) -> None:
     run = make_record(peak=100.0, duration=3e-4)
     assert quantity("contact_duration_s").read(run) == pytest.approx(300)
     assert quantity("normal_impulse_N_s").read(run) == pytest.approx(2 * 100 * 0.3 / np.pi)
-    assert quantity("tip_velocity_y").read(run) == -1.65
+    assert quantity("tip_velocity_y_m_per_s").read(run) == -1.65
     empty = make_record(summary={})
-    assert all(entry.read(empty) is None for entry in QUANTITIES)
+    assert all(entry.read(empty) is None for entry in COMPARED)
 
 
 def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) -> None:

@@ -8,6 +8,7 @@ from validation.harness.command_line import Overrides
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
+from validation.harness.quantities import COMPARED, quantities
 from validation.harness.record import RunRecord
 from validation.models import ModelName
 from validation.runs.execute import keep, solve
@@ -16,21 +17,7 @@ from validation.scenes.load import NamedScene, load_scene
 if TYPE_CHECKING:
     import pandas
 
-ROWS = (  # quantity, key, component
-    ("contact_time_s", "contact_time_s", None),
-    ("tip_velocity_x_m_per_s", "tip_velocity_at_contact_m_per_s", 0),
-    ("tip_velocity_y_m_per_s", "tip_velocity_at_contact_m_per_s", 1),
-    ("peak_normal_force_N", "peak_normal_force_N", None),
-    ("peak_normal_force_time_s", "peak_normal_force_time_s", None),
-    ("peak_tangential_force_N", "peak_tangential_force_N", None),
-    ("normal_impulse_N_s", "normal_impulse_N_s", None),
-    ("contact_duration_s", "contact_duration_s", None),
-    ("peak_stress_R_Pa", "peak_stress_R_Pa", None),
-    ("energy_residual", "energy_residual", None),
-    ("elements", "elements", None),
-    ("steps", "steps", None),
-    ("wall_time_s", "wall_time_s", None),
-)
+SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", "wall_time_s"))
 
 
 def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame":
@@ -41,23 +28,20 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame"
     import pandas
 
     rows = []
-    for quantity, key, component in ROWS:
-        values = [_scalar(record, key, component) for record in (scene, changed)]
-        before, after = values
+    for entry in SHOWN:
+        before, after = entry.value(scene), entry.value(changed)
         percent = None
         if before is not None and after is not None and before != 0.0:
             percent = 100.0 * (after - before) / abs(before)
         rows.append(
-            {"quantity": quantity, "scene": before, "changed": after, "difference_percent": percent}
+            {
+                "quantity": entry.key,
+                "scene": before,
+                "changed": after,
+                "difference_percent": percent,
+            }
         )
     return pandas.DataFrame(rows).dropna(subset=["scene", "changed"], how="all")
-
-
-def _scalar(record: RunRecord, key: str, component: int | None) -> float | None:
-    value = record.summary.get(key)
-    if value is None or isinstance(value, str):
-        return None
-    return float(value if component is None else value[component])
 
 
 def compare(

@@ -1,4 +1,4 @@
-"""Contact forces over t - t_c: the paper's figs. 7 and 9 from our own runs."""
+"""Contact forces over t - t_c: the paper's figs. 7 and 9 from our own runs, every step."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.sprague_geers import contact_curve
+from validation.compare.sprague_geers import contact_curve, steps_within
 from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE
 from validation.harness.files import atomic
 from validation.harness.record import RunRecord
 
 FORCES = ("normal_force_N", "tangential_force_N")
-POINTS = 1200
 
 Draw = Callable[[Any, str], None]
 
@@ -22,9 +21,20 @@ def usable(run: RunRecord) -> bool:
     return run.value("contact_time_s") is not None and "normal_force_N" in run.contact_forces
 
 
-def _window(runs: Sequence[RunRecord]) -> np.ndarray:
-    longest = max((run.value("contact_duration_s") or 0.0 for run in runs), default=0.0)
-    return np.linspace(-0.04, 1.12, POINTS) * (longest or 1e-3)
+def _limit(axis: Any, runs: Sequence[RunRecord]) -> tuple[float, float]:
+    """Draw a little more than the longest first tap; returns these times t - t_c, s."""
+    longest = max((run.value("contact_duration_s") or 0.0 for run in runs), default=0.0) or 1e-3
+    start, end = -0.04 * longest, 1.12 * longest
+    axis.set_xlim(1e3 * start, 1e3 * end)
+    return start, end
+
+
+def _plot_run(axis: Any, run: RunRecord, label: str, look: tuple[str, str, float]) -> None:
+    """Both forces of every step over t - t_c."""
+    color, line, width = look
+    time = 1e3 * (run.contact_forces["time_s"] - (run.value("contact_time_s") or 0.0))
+    for force, title in zip(FORCES, (label, None), strict=True):
+        axis.plot(time, run.contact_forces[force], line, color=color, linewidth=width, label=title)
 
 
 def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
@@ -46,7 +56,6 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
             axis.set_ylabel("contact force (N)")
             axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction")
             axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction")
-            axis.margins(x=0)
         handles, labels = axes[0][0].get_legend_handles_labels()
         for axis in axes[0][1:]:  # a run may be missing on one scene only
             for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -67,21 +76,13 @@ def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Seque
     ----------
     runs : label and run of each line.
     """
-    styles = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
+    looks = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
 
     def draw(axis: Any, scene: str) -> None:
-        mine = [(label, run) for label, run in runs if run.scene == scene and usable(run)]
-        time = _window([run for _, run in mine])
-        for (title, run), (color, line, width) in zip(mine, styles, strict=False):
-            for number, force in enumerate(FORCES):
-                axis.plot(
-                    time * 1e3,
-                    contact_curve(run, force, time),
-                    line,
-                    color=color,
-                    linewidth=width,
-                    label=None if number else title,
-                )
+        drawn = [(label, run) for label, run in runs if run.scene == scene and usable(run)]
+        for (label, run), look in zip(drawn, looks, strict=False):
+            _plot_run(axis, run, label, look)
+        _limit(axis, [run for _, run in drawn])
 
     _panels(path, scenes, draw)
 
@@ -107,30 +108,20 @@ def overlay_figure(
     }
 
     def draw(axis: Any, scene: str) -> None:
-        mine = [run for run in runs if run.scene == scene and usable(run)]
+        drawn = [run for run in runs if run.scene == scene and usable(run)]
         band = [run for run in spread_over if run.scene == scene and usable(run)]
-        time = _window([*mine, *band])
-        for number, force in enumerate(FORCES):
-            if len(band) > 1:
+        start, end = _limit(axis, [*drawn, *band])
+        if len(band) > 1:
+            time = np.concatenate([[start], steps_within(end, band)])
+            for force, label in zip(
+                FORCES, (f"3D: {len(band)} meshes and penalties", None), strict=True
+            ):
                 curves = [contact_curve(run, force, time) for run in band]
+                lowest, highest = np.min(curves, axis=0), np.max(curves, axis=0)
                 axis.fill_between(
-                    time * 1e3,
-                    np.min(curves, axis=0),
-                    np.max(curves, axis=0),
-                    color=ORANGE,
-                    alpha=0.15,
-                    linewidth=0,
-                    label=None if number else f"3D: {len(band)} meshes and penalties",
+                    1e3 * time, lowest, highest, color=ORANGE, alpha=0.15, lw=0, label=label
                 )
-            for run in mine:
-                color, line, width = looks.get(run.label, (GREY, "-", 1.0))
-                axis.plot(
-                    time * 1e3,
-                    contact_curve(run, force, time),
-                    line,
-                    color=color,
-                    linewidth=width,
-                    label=None if number else run.label,
-                )
+        for run in drawn:
+            _plot_run(axis, run, run.label, looks.get(run.label, (GREY, "-", 1.0)))
 
     _panels(path, scenes, draw)

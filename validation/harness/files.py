@@ -10,26 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from validation.errors import UserError
+from validation.harness.quantities import unit_of
 from validation.harness.record import RunRecord, plain
 
 if TYPE_CHECKING:
     import xarray
-
-UNITS = (  # endings of names, longest first, and the unit that they stand for
-    ("_m_per_s", "m/s"),
-    ("_N_s", "N s"),
-    ("_Pa", "Pa"),
-    ("_m2", "m2"),
-    ("_N", "N"),
-    ("_J", "J"),
-    ("_m", "m"),
-    ("_s", "s"),
-)
-
-
-def unit_of(name: str) -> str:
-    """The unit that a name ends in, "1" if it has none."""
-    return next((unit for ending, unit in UNITS if name.endswith(ending)), "1")
 
 
 @contextlib.contextmanager

@@ -8,28 +8,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-Scalar = float | int | bool | str | None
+from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS
 
-SUMMARY_KEYS = (
-    "contact_time_s",
-    "tip_velocity_at_contact_m_per_s",
-    "peak_normal_force_N",
-    "peak_normal_force_time_s",
-    "first_peak_normal_force_N",
-    "peak_tangential_force_N",
-    "contact_duration_s",
-    "normal_impulse_N_s",
-    "compression_to_restitution",
-    "stick_to_slip",
-    "slip_to_stick",
-    "reverse_slip",
-    "peak_stress_R_Pa",
-    "energy_residual",
-    "wall_time_s",
-    "peak_memory_MB",
-    "steps",
-)
-SOLID_KEYS = ("elements", "time_step_s")  # what only the finite-element models have
+Scalar = float | int | bool | str | None
 
 
 @dataclass(frozen=True)
@@ -49,7 +30,7 @@ class RunRecord:
     scene, model, variant : names; the variant is the preset or what was changed.
     status : name of the model's own status; ``ok`` says whether the run completed.
     message : what happened and what to do, empty when all went well.
-    summary : the scalars of ``SUMMARY_KEYS`` and ``SOLID_KEYS``; None where a model has none.
+    summary : by key of `quantities.QUANTITIES`; None where a model has none.
     history : arrays over time, units in the names; the first axis is time.
     forces : contact forces of every step, ``time_s, normal_force_N, tangential_force_N, ...``, of
         a model whose history is sampled; empty where the history has every step.
@@ -106,7 +87,7 @@ class RunRecord:
         return replace(self, summary={**self.summary, **scalars})
 
     def to_json(self) -> dict[str, Any]:
-        """The object that ``fingertap run --json`` prints (design.md section 9)."""
+        """The object that ``fingertap run --json`` prints."""
         keys = SUMMARY_KEYS + (SOLID_KEYS if self.model != "hcm" else ())
         return {
             "scene": self.scene,

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from validation.harness.fields import Fields
 from validation.harness.provenance import provenance
-from validation.harness.record import SOLID_KEYS, SUMMARY_KEYS, Event, RunRecord
+from validation.harness.quantities import QUANTITIES
+from validation.harness.record import Event, RunRecord
 from validation.scenes.load import NamedScene
 
 Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done
@@ -79,7 +80,7 @@ def to_record(
         (of every step), events and statistics.
     wall_time_s : duration of the solve alone.
     """
-    summary = {key: getattr(result.summary, key, None) for key in SUMMARY_KEYS + SOLID_KEYS}
+    summary = {entry.key: getattr(result.summary, entry.key, None) for entry in QUANTITIES}
     statistics = _members(getattr(result, "statistics", None))
     if summary["steps"] is None:
         summary["steps"] = statistics.get("steps")

@@ -3,8 +3,9 @@
 from typing import TYPE_CHECKING, Any
 
 from validation.compare.claims import find, read_claims
-from validation.compare.quantities import QUANTITIES, error_percent, spread
+from validation.compare.differences import error_percent, spread
 from validation.compare.sprague_geers import compare_forces
+from validation.harness.quantities import COMPARED
 from validation.harness.record import RunRecord
 
 if TYPE_CHECKING:
@@ -74,9 +75,9 @@ def accuracy_rows(
             "reference_model": reference.label,
             "reference_source": OTHER,
         }
-        for entry in QUANTITIES:
+        for entry in COMPARED:
             value, target = entry.read(reduced), entry.read(reference)
-            band = spread(spread_over, entry.key) if reference.model == "fem3d" else None
+            band = spread(spread_over, entry) if reference.model == "fem3d" else None
             rows.append(
                 {
                     **common,

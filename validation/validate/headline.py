@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from validation.compare.quantities import HEADLINE, Spread, error_percent, quantity, spread
+from validation.compare.differences import Spread, error_percent, spread
+from validation.harness.quantities import OF_A_TAP
 from validation.validate.plan import REDUCED, REFERENCE, SCENES, Runs
 
 
@@ -60,11 +61,10 @@ def differences(runs: Runs) -> list[Difference]:
     rows = []
     for scene in SCENES:
         reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
-        for key in HEADLINE:
-            entry = quantity(key)
+        for entry in OF_A_TAP:
             value = entry.read(reduced) if reduced else None
             target = entry.read(reference) if reference else None
-            band = spread(runs.spread_over(scene), key)
+            band = spread(runs.spread_over(scene), entry)
             rows.append(
                 Difference(
                     scene,
@@ -96,7 +96,7 @@ def sentences(rows: list[Difference]) -> list[str]:
     """One sentence per scene on the peak force, in words that the numbers bear out."""
     result = []
     for row in rows:
-        if row.title != quantity(HEADLINE[0]).title:
+        if row.title != OF_A_TAP[0].title:
             continue
         if row.error_percent is None:
             result.append(f"{row.scene.capitalize()} finger: no comparison, a run is missing.")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from validation.compare.claims import read_claims
-from validation.compare.quantities import error_percent
+from validation.compare.differences import error_percent
 from validation.harness.record import RunRecord
 from validation.studies.paper.finding import Finding, Runs, curve, scalar, transitions
 from validation.studies.paper.reference_runs import JUDGED, VARIANTS, References, sensitivity

@@ -3,7 +3,8 @@
 from typing import Any
 
 from validation.compare.claims import Claim, find, read_claims
-from validation.compare.quantities import QUANTITIES, error_percent
+from validation.compare.differences import error_percent
+from validation.harness.quantities import COMPARED
 from validation.harness.record import RunRecord
 from validation.validate.plan import REDUCED, REFERENCE, SCENES, Runs
 
@@ -51,7 +52,7 @@ def table_2(runs: Runs) -> list[dict[str, Any]]:
     rows = []
     for scene in SCENES:
         reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
-        for entry in QUANTITIES:
+        for entry in COMPARED:
             if (name := TABLE_2.get(entry.title)) is None:
                 continue
             value = None if reduced is None else entry.read(reduced)

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from validation.compare.quantities import QUANTITIES, spread
+from validation.compare.differences import spread
 from validation.converge.command import PRESET
 from validation.errors import RunFailedError, UserError
+from validation.harness.quantities import COMPARED
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.identify.contact import MESHES, ContactIdentification
@@ -105,7 +106,7 @@ def study_uncertainties(path: Path) -> dict[str, float]:
     table = pd.read_csv(path)
     if not {"ladder", "quantity", "uncertainty_percent"} <= set(table.columns):
         return {}
-    known = {entry.key for entry in QUANTITIES}
+    known = {entry.key for entry in COMPARED}
     of_preset = table[table["ladder"] == PRESET].dropna(subset=["uncertainty_percent"])
     return {
         quantity: 0.01 * float(share)
@@ -125,8 +126,8 @@ def paper_rung(runs: Runs, scenes: Sequence[str]) -> list[Row]:
         if reduced is None or reference is None:
             continue
         share = {}
-        for entry in QUANTITIES:
-            band, value = spread(runs.spread_over(scene), entry.key), entry.read(reference)
+        for entry in COMPARED:
+            band, value = spread(runs.spread_over(scene), entry), entry.read(reference)
             if band is not None and value:
                 share[entry.key] = 0.5 * (band.high - band.low) / abs(value)
         rows += compare(4, reduced, reference, share, OWN)

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.compare.quantities import error_percent, quantity
+from validation.compare.differences import error_percent
+from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.validate.plan import FAST, PLANE, REDUCED, REFERENCE, Runs
 
@@ -27,10 +28,7 @@ COLUMNS = tuple(Cost.__annotations__)
 
 
 def _cost(name: str, run: RunRecord, best: RunRecord) -> Cost:
-    shares = [
-        error_percent(quantity(key).read(run), quantity(key).read(best))
-        for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
-    ]
+    shares = [error_percent(entry.read(run), entry.read(best)) for entry in OF_A_TAP]
     return Cost(
         run.scene, name, run.value("wall_time_s"), run.value("peak_normal_force_N"), *shares
     )

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.compare.quantities import error_percent, quantity
+from validation.compare.differences import error_percent
+from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import HOLES, REFERENCE, Runs
 
-KEYS = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
+CHECKED = (*OF_A_TAP, quantity("contact_time_s"))
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ COLUMNS = tuple(Check.__annotations__)
 
 def check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> Check:
     """Differences of the changed run from the run as it is."""
-    pairs = [(quantity(key).read(as_it_is), quantity(key).read(changed)) for key in KEYS]
+    pairs = [(entry.read(as_it_is), entry.read(changed)) for entry in CHECKED]
     shares = [error_percent(after, before) for before, after in pairs]
     return Check(as_it_is.scene, change, mesh, *pairs[0], *shares)
 

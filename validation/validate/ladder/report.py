@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from validation.compare.quantities import quantity
+from validation.harness.quantities import quantity
 from validation.harness.tables import write_table
 from validation.validate.ladder import beside_paper, cost, own_checks, patch
 from validation.validate.ladder.climb import Ladder

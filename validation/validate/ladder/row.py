@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from validation.compare.differences import error_percent
 from validation.compare.iso18571 import rate_forces
-from validation.compare.quantities import QUANTITIES, error_percent
 from validation.compare.sprague_geers import compare_forces
+from validation.harness.quantities import COMPARED, OF_THE_FLIGHT
 from validation.harness.record import RunRecord
 
 COLUMNS = (
@@ -17,8 +18,6 @@ COLUMNS = (
     "reference_uncertainty",
     "error_percent",
 )
-# What a common impact state fixes for both models says nothing about them.
-OF_THE_FLIGHT = ("contact_time_s", "tip_velocity_x", "tip_velocity_y")
 SAME, OWN = "same impact", "own flight"
 
 
@@ -58,9 +57,10 @@ def compare(
     start : SAME or OWN.
     """
     rows = []
-    for entry in QUANTITIES:
+    for entry in COMPARED:
         value, target = entry.read(reduced), entry.read(reference)
-        if (start == SAME and entry.key in OF_THE_FLIGHT) or (value is None and target is None):
+        # what a common impact state fixes for both models says nothing about them
+        if (start == SAME and entry in OF_THE_FLIGHT) or (value is None and target is None):
             continue
         share = uncertainty.get(entry.key)
         rows.append(

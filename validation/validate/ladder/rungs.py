@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from validation.compare.grid_convergence import convergence
-from validation.compare.quantities import QUANTITIES
+from validation.harness.quantities import COMPARED
 from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
@@ -38,7 +38,7 @@ class Cause:
 def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[str, float]:
     """Relative uncertainty of the finest run by key: index or spread (see `convergence`)."""
     found = {}
-    for entry in QUANTITIES:
+    for entry in COMPARED:
         values = [value for record in records if (value := entry.read(record)) is not None]
         if len(values) != len(records) or not values[-1]:
             continue

@@ -193,7 +193,7 @@ def _run(velocity: list[float], mode: list[int], force: list[float] | None = Non
         {"contact_time_s": 1.0, "contact_duration_s": 1.0, "compression_to_restitution": 3},
         {"time_s": time, "mode": np.array(mode), "particle_velocity_m_per_s": np.array(velocity),
          "normal_force_N": np.array(force or [0.0] * len(mode))},
-        (Event(1.25, "stick_to_slip"), Event(2.5, "stick_to_slip")),
+        events=(Event(1.25, "stick_to_slip"), Event(2.5, "stick_to_slip")),
     )  # fmt: skip
     return CaseRun(Case("x", "soft"), record, (), ())
 

@@ -1,0 +1,132 @@
+"""The scalars of a run: key, title and unit of each, the rows of every list and table.
+
+A key is its name in ``RunRecord.summary`` and in JSON, and ends in the SI unit of its value. Tables
+for people show it with a prefix: ``contact_duration_s`` in us.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from validation.harness.record import RunRecord
+
+UNITS = (  # endings of names, longest first, and the unit that they stand for
+    ("_m_per_s", "m/s"),
+    ("_N_s", "N s"),
+    ("_Pa", "Pa"),
+    ("_MB", "MB"),
+    ("_m2", "m2"),
+    ("_N", "N"),
+    ("_J", "J"),
+    ("_m", "m"),
+    ("_s", "s"),
+)
+FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # of the units' prefixes
+
+
+def unit_of(name: str) -> str:
+    """The unit that a name ends in, "1" if it has none."""
+    return next((unit for ending, unit in UNITS if name.endswith(ending)), "1")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A scalar of a run.
+
+    Attributes
+    ----------
+    key : its name; in ``RunRecord.summary`` too, unless it is a component.
+    title : as tables and pages call it.
+    prefix : of the unit that they show, a key of ``FACTORS``.
+    component_of : key of the vector in the summary, and the axis; None for a scalar of its own.
+    solid : whether the finite-element models alone have it.
+    """
+
+    key: str
+    title: str
+    prefix: str = ""
+    component_of: tuple[str, int] | None = None
+    solid: bool = False
+
+    @property
+    def unit(self) -> str:
+        """The unit that tables show, empty for a pure number."""
+        unit = unit_of(self.key)
+        return "" if unit == "1" else self.prefix + unit
+
+    @property
+    def factor(self) -> float:
+        """The shown number over the one in SI units."""
+        return FACTORS[self.prefix]
+
+    def value(self, record: "RunRecord") -> float | None:
+        """In SI units; None where the run has none."""
+        if self.component_of is None:
+            return record.value(self.key)
+        vector, axis = self.component_of
+        components = record.summary.get(vector)
+        return None if components is None else float(components[axis])
+
+    def read(self, record: "RunRecord") -> float | None:
+        """In the shown unit; None where the run has none."""
+        value = self.value(record)
+        return None if value is None else self.factor * value
+
+
+TIP_VELOCITY = "tip_velocity_at_contact_m_per_s"
+QUANTITIES = (  # in the order of JSON and of the terminal
+    Quantity("contact_time_s", "time of first contact", "m"),
+    Quantity(TIP_VELOCITY, "tip velocity at contact"),
+    Quantity("peak_normal_force_N", "peak Fn"),
+    Quantity("peak_normal_force_time_s", "time of peak Fn after contact", "u"),
+    Quantity("first_peak_normal_force_N", "first peak Fn"),
+    Quantity("peak_tangential_force_N", "peak Ft"),
+    Quantity("contact_duration_s", "contact duration", "u"),
+    Quantity("normal_impulse_N_s", "normal impulse", "m"),
+    Quantity("compression_to_restitution", "compression to restitution"),
+    Quantity("stick_to_slip", "stick to slip"),
+    Quantity("slip_to_stick", "slip to stick"),
+    Quantity("reverse_slip", "reverse slip"),
+    Quantity("peak_stress_R_Pa", "peak stress at R", "M"),
+    Quantity("energy_residual", "energy residual"),
+    Quantity("wall_time_s", "solve time"),
+    Quantity("peak_memory_MB", "peak memory"),
+    Quantity("steps", "steps"),
+    Quantity("elements", "elements", solid=True),
+    Quantity("time_step_s", "time step", "n", solid=True),
+)
+COMPONENTS = (
+    Quantity("tip_velocity_x_m_per_s", "tip velocity vx at contact", "", (TIP_VELOCITY, 0)),
+    Quantity("tip_velocity_y_m_per_s", "tip velocity vy at contact", "", (TIP_VELOCITY, 1)),
+)
+SUMMARY_KEYS = tuple(entry.key for entry in QUANTITIES if not entry.solid)
+SOLID_KEYS = tuple(entry.key for entry in QUANTITIES if entry.solid)
+
+
+def quantity(key: str) -> Quantity:
+    """The quantity of that key.
+
+    Raises
+    ------
+    KeyError
+        There is none.
+    """
+    for entry in QUANTITIES + COMPONENTS:
+        if entry.key == key:
+            return entry
+    raise KeyError(key)
+
+
+def quantities(*keys: str) -> tuple[Quantity, ...]:
+    """Those of the keys, in their order."""
+    return tuple(quantity(key) for key in keys)
+
+
+OF_A_TAP = quantities("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+OF_THE_FLIGHT = quantities("contact_time_s", "tip_velocity_x_m_per_s", "tip_velocity_y_m_per_s")
+COMPARED = (  # what two models are compared by
+    *quantities("peak_normal_force_N", "peak_tangential_force_N", "normal_impulse_N_s"),
+    *quantities("contact_duration_s", "peak_normal_force_time_s"),
+    *OF_THE_FLIGHT,
+    *quantities("peak_stress_R_Pa"),
+)

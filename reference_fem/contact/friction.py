@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from reference_fem.compiled import njit
 from reference_fem.contact.law import Memory
 
 

@@ -18,9 +18,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from reference_fem.compiled import njit
 from reference_fem.contact.friction import return_map
 
 Array = NDArray[np.float64]

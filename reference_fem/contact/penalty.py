@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from reference_fem.compiled import njit
 from reference_fem.contact.friction import drag, first_touch
 from reference_fem.contact.law import (
     AREA,

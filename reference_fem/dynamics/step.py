@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from reference_fem.compiled import njit
 from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
 from reference_fem.dynamics.central_difference import first_leapfrog, half_kick, leapfrog
 from reference_fem.dynamics.state import State

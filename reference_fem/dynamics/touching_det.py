@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.hexahedron import edges as hex8_edges
 from reference_fem.elements.protocol import SAFE_MATH

@@ -9,9 +9,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numba.extending import overload
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
 from reference_fem.elements.stress import lower

@@ -1,8 +1,8 @@
 """Outputs that elements share: F from given gradients, Cauchy stress, von Mises' stress."""
 
 import numpy as np
-from numba import njit
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.protocol import Floats
 

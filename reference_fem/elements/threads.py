@@ -7,8 +7,8 @@ next to nothing is summed twice; a mesh numbered at random costs time, not corre
 """
 
 import numpy as np
-from numba import njit
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.protocol import Floats, Integers
 

@@ -4,8 +4,7 @@ The base vectors g_k = dx/dxi_k of a trilinear element need only the 12 edge vec
 each is bilinear in the other two coordinates, so 4 values per k serve 8 points.
 """
 
-from numba import njit
-
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.protocol import SAFE_MATH, Floats
 

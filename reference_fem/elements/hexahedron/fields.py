@@ -4,8 +4,8 @@ Same equations, layout and scratch rows as `hex8_kernel`; row RESULT holds energ
 """
 
 import numpy as np
-from numba import njit
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import Three
 from reference_fem.elements.hexahedron.kernel import (

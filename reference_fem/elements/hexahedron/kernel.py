@@ -18,8 +18,7 @@ Layout: blocks of LANES elements in structure-of-arrays form, so the compiler ve
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
-from numba import njit
-
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.frames import aligned_frame
 from reference_fem.elements.hexahedron.edges import (

@@ -11,8 +11,7 @@ of X, gives v = L_1.(L_2 x L_3) + (L_1.(G_1 x G_3) + L_2.(G_2 x G_1) + L_3.(G_3 
 the last mode leaves no trace in the volume, and its b is zero.
 """
 
-from numba import njit
-
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.protocol import SAFE_MATH, Floats
 

@@ -1,7 +1,6 @@
 """Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
 
-from numba import njit
-
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes

@@ -21,8 +21,8 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, two o
 """
 
 import numpy as np
-from numba import njit
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.frames import aligned_frame
 from reference_fem.elements.hexahedron.modes import (

@@ -7,8 +7,7 @@ instead of J^-1 and w, and two products become triangular.
 `r[o + row*LANES]`, row 0..6: R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w (m^3).
 """
 
-from numba import njit
-
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.hexahedron.edges import Three
 from reference_fem.elements.protocol import SAFE_MATH, Floats

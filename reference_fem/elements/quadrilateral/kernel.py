@@ -14,8 +14,8 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
 """
 
 import numpy as np
-from numba import njit
 
+from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import LOW
 from reference_fem.elements.loops import implement

@@ -1,0 +1,57 @@
+"""numba's `njit`, whose cache on disk notices every edit that matters.
+
+A cached kernel contains the code of the functions that it calls, but numba compares the kernel's
+own file only. Here what is cached is stale once a file in the kernel's folder, where its overloads
+are (see `elements.loops`), or any file of this package that these import has changed.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+
+PACKAGE = Path(__file__).parent
+_IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)
+
+
+def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
+    """`numba.njit` with these options; what it caches carries the stamp of its sources."""
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = numba.njit(**options)(function)
+        if options.get("cache"):
+            stamp = source_stamp(Path(function.__code__.co_filename))
+            # Private to numba; a test shows that the version in use still reads it.
+            dispatcher._cache._cache_file._source_stamp = stamp
+        return dispatcher
+
+    return compiled
+
+
+def source_stamp(file: Path) -> str:
+    """SHA-256 of a file's folder and all files of this package imported there, directly or not."""
+    digests: dict[Path, bytes] = {}
+    waiting = [*file.parent.rglob("*.py")]
+    while waiting:
+        path = waiting.pop()
+        if path not in digests:
+            digests[path], imported = _digest_and_imports(path)
+            waiting += imported
+    return hashlib.sha256(b"".join(digests[path] for path in sorted(digests))).hexdigest()
+
+
+@functools.cache
+def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
+    """A file's digest, and the files of this package that it imports; of a folder all files."""
+    text = file.read_text(encoding="utf-8")
+    imported: list[Path] = []
+    for name in _IMPORT.findall(text):
+        path = PACKAGE.parent.joinpath(*name.split("."))
+        imported += path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
+    return hashlib.sha256(text.encode()).digest(), tuple(imported)

@@ -1,18 +1,76 @@
 """Transfinite blocks on gmsh's built-in kernel: points, curves, four-sided faces, hexahedra.
 
+`gmsh_session` lends a gmsh model and puts everything back, whatever happens between.
+
 Faces are found by their four corners and curves by their two ends, so that blocks that name the
 same points share them. Lengths are in millimetres here: gmsh's tolerances are absolute.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import ModuleType
 
 import numpy as np
 
-from meshes.arrays import Floats, Ints
-from meshes.errors import MeshError
+from meshes.mesh import Floats, Ints, MeshError
+
+_OPTIONS = {
+    "General.Terminal": 0,
+    "General.Verbosity": 0,
+    "General.NumThreads": 1,  # several threads may number nodes differently from run to run
+    "Geometry.AutoCoherence": 0,
+    "Mesh.ElementOrder": 1,
+    "Mesh.RandomSeed": 1,
+    "Mesh.Renumber": 0,
+}
+
+# gmsh keeps its state per process, so two threads must not build at the same time.
+_LOCK = threading.Lock()
+
+
+@contextmanager
+def gmsh_session(name: str) -> Iterator[ModuleType]:
+    """Yield the gmsh module with an empty model of that name, and clean up afterwards.
+
+    gmsh is initialized without signal handlers (so that it works outside the main thread) and
+    finalized at the end; if the caller had it running already, only our model is removed and the
+    caller's options and current model are put back.
+
+    Raises
+    ------
+    MeshError
+        If gmsh cannot be loaded or reports an error of its own.
+    """
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise MeshError(
+            f"gmsh cannot be loaded ({error}): on Debian or Ubuntu install libgl1 libglu1-mesa "
+            "libxft2 libxcursor1 libxinerama1 libgomp1"
+        ) from error
+    with _LOCK:
+        ours = not gmsh.isInitialized()
+        if ours:
+            gmsh.initialize(readConfigFiles=False, interruptible=False)
+        before = {key: gmsh.option.getNumber(key) for key in _OPTIONS}
+        current = gmsh.model.getCurrent()
+        try:
+            for key, value in _OPTIONS.items():
+                gmsh.option.setNumber(key, value)
+            gmsh.model.add(name)
+            yield gmsh
+        finally:
+            if ours:
+                gmsh.finalize()
+            else:
+                gmsh.model.remove()
+                for key, value in before.items():
+                    gmsh.option.setNumber(key, value)
+                if current in gmsh.model.list():
+                    gmsh.model.setCurrent(current)
 
 
 class Blocks:
@@ -38,16 +96,16 @@ class Blocks:
         """
         geo = self._gmsh.model.geo
         tag = geo.addLine(p, q) if centre is None else geo.addCircleArc(p, centre, q)
-        geo.mesh.setTransfiniteCurve(tag, count + 1, "Progression", growth)
-        self._curves[p, q] = tag
-        self._curves[q, p] = -tag
-        self._counts[tag] = count
+        self._divide(p, q, tag, count, growth)
 
     def spline(self, p: int, q: int, count: int, via: Sequence[tuple[float, float, float]]) -> None:
         """Join p to q by `count` edges along the spline through the positions `via` (mm)."""
         geo = self._gmsh.model.geo
         tag = geo.addSpline([p, *(self.point(*position) for position in via), q])
-        geo.mesh.setTransfiniteCurve(tag, count + 1)
+        self._divide(p, q, tag, count)
+
+    def _divide(self, p: int, q: int, tag: int, count: int, growth: float = 1.0) -> None:
+        self._gmsh.model.geo.mesh.setTransfiniteCurve(tag, count + 1, "Progression", growth)
         self._curves[p, q] = tag
         self._curves[q, p] = -tag
         self._counts[tag] = count

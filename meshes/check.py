@@ -6,9 +6,8 @@ import re
 
 import numpy as np
 
-from meshes.errors import MeshError
 from meshes.geometry import LONGEST_PHALANX_M
-from meshes.mesh import FingerMesh
+from meshes.mesh import FingerMesh, MeshError
 from meshes.quality import scaled_jacobians
 
 _DEGENERATE = 1e-6

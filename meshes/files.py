@@ -11,16 +11,14 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from meshes.arrays import Floats, Ints
 from meshes.check import check
-from meshes.errors import MeshError
-from meshes.facets import local_facets
-from meshes.mesh import FingerMesh
+from meshes.mesh import FingerMesh, Floats, Ints, MeshError
+from meshes.topology import local_facets
 
 _CELL_TYPES = {"hexahedron": 3, "quad": 2}
 
@@ -41,20 +39,15 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     module = _format(path)
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.dim] = mesh.points
-    point_data = {f"nodes_{name}": _mask(nodes, len(points)) for name, nodes in _items(mesh, 0)}
-    cell_data = {
-        f"cells_{name}": [_mask(cells, len(mesh.cells))] for name, cells in _items(mesh, 1)
-    }
-    for name, facets in mesh.facet_sets.items():
-        cell_data[f"facets_{name}"] = [_side_bits(mesh, facets)]
+    point_data = {f"nodes_{k}": _mask(v, len(points)) for k, v in mesh.node_sets.items()}
+    cell_data = {f"cells_{k}": [_mask(v, len(mesh.cells))] for k, v in mesh.cell_sets.items()}
+    cell_data |= {f"facets_{k}": [_side_bits(mesh, v)] for k, v in mesh.facet_sets.items()}
     kind = "hexahedron" if mesh.dim == 3 else "quad"
     content = meshio.Mesh(points, [(kind, mesh.cells)], point_data, cell_data)
     partial = path.with_name(f".{path.stem}.partial{path.suffix}")
     try:
-        if path.suffix == ".msh":
-            module.write(partial, content, fmt_version="4.1", binary=True)
-        else:
-            module.write(partial, content)
+        version = {"fmt_version": "4.1"} if path.suffix == ".msh" else {}
+        module.write(partial, content, binary=True, **version)
         os.replace(partial, path)
     except OSError as error:
         with suppress(OSError):
@@ -99,11 +92,10 @@ def _format(path: Path) -> ModuleType:
 
 def _from_content(content: Any) -> FingerMesh:
     """Sets from fields; the same order as in the mesh that was written."""
-    blocks = [(i, b) for i, b in enumerate(content.cells) if b.type in _CELL_TYPES]
-    if len(blocks) != 1 or len(content.cells) != 1:
+    if [block.type for block in content.cells] not in ([kind] for kind in _CELL_TYPES):
         found = ", ".join(sorted({block.type for block in content.cells})) or "nothing"
         raise MeshError(f"holds {found}: need one block of hexahedra or of quadrilaterals")
-    block = blocks[0][1]
+    (block,) = content.cells
     dim = _CELL_TYPES[block.type]
     points: Floats = np.ascontiguousarray(content.points[:, :dim], dtype=np.float64)
     cells: Ints = np.ascontiguousarray(block.data, dtype=np.int64)
@@ -116,13 +108,7 @@ def _from_content(content: Any) -> FingerMesh:
     for name, bits in _fields(cell_data, "facets_"):
         chosen = (bits[:, None] >> np.arange(2 * dim)) & 1
         facet_sets[name] = cells[:, local_facets(dim)][chosen.astype(bool)]
-    return FingerMesh(
-        points,
-        cells,
-        MappingProxyType(node_sets),
-        MappingProxyType(facet_sets),
-        MappingProxyType(cell_sets),
-    )
+    return FingerMesh(points, cells, node_sets, facet_sets, cell_sets)
 
 
 def _fields(data: Mapping[str, Any], prefix: str) -> list[tuple[str, Ints]]:
@@ -135,10 +121,6 @@ def _fields(data: Mapping[str, Any], prefix: str) -> list[tuple[str, Ints]]:
                 raise MeshError(f"field {key} holds values that are not finite")
             fields.append((key.removeprefix(prefix), np.rint(flat).astype(np.int64)))
     return fields
-
-
-def _items(mesh: FingerMesh, kind: int) -> list[tuple[str, Ints]]:
-    return list((mesh.node_sets, mesh.cell_sets)[kind].items())
 
 
 def _mask(members: Ints, size: int) -> Ints:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 import numpy as np
+from scipy.spatial import cKDTree
 
-from meshes.arrays import Floats, Ints
-from meshes.facets import orient, outer_facets
 from meshes.geometry import FingerGeometry
-from meshes.mesh import FingerMesh
-from meshes.numbering import renumber
+from meshes.mesh import FingerMesh, Floats, Ints, MeshError
 from meshes.phalanx import PhalanxBlocks, mesh_phalanx
 from meshes.plan import PhalanxPlan, plan_finger
 from meshes.sizing import Sizing
-from meshes.snap import snap
+from meshes.topology import orient, outer_facets, renumber
 
 _METRES_PER_MM = 1e-3
+
+_TOLERANCE = 1e-6
+"""Largest distance of y from 0 over the radius at which a node counts as lying on y = 0."""
 
 
 def finger_hexahedra(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:
@@ -44,17 +43,17 @@ def finger_quadrilaterals(geometry: FingerGeometry, sizing: Sizing) -> FingerMes
 
 
 def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int) -> FingerMesh:
-    built: dict[PhalanxPlan, PhalanxBlocks] = {}
+    """Put the phalanges in a row, number them on, and join what they hold into sets."""
+    built = {plan: _prepare(mesh_phalanx(plan, dim), plan) for plan in dict.fromkeys(plans)}
     points: list[Floats] = []
     cells: list[Ints] = []
     node_sets: dict[str, Ints] = {}
+    facet_sets: dict[str, Ints] = {}
     cell_sets: dict[str, Ints] = {}
     symmetry: list[Ints] = []
     n_points = n_cells = 0
     ends = (*geometry.hinges, geometry.end)
     for w, plan in enumerate(plans, start=1):
-        if plan not in built:
-            built[plan] = _prepare(mesh_phalanx(plan, dim), plan)
         phalanx = built[plan]
         roles = {role: nodes + n_points for role, nodes in phalanx.roles.items()}
         x = phalanx.points * _METRES_PER_MM
@@ -66,28 +65,22 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
         node_sets[f"proximal_face_{w}"] = roles["proximal_face"]
         if "distal_face" in roles:
             node_sets[f"distal_face_{w}"] = roles["distal_face"]
-            if w < geometry.phalanges:
-                node_sets[f"hinge_{w}_distal"] = roles["distal_core"]
-        if dim == 3:
-            symmetry.append(roles["symmetry"])
+        if w < geometry.phalanges:
+            node_sets[f"hinge_{w}_distal"] = roles["distal_core"]
+        else:
+            surface, tip = _touching_facets(phalanx, plan)
+            facet_sets = {"surface": surface + n_points, "tip": tip + n_points}
+            node_sets["tip"] = np.unique(facet_sets["tip"])
+            node_sets["pole"] = roles["pole"]
+        symmetry.append(roles.get("symmetry", np.empty(0, dtype=np.int64)))
         cell_sets[f"phalanx_{w}"] = np.arange(n_cells, n_cells + len(phalanx.cells))
         points.append(x)
         cells.append(phalanx.cells + n_points)
         n_points += len(x)
         n_cells += len(phalanx.cells)
-    all_points = np.vstack(points)
-    surface, tip = _touching(phalanx, plan, n_points - len(x))
-    node_sets["tip"] = np.unique(tip)
-    node_sets["pole"] = roles["pole"]
     if dim == 3:
         node_sets["symmetry"] = np.concatenate(symmetry)
-    return FingerMesh(
-        all_points,
-        np.vstack(cells),
-        MappingProxyType(node_sets),
-        MappingProxyType({"surface": surface, "tip": tip}),
-        MappingProxyType(cell_sets),
-    )
+    return FingerMesh(np.vstack(points), np.vstack(cells), node_sets, facet_sets, cell_sets)
 
 
 def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
@@ -100,18 +93,72 @@ def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
     return PhalanxBlocks(points[order], cells, roles)
 
 
-def _touching(phalanx: PhalanxBlocks, plan: PhalanxPlan, offset: int) -> tuple[Ints, Ints]:
+def _touching_facets(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> tuple[Ints, Ints]:
     """Facets of the last phalanx that can touch, and those within a radius of its end."""
     facets = outer_facets(phalanx.cells)
-    outside = np.zeros(len(phalanx.points), dtype=bool)
-    kept = np.ones(len(facets), dtype=bool)
+    touching = np.ones(len(facets), dtype=bool)
     for role in ("proximal_face", "proximal_hole", "symmetry"):
         if role in phalanx.roles:
-            outside[:] = False
-            outside[phalanx.roles[role]] = True
-            kept &= ~outside[facets].all(axis=1)
-    surface = facets[kept]
+            touching &= ~np.isin(facets, phalanx.roles[role]).all(axis=1)
+    surface = facets[touching]
     length = plan.shaft + (plan.radius if plan.rounded else 0.0)
     limit = -length + plan.radius * (1.0 + 1e-9)
-    tip = surface[(phalanx.points[surface, 0] <= limit).all(axis=1)]
-    return surface + offset, tip + offset
+    return surface, surface[(phalanx.points[surface, 0] <= limit).all(axis=1)]
+
+
+def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
+    """Positions (n, dim) in mm with gmsh's rounding removed: nodes lie on their analytic surfaces.
+
+    Nodes of holes go to the shafts' cylinders, lateral nodes to the phalanx's, tip nodes to the
+    sphere, end faces to their planes, the symmetry plane to z = 0; the hinge patches are made
+    mirror images about y = 0, so that their mean lies on the hinge axis; the pole goes to the axis.
+    """
+    points = phalanx.points.copy()
+    roles = phalanx.roles
+    points[np.abs(points[:, 1]) < _TOLERANCE * plan.radius, 1] = 0.0
+    if "symmetry" in roles:
+        points[roles["symmetry"], 2] = 0.0
+    for hole, x in (("proximal_hole", 0.0), ("distal_hole", -plan.shaft)):
+        if hole in roles:
+            axis = np.array([x, 0.0])
+            arm = points[roles[hole], :2] - axis
+            arm *= plan.hole / np.linalg.norm(arm, axis=1, keepdims=True)
+            points[roles[hole], :2] = axis + arm
+    points[roles["proximal_face"], 0] = 0.0
+    _make_symmetric(points, roles["proximal_face"], plan.radius)
+    if plan.rounded:
+        end = -plan.shaft - plan.radius
+    else:
+        points[roles["distal_face"], 0] = end = -plan.shaft
+        _make_symmetric(points, roles["distal_face"], plan.radius)
+    holes = [roles[name] for name in ("proximal_hole", "distal_hole") if name in roles]
+    in_hole = np.isin(roles["shaft"], np.concatenate([*holes, np.empty(0, np.int64)]))
+    shaft, rim = roles["shaft"][~in_hole], roles["shaft"][in_hole]
+    points[shaft, 1:] *= plan.radius / np.linalg.norm(points[shaft, 1:], axis=1, keepdims=True)
+    if rim.size:  # on both cylinders: the hole fixes x and y
+        points[rim, 2] = np.sqrt(plan.radius**2 - points[rim, 1] ** 2)
+    if plan.rounded:
+        sphere = roles["sphere"]
+        centre = np.zeros(points.shape[1])
+        centre[0] = -plan.shaft
+        arm = points[sphere] - centre
+        arm *= plan.radius / np.linalg.norm(arm, axis=1, keepdims=True)
+        points[sphere] = centre + arm
+    if "pole" in roles:
+        points[roles["pole"]] = 0.0
+        points[roles["pole"], 0] = end
+    return points
+
+
+def _make_symmetric(points: Floats, face: Ints, radius: float) -> None:
+    """Make the nodes of an end face mirror images about y = 0, in place."""
+    upper = face[points[face, 1] > 0.0]
+    lower = face[points[face, 1] < 0.0]
+    reflected = points[lower] * np.where(np.arange(points.shape[1]) == 1, -1.0, 1.0)
+    distance, nearest = cKDTree(reflected).query(points[upper])
+    if len(upper) != len(lower) or distance.max() > _TOLERANCE * radius:
+        raise MeshError("gmsh returned an end face that is not symmetric about the hinge axis")
+    mean = 0.5 * (points[upper] + reflected[nearest])
+    points[upper] = mean
+    mean[:, 1] *= -1.0
+    points[lower[nearest]] = mean

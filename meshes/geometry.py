@@ -1,4 +1,4 @@
-"""The finger's outer shape: a chain of round phalanges (design.md section 6)."""
+"""The finger's outer shape: a chain of round phalanges along -X, the first hinge at the origin."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from meshes.errors import MeshError
+from meshes.mesh import MeshError
 
 LONGEST_PHALANX_M = 2.0
 """Above this a length was most likely meant in millimetres."""

@@ -1,11 +1,21 @@
-"""The mesh that everything else receives."""
+"""The mesh that everything else receives, the package's array types and its one exception."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeAlias
 
-from meshes.arrays import Floats, Ints
+import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+
+class MeshError(ValueError):
+    """A mesh cannot be built, written or read; the message is one line meant for users."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +43,10 @@ class FingerMesh:
     node_sets: Mapping[str, Ints]
     facet_sets: Mapping[str, Ints]
     cell_sets: Mapping[str, Ints]
+
+    def __post_init__(self) -> None:
+        for name in ("node_sets", "facet_sets", "cell_sets"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
     def dim(self) -> int:

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-
 import numpy as np
 
-from meshes.arrays import Ints
-from meshes.errors import MeshError
-from meshes.facets import orient
-from meshes.mesh import FingerMesh
-from meshes.numbering import renumber
+from meshes.mesh import FingerMesh, Ints, MeshError
+from meshes.topology import orient, renumber
 
 
 def mirrored(half: FingerMesh) -> FingerMesh:
@@ -63,14 +57,4 @@ def mirrored(half: FingerMesh) -> FingerMesh:
         name: new[np.vstack([sides, image[sides][:, ::-1]])]
         for name, sides in half.facet_sets.items()
     }
-    return FingerMesh(
-        points[old],
-        np.vstack(ordered),
-        _frozen(kept),
-        _frozen(facets),
-        _frozen(cell_sets),
-    )
-
-
-def _frozen(sets: Mapping[str, Ints]) -> Mapping[str, Ints]:
-    return MappingProxyType(dict(sets))
+    return FingerMesh(points[old], np.vstack(ordered), kept, facets, cell_sets)

@@ -42,6 +42,8 @@ HINGE_DEPTH = CORE_SIDE
 """Length of the blocks around a shaft's hole, from the end face along the axis, over the radius."""
 
 Point = tuple[float, float, float]
+Station = dict[str, int]
+"""Tags of a station's points by their names."""
 
 
 def names(dim: int) -> tuple[str, ...]:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from meshes.arrays import Floats, Ints
-from meshes.blocks import Blocks
-from meshes.gmsh_session import gmsh_session
-from meshes.o_grid import HINGE_DEPTH, bulge_centre, names, section_point, tip_point
+from meshes.blocks import Blocks, gmsh_session
+from meshes.mesh import Floats, Ints
+from meshes.o_grid import HINGE_DEPTH, Station, bulge_centre, names, section_point, tip_point
 from meshes.plan import PhalanxPlan
-from meshes.shaft_hole import lay_end
-
-Station = dict[str, int]
+from meshes.shaft_hole import HoledEnd
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ class _Builder:
                 self.pole = section["axis"]
             return
         inwards = -1.0 if which == "proximal" else 1.0
-        end = lay_end(self.blocks, self.plan, self.dim, holed_at, inwards, section)
+        end = HoledEnd(self.blocks, self.plan, self.dim, holed_at, inwards, section)
         roles[f"{which}_face"], roles[f"{which}_hole"] = end.face, end.hole
         roles["shaft"] += end.shaft
         symmetry += end.symmetry
@@ -105,27 +102,50 @@ class _Builder:
 
     def _section(self, x: float, graded: float) -> Station:
         """Points and curves of the plane section at `x`; gradings to the power `graded`."""
-        blocks, plan, radius = self.blocks, self.plan, self.plan.radius
-        points = {name: blocks.point(*section_point(name, x, radius)) for name in names(self.dim)}
+        points = {
+            name: self.blocks.point(*section_point(name, x, self.plan.radius))
+            for name in names(self.dim)
+        }
+        self._divide(points, graded, points["axis"], bulged_at=x)
+        return points
+
+    def _divide(
+        self, station: Station, graded: float, centre: int, bulged_at: float | None = None
+    ) -> None:
+        """Curves of a station, its outer ones about `centre`; gradings to the power `graded`.
+
+        `bulged_at` is the x of a plane section, whose core is bounded by arcs. The tip's station
+        has a core of straight lines, and curves from its outer points to the pole.
+        """
+        blocks, plan = self.blocks, self.plan
+        tip = bulged_at is None
+        axis = station["axis"]
         for half in "-+":
             power = graded if half == "-" else 0.0
-            cy, oy = points["cy" + half], points["oy" + half]
+            cy, oy = station["cy" + half], station["oy" + half]
             blocks.curve(oy, cy, plan.n_radial, plan.inwards**graded)
-            blocks.curve(cy, points["axis"], plan.n, plan.to_pole ** (0.5 * power))
+            blocks.curve(cy, axis, plan.n, plan.to_pole ** (0.5 * power))
+            if tip:
+                blocks.curve(oy, self.pole, plan.n, plan.to_pole**power, centre)
             if self.dim == 2:
                 continue
-            cc, oc = points["cc" + half], points["oc" + half]
-            bulge_y = blocks.point(*bulge_centre("cy" + half, x, radius))
-            bulge_z = blocks.point(*bulge_centre("cz", x, radius))
+            cc, oc = station["cc" + half], station["oc" + half]
+            bulge_y, bulge_z = (
+                None
+                if bulged_at is None
+                else blocks.point(*bulge_centre(side, bulged_at, plan.radius))
+                for side in ("cy" + half, "cz")
+            )
             blocks.curve(oc, cc, plan.n_radial, plan.inwards**graded)
             blocks.curve(cy, cc, plan.n, plan.across ** (0.5 * power), bulge_y)
-            blocks.curve(oy, oc, plan.n, plan.across**power, points["axis"])
-            blocks.curve(cc, points["cz"], plan.n, plan.to_pole ** (0.5 * power), bulge_z)
-            blocks.curve(oc, points["oz"], plan.n, plan.to_pole**power, points["axis"])
+            blocks.curve(oy, oc, plan.n, plan.across**power, centre)
+            blocks.curve(cc, station["cz"], plan.n, plan.to_pole ** (0.5 * power), bulge_z)
+            blocks.curve(oc, station["oz"], plan.n, plan.to_pole**power, centre)
         if self.dim == 3:
-            blocks.curve(points["oz"], points["cz"], plan.n_radial, plan.inwards**graded)
-            blocks.curve(points["axis"], points["cz"], plan.n, plan.across ** (0.5 * graded))
-        return points
+            blocks.curve(station["oz"], station["cz"], plan.n_radial, plan.inwards**graded)
+            blocks.curve(axis, station["cz"], plan.n, plan.across ** (0.5 * graded))
+            if tip:
+                blocks.curve(self.pole, station["oz"], plan.n, plan.across, centre)
 
     def _tip(self, equator: Station) -> tuple[list[int], list[int]]:
         """Bend the section to the cube's end and close it with the cap.
@@ -152,24 +172,7 @@ class _Builder:
                 centre if on_sphere else None,
             )
         blocks.curve(self.pole, end["axis"], plan.n_radial, plan.inwards)
-        for half in "-+":
-            power = 1.0 if half == "-" else 0.0
-            cy, oy = end["cy" + half], end["oy" + half]
-            blocks.curve(oy, cy, plan.n_radial, plan.inwards)
-            blocks.curve(cy, end["axis"], plan.n, plan.to_pole ** (0.5 * power))
-            blocks.curve(oy, self.pole, plan.n, plan.to_pole**power, centre)
-            if self.dim == 2:
-                continue
-            cc, oc = end["cc" + half], end["oc" + half]
-            blocks.curve(oc, cc, plan.n_radial, plan.inwards)
-            blocks.curve(cy, cc, plan.n, plan.across ** (0.5 * power))
-            blocks.curve(oy, oc, plan.n, plan.across**power, centre)
-            blocks.curve(cc, end["cz"], plan.n, plan.to_pole ** (0.5 * power))
-            blocks.curve(oc, end["oz"], plan.n, plan.to_pole**power, centre)
-        if self.dim == 3:
-            blocks.curve(end["oz"], end["cz"], plan.n_radial, plan.inwards)
-            blocks.curve(end["axis"], end["cz"], plan.n, plan.across**0.5)
-            blocks.curve(self.pole, end["oz"], plan.n, plan.across, centre)
+        self._divide(end, 1.0, centre)
         sphere = self._lateral(equator, end, centre)
         symmetry = self._symmetry(equator, end)
         for half in "-+":

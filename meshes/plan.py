@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from meshes.errors import MeshError
-from meshes.estimate import require_bearable
+from scipy.optimize import brentq
+
 from meshes.geometry import FingerGeometry
-from meshes.grading import count_even, count_graded, progression
+from meshes.mesh import MeshError
 from meshes.o_grid import CONTACT_DEPTH, CORE_SIDE, HINGE_DEPTH, RING_WIDTH, contact_arc
-from meshes.sizing import Sizing
+from meshes.sizing import Sizing, require_bearable
 
 _MM = 1e3
 
@@ -99,40 +99,33 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
     size, axial_size, tip_size = (
         _MM * s for s in (sizing.section_size, sizing.axial_size, sizing.tip_size)
     )
-    eighth = 0.25 * math.pi * radius
-    n = count_even(eighth, size, least=2)
+    n = count_even(0.25 * math.pi * radius, size, least=2)
     n_radial = count_even(RING_WIDTH * radius, size)
     shaft = length - radius if rounded else length
+    n_axial = count_even(shaft, axial_size)
     angle = sizing.block_angle
-    if not rounded:
-        return PhalanxPlan(
-            radius, shaft, False, angle, n, n_radial, count_even(shaft, axial_size), 0
-        )
     meridian = radius * (0.5 * math.pi - angle)
-    to_pole = radius * angle
-    even = count_even(meridian, min(axial_size, size), least=2)
-    if tip_size >= size:
-        n_axial = count_even(shaft, axial_size)
-        return PhalanxPlan(radius, shaft, True, angle, n, n_radial, n_axial, even)
+    n_meridian = count_even(meridian, min(axial_size, size), least=2) if rounded else 0
+    even = PhalanxPlan(radius, shaft, rounded, angle, n, n_radial, n_axial, n_meridian)
+    if not rounded or tip_size >= size:
+        return even
     growth = sizing.growth
+    to_pole = radius * angle
     across = radius * contact_arc(angle)
     depth = radius * CONTACT_DEPTH
     n = max(n, *(count_graded(side, tip_size, growth) for side in (across, to_pole)))
     n_radial = max(n_radial, count_graded(depth, tip_size, growth))
-    n_meridian = max(even, count_graded(meridian, tip_size, growth))
+    n_meridian = max(n_meridian, count_graded(meridian, tip_size, growth))
     to_equator = progression(meridian, tip_size, n_meridian)
     # The shaft goes on with the edge that the sphere ends with at its equator.
     last = min(tip_size * to_equator ** (n_meridian - 1), axial_size)
-    n_axial = max(count_even(shaft, axial_size), _count_up_to(shaft, last, axial_size, growth))
-    return PhalanxPlan(
-        radius,
-        shaft,
-        True,
-        angle,
-        n,
-        n_radial,
-        n_axial,
-        n_meridian,
+    n_axial = max(n_axial, _count_up_to(shaft, last, axial_size, growth))
+    return replace(
+        even,
+        n=n,
+        n_radial=n_radial,
+        n_axial=n_axial,
+        n_meridian=n_meridian,
         across=progression(across, tip_size, n),
         to_pole=progression(to_pole, tip_size, n),
         to_equator=to_equator,
@@ -141,26 +134,13 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
     )
 
 
-def _count_up_to(length: float, first: float, largest: float, growth: float) -> int:
-    """Edges that grow from `first` to `largest` by at most `growth`, then stay, to fill `length`.
-
-    gmsh's progression has no plateau; the same number of edges with a gentler growth ends
-    slightly above `largest`.
-    """
-    rising = math.log(largest / first) / math.log(growth) if largest > first else 0.0
-    ramp = (largest - first) / math.log(growth)
-    if ramp >= length:
-        return count_graded(length, first, growth)
-    return math.ceil(rising + (length - ramp) / largest - 1e-9)
-
-
 def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[PhalanxPlan, ...]:
     """Plan every phalanx.
 
     Raises
     ------
     MeshError
-        If a size exceeds the body, or mesh or tap would be too large: see `estimate`.
+        If a size exceeds the body, or mesh or tap would be too large: see `require_bearable`.
     """
     for w, (length, diameter) in enumerate(
         zip(geometry.lengths, geometry.diameters, strict=True), start=1
@@ -221,3 +201,45 @@ def count_elements(geometry: FingerGeometry, sizing: Sizing, dim: int = 3) -> in
         As for building it.
     """
     return sum(plan.elements(dim) for plan in plan_finger(geometry, sizing, dim))
+
+
+def count_even(length: float, size: float, least: int = 1) -> int:
+    """Number of even edges of about `size` on a curve of `length`, at least `least`."""
+    return max(least, round(length / size))
+
+
+def count_graded(length: float, size: float, growth: float) -> int:
+    """Fewest edges h, hg, hg^2, ... with h <= `size` and g = `growth` that fill `length`.
+
+    The sum of n edges is ``h (g^n - 1)/(g - 1)``.
+    """
+    return math.ceil(math.log1p(length * (growth - 1.0) / size) / math.log(growth) - 1e-9)
+
+
+def progression(length: float, size: float, count: int) -> float:
+    """Ratio q >= 1 of neighbouring edges so that `count` edges starting at `size` fill `length`.
+
+    Solves ``size (q^n - 1)/(q - 1) = length``; 1 if even edges are already as short as `size`.
+    """
+    if count < 2 or length / count <= size:
+        return 1.0
+
+    def excess(q: float) -> float:
+        return size * math.fsum(q**k for k in range(count)) - length
+
+    # The last edge alone is shorter than the curve, which bounds q.
+    largest = (length / size) ** (1.0 / (count - 1))
+    return float(brentq(excess, 1.0, largest, xtol=1e-14, rtol=1e-14))
+
+
+def _count_up_to(length: float, first: float, largest: float, growth: float) -> int:
+    """Edges that grow from `first` to `largest` by at most `growth`, then stay, to fill `length`.
+
+    gmsh's progression has no plateau; the same number of edges with a gentler growth ends
+    slightly above `largest`.
+    """
+    rising = math.log(largest / first) / math.log(growth) if largest > first else 0.0
+    ramp = (largest - first) / math.log(growth)
+    if ramp >= length:
+        return count_graded(length, first, growth)
+    return math.ceil(rising + (length - ramp) / largest - 1e-9)

@@ -7,29 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshes.arrays import Floats, Ints
-from meshes.errors import MeshError
-from meshes.facets import local_facets
-from meshes.mesh import FingerMesh
+from meshes.mesh import FingerMesh, Floats, Ints, MeshError
+from meshes.topology import local_facets
 
 # Each corner with its neighbours along the three (two) local axes, right-handed.
-_CORNERS_3D = np.array(
-    [
-        [0, 1, 3, 4],
-        [1, 2, 0, 5],
-        [2, 3, 1, 6],
-        [3, 0, 2, 7],
-        [4, 7, 5, 0],
-        [5, 4, 6, 1],
-        [6, 5, 7, 2],
-        [7, 6, 4, 3],
-    ]
-)
+_CORNERS_3D = np.array([
+    [0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7],
+    [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3],
+])  # fmt: skip
 _CORNERS_2D = np.array([[0, 1, 3], [1, 2, 0], [2, 3, 1], [3, 0, 2]])
 _EDGES_3D = np.array(
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
 )
-_EDGES_2D = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
 
 
 @dataclass(frozen=True)
@@ -65,7 +54,7 @@ def scaled_jacobians(points: Floats, cells: Ints) -> Floats:
 
 def edge_lengths(points: Floats, cells: Ints) -> Floats:
     """Lengths of each element's edges, (n_cells, 12 or 4), m."""
-    table = _EDGES_3D if points.shape[1] == 3 else _EDGES_2D
+    table = _EDGES_3D if points.shape[1] == 3 else local_facets(2)
     ends = points[cells[:, table]]
     return np.asarray(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2))
 

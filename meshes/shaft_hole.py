@@ -18,49 +18,36 @@ Across, the blocks A and B repeat in the section's two layers: core (below) and 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 from meshes.blocks import Blocks
-from meshes.o_grid import CORE_SIDE, HINGE_DEPTH, Point, bulge_centre, section_point
+from meshes.o_grid import CORE_SIDE, HINGE_DEPTH, Point, Station, bulge_centre, section_point
 from meshes.plan import PhalanxPlan
 
 SPLINE_POINTS = 7
 """Points inside a curve of the phalanx's surface that is no line and no circle."""
 
-Station = dict[str, int]
 
-
-@dataclass
 class HoledEnd:
-    """Tags of the end's faces (curves in 2D) by role, and of the hole's edges in the end face.
-
-    The edges are curves (points in 2D): the nodes of the hole that lie in the end face, whose mean
-    lies on the hinge axis.
-    """
-
-    face: list[int] = field(default_factory=list)
-    hole: list[int] = field(default_factory=list)
-    shaft: list[int] = field(default_factory=list)
-    symmetry: list[int] = field(default_factory=list)
-    edges: list[int] = field(default_factory=list)
-
-
-def lay_end(
-    blocks: Blocks, plan: PhalanxPlan, dim: int, x: float, inwards: float, station: Station
-) -> HoledEnd:
-    """Lay the blocks between the end face at `x` (mm) and the O-grid's first section.
+    """The blocks between an end face and the O-grid's first section, laid when it is made.
 
     Parameters
     ----------
+    x
+        Of the end face, mm.
     inwards
         Direction from the end face into the phalanx along X, 1 or -1.
     station
         Points of the section, at ``x + inwards * HINGE_DEPTH * radius``.
+
+    Attributes
+    ----------
+    face, hole, shaft, symmetry
+        Tags of the end's faces (curves in 2D) by role.
+    edges
+        Curves (points in 2D) of the hole that lie in the end face; the mean of their nodes lies on
+        the hinge axis.
     """
-    return _End(blocks, plan, dim, x, inwards, station).lay()
 
-
-class _End:
     def __init__(
         self,
         blocks: Blocks,
@@ -73,23 +60,23 @@ class _End:
         self.blocks, self.plan, self.dim = blocks, plan, dim
         self.x, self.inwards, self.station = x, inwards, station
         self.layers = 3 if dim == 3 else 1
-
-    def lay(self) -> HoledEnd:
-        blocks, plan, station, result = self.blocks, self.plan, self.station, HoledEnd()
-        deep = [blocks.point(*self._on_hole(90.0, 1.0, layer)) for layer in range(self.layers)]
+        self.face: list[int] = []
+        self.hole: list[int] = []
+        self.shaft: list[int] = []
+        self.symmetry: list[int] = []
+        self.edges: list[int] = []
+        deep = self._column(90.0, 1.0)
         for layer, inner in enumerate(("axis", "cz", "oz")[: self.layers]):
             blocks.curve(deep[layer], station[inner], plan.n_hole)
         self._rise(deep)
         for half in "-+":
-            self._half(half, deep, result)
-        return result
+            self._half(half, deep)
 
-    def _half(self, half: str, deep: list[int], result: HoledEnd) -> None:
+    def _half(self, half: str, deep: list[int]) -> None:
         """Points, curves and blocks of the lower or the upper half."""
         blocks, plan, dim, station = self.blocks, self.plan, self.dim, self.station
         side = -1.0 if half == "-" else 1.0
-        mouth = [blocks.point(*self._on_hole(0.0, side, layer)) for layer in range(self.layers)]
-        middle = [blocks.point(*self._on_hole(45.0, side, layer)) for layer in range(self.layers)]
+        mouth, middle = self._column(0.0, side), self._column(45.0, side)
         names = ("cy", "cc", "oc", "oy") if dim == 3 else ("cy", "oy")
         far = {name: station[name + half] for name in names}
         near = {
@@ -119,7 +106,7 @@ class _End:
                 self._around(middle[layer], deep[layer], (45.0, 90.0), side, layer, plan.n)
             self._rise(mouth)
             self._rise(middle)
-        self._fill(mouth, middle, deep, near, far, result)
+        self._fill(mouth, middle, deep, near, far)
 
     def _fill(
         self,
@@ -128,7 +115,6 @@ class _End:
         deep: list[int],
         near: Station,
         far: Station,
-        result: HoledEnd,
     ) -> None:
         """The half's blocks, and the roles of their faces."""
         blocks, station = self.blocks, self.station
@@ -137,12 +123,12 @@ class _End:
             blocks.face((middle[0], far["cy"], station["axis"], deep[0]))
             blocks.face((near["cy"], near["oy"], far["oy"], far["cy"]))
             for pairs, role in (
-                (((mouth[0], near["cy"]), (near["cy"], near["oy"])), result.face),
-                (((mouth[0], middle[0]), (middle[0], deep[0])), result.hole),
-                (((near["oy"], far["oy"]),), result.shaft),
+                (((mouth[0], near["cy"]), (near["cy"], near["oy"])), self.face),
+                (((mouth[0], middle[0]), (middle[0], deep[0])), self.hole),
+                (((near["oy"], far["oy"]),), self.shaft),
             ):
                 role += [blocks.find_curve(p, q) for p, q in pairs]
-            result.edges.append(mouth[0])
+            self.edges.append(mouth[0])
             return
         inner = (station["axis"], station["cz"], station["oz"])
         outside, inside = (near["cy"], near["cc"], near["oc"]), (far["cy"], far["cc"], far["oc"])
@@ -152,19 +138,19 @@ class _End:
             blocks.hexahedron(a[i], a[i + 1])
             blocks.hexahedron(b[i], b[i + 1])
             j = i + 1
-            result.face.append(blocks.face((mouth[i], outside[i], outside[j], mouth[j])))
-            result.hole.append(blocks.face((mouth[i], middle[i], middle[j], mouth[j])))
-            result.hole.append(blocks.face((middle[i], deep[i], deep[j], middle[j])))
-            result.edges.append(blocks.find_curve(mouth[i], mouth[j]))
+            self.face.append(blocks.face((mouth[i], outside[i], outside[j], mouth[j])))
+            self.hole.append(blocks.face((mouth[i], middle[i], middle[j], mouth[j])))
+            self.hole.append(blocks.face((middle[i], deep[i], deep[j], middle[j])))
+            self.edges.append(blocks.find_curve(mouth[i], mouth[j]))
         ring = [tuple(s[name] for name in ("cy", "oy", "oc", "cc")) for s in (near, far)]
         blocks.hexahedron(*ring)
-        result.face.append(blocks.face(ring[0]))
-        result.shaft += [
+        self.face.append(blocks.face(ring[0]))
+        self.shaft += [
             blocks.face(a[2]),
             blocks.face(b[2]),
             blocks.face((near["oy"], near["oc"], far["oc"], far["oy"])),
         ]
-        result.symmetry += [
+        self.symmetry += [
             blocks.face(a[0]),
             blocks.face(b[0]),
             blocks.face((near["cy"], near["oy"], far["oy"], far["cy"])),
@@ -181,6 +167,12 @@ class _End:
         y = side * plan.hole * math.cos(angle)
         z = (0.0, CORE_SIDE * plan.radius, math.sqrt(plan.radius**2 - y**2))[layer]
         return (self.x + self.inwards * plan.hole * math.sin(angle), y, z)
+
+    def _column(self, degrees: float, side: float) -> list[int]:
+        """Points of the hole at one angle, in every layer."""
+        return [
+            self.blocks.point(*self._on_hole(degrees, side, layer)) for layer in range(self.layers)
+        ]
 
     def _around(
         self, p: int, q: int, degrees: tuple[float, float], side: float, layer: int, count: int

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 import meshes
 from meshes.check import check, required_node_sets
-from meshes.facets import outer_facets
 from meshes.quality import scaled_jacobians, volumes
+from meshes.topology import outer_facets
 from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, D, L, R
 
 

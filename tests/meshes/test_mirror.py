@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import meshes
-from meshes.facets import outer_facets
+from meshes.topology import outer_facets
 
 GEOMETRY = meshes.FingerGeometry((0.04, 0.04), (0.015, 0.015))
 HALF = meshes.finger_hexahedra(GEOMETRY, meshes.Sizing(2.5e-3, 4e-3, 1.5e-3))

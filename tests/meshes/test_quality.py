@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import meshes
-from meshes.grading import count_graded, progression
+from meshes.plan import count_graded, progression
 from meshes.quality import characteristic_lengths, edge_lengths, scaled_jacobians, volumes
 
 CUBE = np.array(

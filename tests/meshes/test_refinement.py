@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import meshes
+from meshes.finger import snap
 from meshes.phalanx import mesh_phalanx
 from meshes.plan import plan_finger
 from meshes.quality import edge_lengths
-from meshes.snap import snap
 from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, L, R
 
 

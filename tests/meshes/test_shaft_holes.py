@@ -12,8 +12,8 @@ from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
 import meshes
-from meshes.facets import outer_facets
 from meshes.quality import volumes
+from meshes.topology import outer_facets
 
 SHAFT, RADIUS = 2.5e-3, 7.5e-3
 PLAIN = meshes.FingerGeometry((0.04, 0.03, 0.04), (0.015,) * 3)

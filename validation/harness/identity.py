@@ -1,109 +1,158 @@
-"""What a result is made from: scene, program, versions, machine. All of it, or it has no name.
+"""The identity of a result: whatever decides its bits, its time and its memory, as JSON values.
 
-The same bits and the same time need the same inputs, source, libraries, processor and threads.
+Its sources are found and not listed: from the modules whose code makes the result along all of
+their imports, those in functions included, within this project's packages. Of every library that
+is imported on the way, the version counts; so do Python, the processor, and the environment of
+the compiler and of linear algebra (another ``OPENBLAS_CORETYPE`` gives other bits).
+
+An import of `importlib.import_module` is followed where its argument is written out. A name that is
+put together (`validation.models.adapter`) is not: who calls it gives the adapter's module as well.
 """
 
 import hashlib
-import importlib.util
 import os
 import platform
-from collections.abc import Iterable, Mapping
+import re
+import sys
+from collections.abc import Collection, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from validation.harness.provenance import processor, version
-from validation.scenes.tables import Scene
 
-VALIDATION = Path(__file__).parents[1]
-# Of this package: what turns tables into a model's arguments and its result into a record.
-TRANSLATION = tuple(
-    VALIDATION / name
-    for name in (
-        "models", "scenes", "runs/execute.py", "harness/fields.py", "harness/record.py",
-        "harness/files.py", "harness/store.py", "harness/identity.py", "harness/stored_run.py",
-    )
-)  # fmt: skip
-SOURCES = {
-    "hcm": ("hcm",),
-    "fem3d": ("reference_fem", "meshes"),
-    "fem2d": ("reference_fem", "meshes"),
+ROOT = Path(__file__).parents[2]  # of the checkout, or where the wheel is installed
+PACKAGES = ("hcm", "reference_fem", "meshes", "validation")
+# Libraries whose distribution has another name, or whose results another one decides too.
+DISTRIBUTIONS = {
+    "PIL": ("pillow",),
+    "numba": ("numba", "llvmlite"),
+    "pydantic_core": ("pydantic-core",),
+    "skfem": ("scikit-fem",),
 }
-LIBRARIES = {
-    "hcm": ("numpy", "scipy", "numba", "llvmlite"),
-    "fem3d": ("numpy", "scipy", "numba", "llvmlite", "gmsh", "scikit-fem", "meshio"),
-}
-LIBRARIES["fem2d"] = LIBRARIES["fem3d"]
+ENVIRONMENT = ("NUMBA_", "OMP_", "OPENBLAS_", "MKL_")
 NO_MEANING = ("NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES", "NUMBA_COLOR_SCHEME")
 
+# Parsing all of a package takes a tenth of a second; its imports are found in a hundredth.
+IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]*(\((?:[^)#]|#[^\n]*)*\)|[^\n(]+)"
+    r"|import[ \t]+([\w.]+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#[^\n]*)?$)",
+    re.M,
+)
+COMMENT = re.compile(r"#[^\n]*")
+NAMED = re.compile(r"import_module\(\s*[\"']([\w.]+)[\"']")
+FOR_TYPES = re.compile(r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)*", re.M)
 
-def source_digest(paths: Iterable[Path]) -> str:
-    """SHA-256 of the Python files and TOML tables at and below the paths, names included."""
+
+def imports(text: str) -> Iterator[str]:
+    """Dotted names that a module imports when it runs, anywhere in its text.
+
+    Of ``from a import b`` it is ``a.b``, which may be a module or what is found in one.
+    """
+    text = FOR_TYPES.sub("", text)
+    yield from NAMED.findall(text)
+    for source, members, module in IMPORT.findall(text):
+        if module:
+            yield module
+        for member in COMMENT.sub("", members).strip("() \n").split(","):
+            if member.strip():
+                yield f"{source}.{member.split()[0]}"
+
+
+def module_file(name: str, root: Path = ROOT) -> tuple[str, str]:
+    """The module that a dotted name is, or is found in, and its file.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        There is no such module.
+    """
+    module = name
+    while module:
+        path = os.path.join(root, *module.split("."))
+        for file in (f"{path}.py", os.path.join(path, "__init__.py")):
+            if os.path.isfile(file):
+                return module, file
+        module = module.rpartition(".")[0]
+    raise ModuleNotFoundError(f"{name}: no such module below {root}")
+
+
+def closure(
+    modules: Collection[str],
+    without: Collection[str] = (),
+    root: Path = ROOT,
+    packages: Collection[str] = PACKAGES,
+) -> tuple[Mapping[str, bytes], frozenset[str]]:
+    """Modules that these import, themselves included, and the libraries that all of them import.
+
+    Parameters
+    ----------
+    modules : dotted names.
+    without : packages that have no part in the result, though something imports them.
+    root : folder that holds the packages.
+    packages : of this project; whatever else is imported is a library.
+
+    Returns
+    -------
+    sources : by module, what its file holds.
+    libraries : names of packages, without the standard library's.
+    """
+    sources: dict[str, bytes] = {}
+    libraries = set()
+    names, seen = list(modules), set[str]()
+    while names:
+        name = names.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        package = name.partition(".")[0]
+        if package in without:
+            continue
+        if package not in packages:
+            libraries.add(package)
+            continue
+        module, file = module_file(name, root)
+        if module not in sources:
+            sources[module] = Path(file).read_bytes()
+            names += imports(sources[module].decode())
+            names += filter(None, [module.rpartition(".")[0]])  # a package runs before its modules
+    return sources, frozenset(libraries - sys.stdlib_module_names)
+
+
+def source_digest(sources: Mapping[str, bytes]) -> str:
+    """SHA-256 of modules by name and content."""
     digest = hashlib.sha256()
-    for root in paths:
-        files = (
-            (p for p in root.rglob("*") if p.suffix in (".py", ".toml"))
-            if root.is_dir()
-            else (root,)
-        )
-        for path in sorted(files):
-            digest.update(path.relative_to(root.parent).as_posix().encode())
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    for name in sorted(sources):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(sources[name]).digest())
     return digest.hexdigest()
 
 
-def _package(name: str) -> Path:
-    """A package's folder, found without importing it."""
-    spec = importlib.util.find_spec(name)
-    assert spec is not None
-    assert spec.origin is not None
-    return Path(spec.origin).parent
+@cache  # code that runs doesn't change, whatever becomes of its files
+def _code(modules: tuple[str, ...], without: tuple[str, ...]) -> tuple[str, Mapping[str, str]]:
+    """Digest of the sources, and versions of the libraries."""
+    sources, libraries = closure(modules, without)
+    names = sorted({name for one in libraries for name in DISTRIBUTIONS.get(one, (one,))})
+    return source_digest(sources), {name: version(name) for name in names}
 
 
-def program(*models: str, files: Iterable[Path] = ()) -> dict[str, Any]:
-    """Source, versions and machine that results of these models depend on.
+def program(*modules: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Source, versions and machine that the results of these modules depend on.
 
     Parameters
     ----------
-    models : hcm, fem3d, fem2d.
-    files : further sources that take part in the result.
+    modules : dotted names of the modules whose code makes the result.
+    without : packages of ours that have no part in it; see `closure`.
     """
-    packages = sorted({package for model in models for package in SOURCES[model]})
-    libraries = sorted({library for model in models for library in LIBRARIES[model]})
-    settings = {
-        k: v for k, v in os.environ.items() if k.startswith("NUMBA_") and k not in NO_MEANING
+    source, versions = _code(modules, without)
+    environment = {
+        name: value
+        for name, value in sorted(os.environ.items())
+        if name.startswith(ENVIRONMENT) and name not in NO_MEANING
     }
     return {
-        "source": source_digest([*map(_package, packages), *TRANSLATION, *files]),
-        "versions": {library: version(library) for library in libraries},
+        "source": source,
+        "versions": dict(versions),
         "python": platform.python_version(),
         "machine": [platform.machine(), platform.system(), processor()],
-        "numba": settings,
+        "environment": environment,
     }
-
-
-def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
-    """The tables that a model reads, canonical: defaults filled in, the other models' left out."""
-    document: dict[str, Any] = tables.model_dump(mode="json")
-    own = "hcm" if model == "hcm" else "fem"
-    document["solver"] = {own: document["solver"][own]}
-    mesh = tables.solver.fem.mesh if own == "fem" else None
-    return {"tables": document, "mesh_sha256": None if mesh is None else _content(Path(mesh))}
-
-
-def _content(path: Path) -> str:
-    """SHA-256 of a file; of nothing where it cannot be read, which the solver then says."""
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
-        return ""
-
-
-def run_inputs(tables: Scene, model: str, of: Mapping[str, Any], **more: Any) -> dict[str, Any]:
-    """Inputs of a run.
-
-    Parameters
-    ----------
-    of : the model's `program`.
-    more : what else the result depends on, as JSON values: a start state, wanted times.
-    """
-    return {"model": model, "program": dict(of), **scene_inputs(tables, model), **more}

@@ -4,6 +4,7 @@ import json
 import os
 import platform
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ def to_toml(document: dict[str, Any]) -> str:
     return "\n".join(table("", document)) + "\n"
 
 
+@cache
 def processor() -> str:
     """The processor's name and how many cores this process may use."""
     name = platform.processor() or platform.machine()

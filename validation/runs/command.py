@@ -7,12 +7,13 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import AsJson, Flag, Overrides
 from validation.harness.console import progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
-from validation.harness.identity import program, run_inputs
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, relabelled, restore_run
 from validation.models import ModelName
 from validation.models.adapter import Checkpoint
+from validation.models.inputs import run_inputs
+from validation.runs import execute
 from validation.runs.execute import keep, solve
 from validation.scenes.load import NamedScene, load_scene
 
@@ -90,7 +91,7 @@ def _stored_or_solved(
 ) -> RunRecord:
     """The run's record, its files in its folder; the restart file goes after they are kept."""
     store = Store(out / "store", fresh)
-    inputs = run_inputs(scene.tables, model, program(model), process="command")
+    inputs = run_inputs(scene.tables, model, execute.__name__, process="command")
     checkpoint = None if model == "hcm" else Checkpoint(folder / "restart.npz", resume)
     record = restore_run(store, inputs, folder, fields=True)
     if record is not None:

@@ -10,7 +10,6 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.compiling import told
 from validation.harness.fields import write_fields
 from validation.harness.files import clear_run, safe_name, write_run, write_text
-from validation.harness.identity import program, run_inputs
 from validation.harness.isolated import CrashedError, call_isolated
 from validation.harness.memory import peak_memory_MB
 from validation.harness.record import RunRecord
@@ -18,6 +17,7 @@ from validation.harness.store import Inputs, Store
 from validation.harness.stored_run import keep_run, relabelled, restore_run
 from validation.models import MODEL_NAMES, ModelName, adapter
 from validation.models.adapter import Checkpoint, Outcome, Progress
+from validation.models.inputs import run_inputs
 from validation.scenes.load import NamedScene, load_scene
 
 
@@ -107,7 +107,7 @@ def _task(job: Job, folder: Path, store: Store | None, first: bool) -> Task:
         with contextlib.suppress(UserError):
             tables = load_scene(job.scene, job.overrides).tables
             process = "own" if first else "shared"
-            inputs = run_inputs(tables, job.model, program(job.model), process=process)
+            inputs = run_inputs(tables, job.model, __name__, process=process)
     return Task(job, run_folder, store, inputs)
 
 

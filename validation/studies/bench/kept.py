@@ -9,9 +9,9 @@ from typing import Any
 from validation.compare.tap_errors import TapErrors
 from validation.harness.identity import program
 from validation.harness.store import Store
+from validation.models.inputs import OTHERS
 from validation.studies.bench.measured import Point
 
-HERE = Path(__file__).parent
 NAME = "point.json"
 
 
@@ -26,18 +26,20 @@ class Kept:
 
     def __init__(self, folder: Path, resume: bool) -> None:
         self._store = Store(folder, fresh=not resume)
-        self._programs: dict[str, dict[str, Any]] = {}
         self.read_back = 0
 
-    def point(self, model: str, setting: Any, measure: Callable[[], Point]) -> Point:
-        """The point of a setting (a dataclass of JSON values), measured unless it is there."""
-        if model not in self._programs:
-            self._programs[model] = program(model, files=sorted(HERE.glob("*.py")))
-        inputs = {
-            "point": dataclasses.asdict(setting),
-            "model": model,
-            "program": self._programs[model],
-        }
+    def point(self, model: str, setting: Any, measure: Callable[[], Point], **more: Any) -> Point:
+        """The point of a setting, measured unless it is there.
+
+        Parameters
+        ----------
+        setting : a dataclass of JSON values, of the module that measures it.
+        more : what else decides the point, as JSON values: the truth that it is compared with.
+        """
+        made_by = program(
+            f"validation.models.{model}", type(setting).__module__, without=OTHERS[model]
+        )
+        inputs = {"point": dataclasses.asdict(setting), "model": model, "program": made_by, **more}
         found = self._store.load(inputs, read)
         if found is not None:
             self.read_back += 1

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.harness.identity import program, run_inputs
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import ModelName, adapter
+from validation.models.inputs import run_inputs
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.ledger import Entry
@@ -54,10 +54,8 @@ def stored(model: ModelName, budget_s: float) -> Entry:
     without = time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder))
-        keep_run(store, run_inputs(scene.tables, model, program(model)), outcome)
-        timed = shortest(
-            lambda: load_run(store, run_inputs(scene.tables, model, program(model))), budget_s
-        )
+        keep_run(store, run_inputs(scene.tables, model), outcome)
+        timed = shortest(lambda: load_run(store, run_inputs(scene.tables, model)), budget_s)
     found = timed.result
     same = found is not None and all(
         np.array_equal(found.history[name], array, equal_nan=array.dtype.kind == "f")

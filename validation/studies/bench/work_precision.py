@@ -5,7 +5,7 @@ integration. The contact's ladder of elements is measured against 20 elements a 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -151,5 +151,5 @@ def measure_all(
     for number, rung in enumerate(rungs):
         progress(number / len(rungs), f"hcm, {rung.study}, {rung.setting}")
         measure_it = partial(measure, rung, known[rung.study].values, budget_s)
-        points.append(kept.point("hcm", rung, measure_it))
+        points.append(kept.point("hcm", rung, measure_it, truth=asdict(known[rung.study].values)))
     return points

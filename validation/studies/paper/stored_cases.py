@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from validation.harness.identity import program, run_inputs
 from validation.harness.record import RunRecord, plain
 from validation.harness.store import Inputs, Store
 from validation.harness.stored_run import read_record, relabelled, write_record
+from validation.models.inputs import run_inputs
 from validation.scenes.load import load_scene
 from validation.studies.paper.cases import Case
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hcm import Posture
 
 POSTURES = "postures.json"
+SOLVER = "validation.studies.paper.solve"  # which module solves them, and imports this one
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,9 @@ class CaseRun:
 
 @dataclass(frozen=True)
 class CaseStore:
-    """A store, and the program whose results it holds (found once: it reads every source)."""
+    """A store of cases."""
 
     store: Store
-    program: Mapping[str, Any]
 
     def load(self, case: Case) -> CaseRun | None:
         """The case's result if it is stored.
@@ -57,13 +57,12 @@ class CaseStore:
 
     def _inputs(self, case: Case) -> Inputs:
         tables = load_scene(case.scene, case.overrides).tables
-        return run_inputs(tables, "hcm", self.program, frame_times=list(case.frame_times))
+        return run_inputs(tables, "hcm", SOLVER, frame_times=list(case.frame_times))
 
 
 def case_store(store: Store) -> CaseStore:
-    """The store for cases, with what they depend on."""
-    here = Path(__file__)
-    return CaseStore(store, program("hcm", files=(here, here.with_name("solve.py"))))
+    """The store for cases."""
+    return CaseStore(store)
 
 
 def _write(entry: Path, run: CaseRun) -> None:

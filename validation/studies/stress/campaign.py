@@ -9,13 +9,24 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from validation.harness.identity import program
+from validation.harness.line_store import LineStore
 from validation.harness.workers import Workers
 from validation.studies.stress.figures import draw_map
-from validation.studies.stress.finished import Finished
 from validation.studies.stress.limits import limit
 from validation.studies.stress.stability_map import Cell, Map
 
 AHEAD = 4  # cells that wait, per process
+
+
+def verdict_inputs(cell: Cell) -> dict[str, Any]:
+    """What a cell's verdict is made from: its scene, its judge, and the code of both."""
+    judge = cell.judge
+    return {
+        "scene": repr(cell.scene),
+        "judge": judge.__qualname__,
+        "program": program(judge.__module__, type(cell.scene).__module__),
+    }
 
 
 def judge_cell(cell: Cell) -> dict[str, Any]:
@@ -25,12 +36,12 @@ def judge_cell(cell: Cell) -> dict[str, Any]:
 
 def run_cells(
     cells: Sequence[Cell],
-    finished: Finished,
+    finished: LineStore,
     pool: Workers,
     progress: Callable[[float, str], None],
 ) -> None:
     """Judge what is not finished; progress is the share of cells that are done."""
-    todo = [cell for cell in cells if finished.get(cell) is None]
+    todo = [cell for cell in cells if finished.load(verdict_inputs(cell)) is None]
     done = len(cells) - len(todo)
     waiting = iter(todo)
     running: dict[Future[dict[str, Any]], Cell] = {}
@@ -46,7 +57,7 @@ def run_cells(
             # what has succeeded is kept before a failure is raised
             for future in sorted(ready, key=lambda job: job.exception() is not None):
                 cell = running.pop(future)
-                finished.add(cell, future.result())
+                finished.keep(verdict_inputs(cell), future.result())
                 done += 1
                 progress(done / len(cells), f"{cell.map}, {done} of {len(cells)} cells")
                 submit(1)
@@ -55,28 +66,27 @@ def run_cells(
             future.cancel()
 
 
-def table_rows(wanted: Map, finished: Finished) -> list[dict[str, Any]]:
+def table_rows(wanted: Map, finished: LineStore) -> list[dict[str, Any]]:
     """One row per finished cell of a map."""
     rows = []
     for cell in wanted.cells():
-        verdict = finished.get(cell)
+        verdict = finished.load(verdict_inputs(cell))
         if verdict is not None:
             where = {wanted.x_name: cell.x, wanted.y_name: cell.y}
             if wanted.panel_name:
                 where[wanted.panel_name] = cell.panel
-            kept = {k: v for k, v in verdict.items() if k not in ("key", "digest")}
-            rows.append({**where, **kept})
+            rows.append({**where, **verdict})
     return rows
 
 
-def draw(folder: Path, wanted: Map, finished: Finished) -> None:
+def draw(folder: Path, wanted: Map, finished: LineStore) -> None:
     """A map's figure, unless it is a list of scenes rather than a plane."""
     if len(wanted.y) == 1:
         return
     answers = {
         (cell.x, cell.y, cell.panel): str(verdict["answer"])
         for cell in wanted.cells()
-        if (verdict := finished.get(cell)) is not None
+        if (verdict := finished.load(verdict_inputs(cell))) is not None
     }
     draw_map(
         folder / f"{wanted.name}.png", wanted, answers, limit(wanted, table_rows(wanted, finished))

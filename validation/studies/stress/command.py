@@ -11,13 +11,13 @@ from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, write_json
 from validation.harness.isolated import call_isolated
+from validation.harness.line_store import LineStore
 from validation.harness.tables import write_table
 from validation.harness.workers import workers
 from validation.models.hcm import warm_up_flights
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.stress.campaign import draw, run_cells, table_rows
 from validation.studies.stress.collection import all_maps
-from validation.studies.stress.finished import Finished
 from validation.studies.stress.limits import limit
 from validation.studies.stress.page import write_stress_page
 from validation.studies.stress.stability_map import ANSWERS, WRONG
@@ -98,7 +98,7 @@ def run_stress(
         run_peers(out)
         return
     folder = output_folder(out / "stress" / ("quick" if quick else "full"))
-    finished = Finished(folder / "cells.jsonl")
+    finished = LineStore(folder / "cells.jsonl")
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
     cells = [cell for wanted in maps for cell in wanted.cells()]
     with progress_bar("stress") as progress:

@@ -9,9 +9,9 @@ from typing import Any
 
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
-from validation.studies.stress.hcm.audit import ENERGY_SHARE, LARGEST_ERROR
+from validation.studies.stress.hcm.audit import ENERGY_SHARE
 from validation.studies.stress.reference.judge import OTHER
-from validation.studies.stress.stability_map import ANSWERS, WRONG
+from validation.studies.stress.stability_map import ANSWERS, LARGEST_ERROR, WRONG
 
 
 def write_stress_page(

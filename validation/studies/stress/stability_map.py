@@ -7,9 +7,8 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
 
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
-run that claims to be good can be RIGHT, SMALLER or WRONG. `sources` lists the packages and files
-(relative to the repository) that a verdict depends on: after a change of theirs a stored verdict
-counts no longer.
+run that claims to be good can be RIGHT, SMALLER or WRONG. A stored verdict counts
+until its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
 `collection`. The campaign (`campaign`) stores one line per cell as soon as it is judged and goes on
@@ -30,6 +29,8 @@ RIGHT, SMALLER, REFUSED, STOPPED, FLAGGED, WRONG = ANSWERS = (
     "flagged as not reliable",
     "wrong and silent",
 )
+# Largest relative error of what is still called right (the README's and the page's definition).
+LARGEST_ERROR = 0.05
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,6 @@ class Cell:
     panel: float
     scene: Any
     judge: Judge
-    sources: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,6 @@ class Map:
     panels: tuple[float, ...]
     scene: Callable[[float, float, float], Any]
     judge: Judge
-    sources: tuple[str, ...]
 
     def cells(self) -> Iterator[Cell]:
         """All cells, panel by panel."""
@@ -95,4 +94,4 @@ class Map:
             for y in self.y:
                 for x in self.x:
                     scene = self.scene(x, y, panel)
-                    yield Cell(self.name, x, y, panel, scene, self.judge, self.sources)
+                    yield Cell(self.name, x, y, panel, scene, self.judge)

@@ -8,19 +8,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from validation.harness.identity import program, scene_inputs
+from validation.harness.identity import program
 from validation.harness.record import RunRecord, plain
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.identify.contact import ContactIdentification, identify_contact
 from validation.models.adapter import Outcome
 from validation.models.impact import Impact
+from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import runs
 from validation.validate.ladder.runs import Contact
 
-HERE = Path(__file__)
-SOURCES = (HERE, HERE.with_name("runs.py"), HERE.parents[2] / "identify")
 ARRAYS = ("force_curve_N", "indentation_curve_m", "hertz_curve_m")
 VALUES = "values.json"
 
@@ -116,7 +115,7 @@ class LadderRuns:
 
 def ladder_runs(store: Store | None) -> LadderRuns:
     """The ladder's runs with a store, or with none."""
-    return LadderRuns(store, {} if store is None else program("hcm", "fem3d", files=SOURCES))
+    return LadderRuns(store, {} if store is None else program(__name__))
 
 
 def _write_identification(entry: Path, found: ContactIdentification) -> None:

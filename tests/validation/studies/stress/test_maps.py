@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 import hcm
+from validation.harness.line_store import LineStore
 from validation.peers.scipy_ivp import solve
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.campaign import draw, run_cells, table_rows
-from validation.studies.stress.finished import Finished
+from validation.studies.stress.campaign import draw, run_cells, table_rows, verdict_inputs
 from validation.studies.stress.hcm.dop853 import judge_other
 from validation.studies.stress.hcm.hard_cells import tap_of
 from validation.studies.stress.hcm.judge import judge, judge_alone
-from validation.studies.stress.hcm.maps import SOURCES, hcm_maps
+from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.hcm.rigid_rod import closed_form, judge_rod
 from validation.studies.stress.limits import limit
 from validation.studies.stress.page import write_stress_page
@@ -118,13 +118,13 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
     with ThreadPoolExecutor(1) as pool:
-        run_cells(cells[:1], Finished(path), pool, lambda _, text: told.append(text))
+        run_cells(cells[:1], LineStore(path), pool, lambda _, text: told.append(text))
         first = path.read_text()
         path.write_text(first + first[: len(first) // 2])  # killed while it wrote
-        run_cells(cells, Finished(path), pool, lambda _, text: told.append(text))
+        run_cells(cells, LineStore(path), pool, lambda _, text: told.append(text))
     assert path.read_text().startswith(first)
-    again = Finished(path)
-    assert [again.get(cell) is not None for cell in cells] == [True, True]
+    again = LineStore(path)
+    assert [again.load(verdict_inputs(cell)) is not None for cell in cells] == [True, True]
     assert len(told) == 2  # the first cell was not run again
     rows = table_rows(small, again)
     assert [row["friction"] for row in rows] == [0.0, 0.5]
@@ -199,10 +199,10 @@ def test_a_users_solve_ivp_taps() -> None:
 
 
 def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
-    cell = Cell("one", 0, 0, 0, TAP, judge, SOURCES)
+    cell = Cell("one", 0, 0, 0, TAP, judge)
     path = tmp_path / "cells.jsonl"
-    Finished(path).add(cell, {"answer": STOPPED, "reason": ""})
-    assert Finished(path).get(cell) is not None
+    LineStore(path).keep(verdict_inputs(cell), {"answer": STOPPED, "reason": ""})
+    assert LineStore(path).load(verdict_inputs(cell)) is not None
     row = json.loads(path.read_text())
     path.write_text(json.dumps({**row, "answer": RIGHT}) + "\n")
-    assert Finished(path).get(cell) is None
+    assert LineStore(path).load(verdict_inputs(cell)) is None

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from hcm import Finger, Posture, Status, TapResult
 from validation.studies.random_scenes import HcmScene
+from validation.studies.stress.stability_map import LARGEST_ERROR
 
 Floats = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 
-# Largest relative error of what is still called right (the README's and the page's definition).
-LARGEST_ERROR = 0.05
 # F_n of a linear spring is v sqrt(k m): the kinetic energy at impact may be off by twice that.
 ENERGY_SHARE = 2 * LARGEST_ERROR
 # rad; a first node that turns faster between two kept postures may have turned once more.

@@ -14,9 +14,8 @@ import hcm
 from hcm import reference_solution as truth
 from hcm.beam.chain import build_chain
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.audit import LARGEST_ERROR
 from validation.studies.stress.hcm.judge import judge_alone
-from validation.studies.stress.stability_map import RIGHT, SMALLER, WRONG, Verdict
+from validation.studies.stress.stability_map import LARGEST_ERROR, RIGHT, SMALLER, WRONG, Verdict
 
 # The tap need only be known far better than LARGEST_ERROR.
 RTOL, ATOL = 1e-7, 1e-11

@@ -8,10 +8,11 @@ import numpy as np
 
 import hcm
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.audit import LARGEST_ERROR, observed
+from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.stability_map import (
     FLAGGED,
+    LARGEST_ERROR,
     REFUSED,
     RIGHT,
     SMALLER,

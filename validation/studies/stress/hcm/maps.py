@@ -16,13 +16,6 @@ from validation.studies.stress.stability_map import Judge, Map
 
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
-# What a verdict on hcm depends on.
-SOURCES = (
-    "hcm",
-    "validation/studies/random_scenes.py",
-    "validation/studies/stress/hcm",
-    "validation/studies/stress/stability_map.py",
-)
 
 
 def _finger(count: int = 3, modulus: float = 1e9, elements: int = 5) -> Finger:
@@ -118,7 +111,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
         scene: Callable[[float, float, float], HcmScene], judged: Judge = judge,
         solver: str = "hcm",
     ) -> Map:  # fmt: skip
-        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judged, SOURCES)
+        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judged)
 
     maps = (
         plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",

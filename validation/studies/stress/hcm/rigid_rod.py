@@ -21,9 +21,15 @@ import numpy as np
 
 import hcm
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.audit import LARGEST_ERROR
 from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.stability_map import REFUSED, RIGHT, STOPPED, WRONG, Verdict
+from validation.studies.stress.stability_map import (
+    LARGEST_ERROR,
+    REFUSED,
+    RIGHT,
+    STOPPED,
+    WRONG,
+    Verdict,
+)
 
 POINTS = 40
 

@@ -9,11 +9,11 @@ import numpy as np
 import reference_fem as rf
 from reference_fem.model import Model
 from reference_fem.stable_step import stable_step
-from validation.studies.stress.hcm.audit import LARGEST_ERROR
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
 from validation.studies.stress.stability_map import (
     FLAGGED,
+    LARGEST_ERROR,
     REFUSED,
     RIGHT,
     SMALLER,

@@ -14,12 +14,6 @@ from validation.studies.stress.stability_map import Map
 
 LAWS = {1.0: "penalty", 2.0: "surface", 3.0: "impulse"}
 LAW = "law (1 penalty, 2 surface, 3 impulse)"
-SOURCES = (
-    "reference_fem",
-    "meshes",
-    "validation/studies/stress/reference",
-    "validation/studies/stress/stability_map.py",
-)
 
 STEPS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
 FACTORS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -93,7 +87,7 @@ def reference_maps(quick: bool) -> tuple[Map, ...]:
             x, y = x[::3], y[::3]
         return Map(
             "reference", f"reference-{name}", x_name, y_name, panel_name, x, y, panels, scene,
-            judge, SOURCES,
+            judge,
         )  # fmt: skip
 
     step, factor, friction = "step_factor", "penalty_factor, surface_factor/1e4", "friction"

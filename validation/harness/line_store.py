@@ -1,0 +1,61 @@
+"""Thousands of small results in one file, a line of JSON each: a folder each would take too long.
+
+A line is written as soon as its result is there, so a command that was stopped goes on where it
+was. It carries the digest of its inputs and one of itself: a line that is cut short, altered, or
+made from other inputs is as if it had never been written.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from validation.harness.store import Inputs, key
+
+KEY, DIGEST = "key", "digest"
+
+
+class LineStore:
+    """Results of a file, by their inputs.
+
+    Parameters
+    ----------
+    path : of the file, made with the first result.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._rows: dict[str, dict[str, Any]] = {}
+        if not path.exists():
+            return
+        for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+            try:
+                row = json.loads(line)
+                if row[DIGEST] == _digest(row):
+                    self._rows[str(row[KEY])] = row
+            except (ValueError, KeyError, TypeError):
+                continue
+
+    def load(self, inputs: Inputs) -> Mapping[str, Any] | None:
+        """The result made from these inputs, None if it is to be computed."""
+        row = self._rows.get(key(inputs))
+        return row and {name: row[name] for name in row if name not in (KEY, DIGEST)}
+
+    def keep(self, inputs: Inputs, values: Mapping[str, Any]) -> None:
+        """Keep a result of JSON values at once; the line is flushed to the file."""
+        row = {KEY: key(inputs), **values}
+        row[DIGEST] = _digest(row)
+        self._rows[row[KEY]] = row
+        # a line that a killed run left unfinished must not swallow this one
+        with self._path.open("a+b") as file:
+            if file.tell():
+                file.seek(-1, 2)
+                if file.read(1) != b"\n":
+                    file.write(b"\n")
+            file.write(json.dumps(row).encode() + b"\n")
+
+
+def _digest(row: Mapping[str, Any]) -> str:
+    text = json.dumps({name: row[name] for name in row if name != DIGEST}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

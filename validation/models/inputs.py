@@ -1,0 +1,42 @@
+"""What a model's run is made from: the inputs under which a store holds its result."""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from validation.harness.identity import program
+from validation.scenes.tables import Scene
+
+# The models are independent: where a scene's reading imports the other one, for a bound or a
+# default, a run takes nothing from there that is not among the tables' values.
+OTHERS = {"hcm": ("reference_fem", "meshes"), "fem3d": ("hcm",), "fem2d": ("hcm",)}
+
+
+def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
+    """The tables that a model reads, canonical: defaults filled in, the other models' left out."""
+    document: dict[str, Any] = tables.model_dump(mode="json")
+    own = "hcm" if model == "hcm" else "fem"
+    document["solver"] = {own: document["solver"][own]}
+    mesh = tables.solver.fem.mesh if own == "fem" else None
+    return {"tables": document, "mesh_sha256": None if mesh is None else _content(Path(mesh))}
+
+
+def _content(path: Path) -> str:
+    """SHA-256 of a file; of nothing where it cannot be read, which the solver then says."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
+def run_inputs(tables: Scene, model: str, *modules: str, **more: Any) -> dict[str, Any]:
+    """Inputs of a run.
+
+    Parameters
+    ----------
+    model : hcm, fem3d, fem2d; its adapter and its package are parts of the result.
+    modules : further ones whose code makes the result.
+    more : what else the result depends on, as JSON values: a start state, wanted times.
+    """
+    made_by = program(f"validation.models.{model}", *modules, without=OTHERS[model])
+    return {"model": model, "program": made_by, **scene_inputs(tables, model), **more}

@@ -29,7 +29,7 @@ from validation.validate.ladder.report import (
 from validation.validate.ladder.row import COLUMNS, OWN, SAME, Row, compare
 from validation.validate.ladder.rungs import Cause, structure, uncertainties
 from validation.validate.ladder.runs import reduced, scene_contact
-from validation.validate.ladder.stored_runs import LadderRuns, ladder_runs
+from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import Runs, groups
 
 Make = Callable[..., RunRecord]
@@ -192,7 +192,7 @@ def test_whole_event_is_compared_with_the_rigid_start(
         return make_record(source, "fem3d", variant, peak=100.0 - 0.02 * len(overrides))
 
     monkeypatch.setattr(ladder_functions, "full_contact", contact)
-    row = own_checks.whole_event("soft", ladder_runs(None))
+    row = own_checks.whole_event("soft", LadderRuns())
     assert asked == [(), ("solver.fem.flight=explicit",)]
     assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
     assert row.peak_percent == pytest.approx(-0.02)
@@ -242,9 +242,7 @@ def test_a_scene_that_fails_is_named_and_the_others_go_on(
 @pytest.mark.parametrize("name", ["soft", "hard"])
 def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
     scene = load_scene(name)
-    rows = {
-        row.quantity: row for row in structure(scene, impact_of(scene), True, ladder_runs(None))
-    }
+    rows = {row.quantity: row for row in structure(scene, impact_of(scene), True, LadderRuns())}
     peak = rows[f"peak Fn (N), {SAME}"]
     assert peak.error_percent is not None
     assert peak.reference is not None

@@ -15,6 +15,7 @@ from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, STYLE
 from validation.harness.files import atomic, output_folder, safe_name
+from validation.harness.store import Store
 from validation.harness.tables import write_table
 from validation.models.solid import size_scale
 
@@ -193,10 +194,10 @@ def run_converge(
 
     if model not in DIMENSIONS:
         raise UserError(f"--model {model}: must be one of {', '.join(DIMENSIONS)}")
-    runs_folder = output_folder(out / "converge" / "levels")
+    output_folder(out / "converge")
     with progress_bar("converge") as progress:
         progress(0.0, "impact state")
-        runs = LevelRuns(scene, overrides, model, runs_folder)
+        runs = LevelRuns(scene, overrides, model, Store(out / "store"))
         name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
         folder = output_folder(out / "converge" / name)
         wanted = ladders(size_scale(runs.scene.tables), quick)

@@ -1,19 +1,17 @@
 """The runs of a convergence study, each kept as soon as it is there."""
 
-import hashlib
-import json
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from validation.converge.refinements import QUANTITIES, Overrides
 from validation.errors import RunFailedError, UserError
-from validation.harness.console import say
-from validation.harness.files import write_json
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import plain
+from validation.harness.store import Store, json_format
 from validation.models import solid
+from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.tables import Scene
 
 KEPT = (
     *QUANTITIES,
@@ -30,6 +28,7 @@ DIMENSIONS: dict[str, solid.Dimension] = {"fem3d": 3, "fem2d": 2}
 
 Progress = Callable[[float, str], None]
 Values = dict[str, float | None]
+VALUES = json_format(dict[str, Any])
 
 
 class LevelRuns:
@@ -41,13 +40,13 @@ class LevelRuns:
         As `load_scene` takes them.
     model
         fem3d or fem2d.
-    folder
+    store
         Where results are kept, and found again by a later study.
     """
 
-    def __init__(self, source: str, overrides: Sequence[str], model: str, folder: Path) -> None:
-        self._source, self._given, self._folder = source, tuple(overrides), folder
-        self._dimension = DIMENSIONS[model]
+    def __init__(self, source: str, overrides: Sequence[str], model: str, store: Store) -> None:
+        self._source, self._given, self._store = source, tuple(overrides), store
+        self._model, self._dimension = model, DIMENSIONS[model]
         self.scene: NamedScene = load_scene(source, overrides)
         try:
             self._start = solid.impact_state(self.scene.tables, self._dimension)
@@ -66,52 +65,27 @@ class LevelRuns:
         RunFailedError
             The run did not complete.
         """
-        import reference_fem
-        from reference_fem.dynamics.restart import identity
-
-        assert self._start is not None
         texts = [f"{key}={value!r}" for key, value in level.items() if not isinstance(value, str)]
         texts += [f"{key}={value}" for key, value in level.items() if isinstance(value, str)]
         tables = load_scene(self._source, (*self._given, *texts)).tables
+        start = scene_inputs(self.scene.tables, self._model)
+        inputs = run_inputs(tables, self._model, __name__, impact_state_of=start)
+        values: Values = self._store.obtain(
+            inputs, VALUES, lambda: self._simulate(tables, level, progress)
+        )
+        return values
+
+    def _simulate(self, tables: Scene, level: Overrides, progress: Progress | None) -> Values:
+        import reference_fem
+
         try:
             mesh = solid.build_mesh(tables, self._dimension)
-            materials, surface, drive, settings = solid.inputs(tables)
+            parts = solid.inputs(tables)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
-        inputs = {"mesh": mesh, "materials": materials, "surface": surface, "drive": drive}
-        run = identity(**inputs, settings=settings, start=self._start)
-        name = hashlib.sha256(json.dumps(run, sort_keys=True).encode()).hexdigest()[:16]
-        path = self._folder / f"{name}.json"
-        kept = _kept(path)
-        if kept is not None:
-            return kept
         result = unless_interrupted(
-            reference_fem.simulate(
-                mesh, materials, surface, drive, settings, progress, start=self._start
-            )
+            reference_fem.simulate(mesh, *parts, progress, start=self._start)
         )
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
-        values: dict[str, Any] = {key: plain(getattr(result.summary, key)) for key in KEPT}
-        content = {"level": dict(level), "values": values, "identity": run}
-        write_json(path, content | {"digest": _digest(values)})
-        return values
-
-
-def _digest(values: Values) -> str:
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
-
-
-def _kept(path: Path) -> Values | None:
-    """The values in a file of an earlier study; None if there is none, or not as it was written."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        values: Values = content["values"]
-        if content["digest"] == _digest(values):
-            return values
-    except FileNotFoundError:
-        return None
-    except (ValueError, KeyError, TypeError):
-        pass
-    say(f"{path}: truncated or altered; this level is run again")
-    return None
+        return {key: plain(getattr(result.summary, key)) for key in KEPT}

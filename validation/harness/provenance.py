@@ -1,6 +1,5 @@
 """Where a number comes from: the scene as TOML, versions, machine."""
 
-import json
 import os
 import platform
 from datetime import UTC, datetime
@@ -8,6 +7,8 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+import tomli_w
 
 PACKAGES = ("fingertap", "numpy", "scipy", "numba", "scikit-fem", "gmsh", "meshio")
 
@@ -18,22 +19,6 @@ def version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "source tree"
-
-
-def to_toml(document: dict[str, Any]) -> str:
-    """A scene's tables as TOML; JSON's numbers, strings, booleans and lists are TOML's too."""
-
-    def table(name: str, values: dict[str, Any]) -> list[str]:
-        lines = [f"{k} = {json.dumps(v)}" for k, v in values.items() if not isinstance(v, dict)]
-        inner = [
-            line
-            for key, value in values.items()
-            if isinstance(value, dict)
-            for line in table(f"{name}.{key}" if name else key, value)
-        ]
-        return ([f"[{name}]"] if name and lines else []) + lines + inner
-
-    return "\n".join(table("", document)) + "\n"
 
 
 @cache
@@ -53,7 +38,7 @@ def processor() -> str:
 def provenance(document: dict[str, Any]) -> dict[str, Any]:
     """Scene, versions, machine and date of a run."""
     return {
-        "scene_toml": to_toml(document),
+        "scene_toml": tomli_w.dumps(document),
         "versions": {package: version(package) for package in PACKAGES},
         "python": platform.python_version(),
         "platform": platform.platform(),

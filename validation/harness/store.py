@@ -1,7 +1,8 @@
 """Stored results, found again by what they were made from.
 
-A store is a folder with one folder per result, named by the SHA-256 of the result's inputs (see
-`store_key`). What was made from other inputs has another name: a changed run is never read back.
+A store is a folder with one folder per result, named by the SHA-256 of the result's inputs: scene
+and settings, and the `identity.program` that made it. What was made from other inputs has another
+name: a changed run is never read back.
 
 - An entry is written beside the others under a temporary name and renamed: it is there as a whole
   or not at all, whoever else writes to the same store. Kills leave at most a temporary folder,
@@ -16,6 +17,7 @@ read, find them by a function's name and arguments (not by the program's source 
 and verify nothing; diskcache's JSON disk has no arrays or files and a database beside them.
 """
 
+import dataclasses
 import errno
 import hashlib
 import json
@@ -26,14 +28,16 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
+
+import numpy as np
 
 from validation.harness.console import say
 
 Value = TypeVar("Value")
 Inputs = Mapping[str, Any]
 
-MANIFEST = "manifest.json"
+MANIFEST, VALUES = "manifest.json", "values.json"
 TEMPORARY = ".partial-"
 ABANDONED_S = 3600.0  # no entry takes an hour to be written
 
@@ -43,21 +47,63 @@ class DamagedError(Exception):
 
 
 @dataclass(frozen=True)
+class Format(Generic[Value]):
+    """How results of a kind lie in an entry's folder; what is read is what was written."""
+
+    write: Callable[[Path, Value], None]
+    read: Callable[[Path], Value]
+
+
+def json_format(kind: Any) -> Format[Any]:
+    """Numbers and texts as one file of JSON.
+
+    Parameters
+    ----------
+    kind : type of the results: a dataclass, or what JSON has; an array is read back as a list.
+    """
+
+    def plain(value: Any) -> Any:
+        return value.tolist() if isinstance(value, np.ndarray) else dataclasses.asdict(value)
+
+    def write(folder: Path, value: Any) -> None:
+        (folder / VALUES).write_text(json.dumps(value, default=plain), encoding="utf-8")
+
+    def read(folder: Path) -> Any:
+        from pydantic import TypeAdapter
+
+        values = json.loads((folder / VALUES).read_text(encoding="utf-8"))
+        return TypeAdapter(kind).validate_python(values)
+
+    return Format(write, read)
+
+
+@dataclass(frozen=True)
 class Store:
     """A folder of results.
 
     Parameters
     ----------
-    folder : created when the first result is kept.
+    folder : created when the first result is kept; None keeps nothing.
     fresh : find nothing; what is computed again takes the place of what was there.
     """
 
-    folder: Path
+    folder: Path | None
     fresh: bool = False
 
     def has(self, inputs: Inputs) -> bool:
         """Whether there is an entry, which may turn out to be damaged."""
-        return not self.fresh and (self.folder / key(inputs)).is_dir()
+        if self.folder is None or self.fresh:
+            return False
+        return (self.folder / key(inputs)).is_dir()
+
+    def obtain(self, inputs: Inputs, form: Format[Value], compute: Callable[[], Value]) -> Value:
+        """The result made from these inputs: the stored one, or else computed and kept."""
+        found = self.load(inputs, form.read)
+        if found is not None:
+            return found
+        made = compute()
+        self.keep(inputs, lambda entry: form.write(entry, made))
+        return made
 
     def load(self, inputs: Inputs, read: Callable[[Path], Value]) -> Value | None:
         """The result made from these inputs, None if it is to be computed.
@@ -67,9 +113,9 @@ class Store:
         inputs : JSON values.
         read : takes the entry's folder, after its files were verified.
         """
-        entry = self.folder / key(inputs)
-        if not self.has(inputs):
+        if self.folder is None or not self.has(inputs):
             return None
+        entry = self.folder / key(inputs)
         this = _folder_id(entry)
         try:
             _verify(entry)
@@ -79,7 +125,7 @@ class Store:
             if this is not None and _folder_id(entry) == this:
                 why = " ".join(str(error).split())[:100] or type(error).__name__
                 say(f"stored result {entry}: {why}; it is computed again")
-                self._discard(entry)
+                _discard(entry)
         return None
 
     def keep(self, inputs: Inputs, write: Callable[[Path], None]) -> bool:
@@ -89,19 +135,21 @@ class Store:
         ----------
         write : writes the result's files into the folder that it is given.
         """
+        if self.folder is None:
+            return False
         entry = self.folder / key(inputs)
         if entry.exists() and not self.fresh:
             return True
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._sweep()
+            _sweep(self.folder)
             partial = Path(tempfile.mkdtemp(prefix=TEMPORARY, dir=self.folder))
             try:
                 write(partial)
                 manifest = {"inputs": inputs, "files": _digests(partial)}
                 (partial / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
                 partial.chmod(0o755)
-                self._discard(entry)
+                _discard(entry)
                 partial.rename(entry)
             finally:
                 shutil.rmtree(partial, ignore_errors=True)
@@ -112,23 +160,28 @@ class Store:
             return False
         return True
 
-    def _discard(self, entry: Path) -> None:
-        """Remove an entry: out of sight first, so that nobody finds half of it."""
-        away = self.folder / f"{TEMPORARY}{os.urandom(8).hex()}"
-        try:
-            entry.rename(away)
-        except OSError:
-            return  # not there, or not ours to remove
-        shutil.rmtree(away, ignore_errors=True)
 
-    def _sweep(self) -> None:
-        """Remove what killed processes left."""
-        for path in self.folder.glob(f"{TEMPORARY}*"):
-            try:
-                if time.time() - path.stat().st_mtime > ABANDONED_S:
-                    shutil.rmtree(path, ignore_errors=True)
-            except OSError:
-                continue  # another process removed it
+NO_STORE = Store(None)
+
+
+def _discard(entry: Path) -> None:
+    """Remove an entry: out of sight first, so that nobody finds half of it."""
+    away = entry.with_name(f"{TEMPORARY}{os.urandom(8).hex()}")
+    try:
+        entry.rename(away)
+    except OSError:
+        return  # not there, or not ours to remove
+    shutil.rmtree(away, ignore_errors=True)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what killed processes left."""
+    for path in folder.glob(f"{TEMPORARY}*"):
+        try:
+            if time.time() - path.stat().st_mtime > ABANDONED_S:
+                shutil.rmtree(path, ignore_errors=True)
+        except OSError:
+            continue  # another process removed it
 
 
 def key(inputs: Inputs) -> str:

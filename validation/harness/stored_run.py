@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
-from validation.harness.fields import write_fields
+from validation.harness.fields import Fields, write_fields
 from validation.harness.files import atomic, clear_run
-from validation.harness.provenance import to_toml
 from validation.harness.record import Event, RunRecord, plain
 from validation.harness.store import Inputs, Store
-from validation.models.adapter import Outcome
 
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
@@ -92,19 +91,19 @@ def relabelled(
         record,
         scene=scene,
         variant=record.variant if variant is None else variant,
-        provenance={**record.provenance, "scene_toml": to_toml(document)},
+        provenance={**record.provenance, "scene_toml": tomli_w.dumps(document)},
     )
 
 
-def keep_run(store: Store, inputs: Inputs, outcome: Outcome) -> None:
+def keep_run(store: Store, inputs: Inputs, record: RunRecord, fields: Fields | None = None) -> None:
     """Store a run that completed; one that did not is run again."""
-    if not outcome.record.ok:
+    if not record.ok:
         return
 
     def write(folder: Path) -> None:
-        write_record(folder, outcome.record)
-        if outcome.fields is not None and outcome.fields.steps:
-            write_fields(folder / FIELDS, outcome.fields)
+        write_record(folder, record)
+        if fields is not None and fields.steps:
+            write_fields(folder / FIELDS, fields)
 
     store.keep(inputs, write)
 

@@ -104,7 +104,7 @@ def _stored_or_solved(
         with progress_bar(f"{scene.name} {model}") as progress:
             outcome = solve(scene, model, folder, progress, checkpoint)
         record = outcome.record
-        keep_run(store, inputs, outcome)
+        keep_run(store, inputs, record, outcome.fields)
         keep(folder, outcome)
     if checkpoint is not None and record.status != "INTERRUPTED":
         checkpoint.path.unlink(missing_ok=True)

@@ -13,7 +13,7 @@ from validation.harness.files import clear_run, safe_name, write_run, write_text
 from validation.harness.isolated import CrashedError, call_isolated
 from validation.harness.memory import peak_memory_MB
 from validation.harness.record import RunRecord
-from validation.harness.store import Inputs, Store
+from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import keep_run, relabelled, restore_run
 from validation.models import MODEL_NAMES, ModelName, adapter
 from validation.models.adapter import Checkpoint, Outcome, Progress
@@ -90,24 +90,23 @@ def failed(job: Job, status: str, message: str) -> RunRecord:
 
 @dataclass(frozen=True)
 class Task:
-    """A job, its folder, and what its result is stored under (None: it is not stored)."""
+    """A job, its folder, and what its result is stored under (None: of a scene that is refused)."""
 
     job: Job
     folder: Path
-    store: Store | None = None
+    store: Store = NO_STORE
     inputs: Inputs | None = None
 
 
-def _task(job: Job, folder: Path, store: Store | None, first: bool) -> Task:
+def _task(job: Job, folder: Path, store: Store, first: bool) -> Task:
     """The peak memory of the first job in a process is its own, that of the others is not."""
     run_folder = folder / safe_name(job.name.replace(" ", "-"))
     inputs = None
-    if store is not None:
-        # a scene that is refused is refused again where it would be run
-        with contextlib.suppress(UserError):
-            tables = load_scene(job.scene, job.overrides).tables
-            process = "own" if first else "shared"
-            inputs = run_inputs(tables, job.model, __name__, process=process)
+    # a scene that is refused is refused again where it would be run
+    with contextlib.suppress(UserError):
+        tables = load_scene(job.scene, job.overrides).tables
+        process = "own" if first else "shared"
+        inputs = run_inputs(tables, job.model, __name__, process=process)
     return Task(job, run_folder, store, inputs)
 
 
@@ -118,7 +117,7 @@ def _named(record: RunRecord, job: Job) -> RunRecord:
 
 def _read_back(task: Task) -> RunRecord | None:
     """The stored result of a task, put into its folder."""
-    if task.store is None or task.inputs is None:
+    if task.inputs is None:
         return None
     record = restore_run(task.store, task.inputs, task.folder, task.job.keep_fields)
     if record is not None:
@@ -141,8 +140,8 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
             except (UserError, RunFailedError) as error:
                 records.append(failed(job, "FAILED", str(error)))
                 continue
-            if task.store is not None and task.inputs is not None:
-                keep_run(task.store, task.inputs, outcome)
+            if task.inputs is not None:
+                keep_run(task.store, task.inputs, outcome.record, outcome.fields)
             record = _named(outcome.record, job)
             keep(task.folder, Outcome(record, outcome.fields if job.keep_fields else None))
             records.append(record)
@@ -176,9 +175,7 @@ def stored(jobs: Sequence[Job], store: Store) -> bool:
     return all(task.inputs is not None and store.has(task.inputs) for task in tasks)
 
 
-def in_fresh_process(
-    jobs: Sequence[Job], folder: Path, store: Store | None = None
-) -> list[RunRecord]:
+def in_fresh_process(jobs: Sequence[Job], folder: Path, store: Store = NO_STORE) -> list[RunRecord]:
     """Run jobs in a process of their own: the first one's peak memory is its own.
 
     A crash of the process (a segmentation fault, the system out of memory) is reported as the
@@ -186,7 +183,7 @@ def in_fresh_process(
 
     Parameters
     ----------
-    store : where results are kept and found again; None: every job is run.
+    store : where results are kept and found again.
     """
     return _run([_task(job, folder, store, number == 0) for number, job in enumerate(jobs)])
 

@@ -54,7 +54,7 @@ def stored(model: ModelName, budget_s: float) -> Entry:
     without = time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder))
-        keep_run(store, run_inputs(scene.tables, model), outcome)
+        keep_run(store, run_inputs(scene.tables, model), outcome.record, outcome.fields)
         timed = shortest(lambda: load_run(store, run_inputs(scene.tables, model)), budget_s)
     found = timed.result
     same = found is not None and all(

@@ -34,7 +34,6 @@ from validation.studies.paper.finding import Runs
 from validation.studies.paper.ledger import VERDICTS, ledger, ledger_table, score
 from validation.studies.paper.reference_runs import References, run_references
 from validation.studies.paper.solve import solve_cases
-from validation.studies.paper.stored_cases import case_store
 from validation.studies.paper.torque_factor import alone, identify
 from validation.studies.paper.undriven_figures import figure_10, figure_11, figure_12
 
@@ -86,14 +85,13 @@ def draw(folder: Path, runs: Runs, references: Mapping[str, RunRecord]) -> list[
 
 def solve_all(progress: Callable[[float, str], None], store: Store) -> tuple[Runs, Identified]:
     """Identify the t_3 factor, then run every case of the reduced model that is not stored."""
-    stored = case_store(store)
     with workers(os.cpu_count() or 1) as pool:
         progress(0.02, "identifying the t_3 factor")
-        single = {scene: pool.submit(alone, scene, stored) for scene in PRINTED_TORQUES}
+        single = {scene: pool.submit(alone, scene, store) for scene in PRINTED_TORQUES}
         found = Identified(
-            identify(pool, (), stored),
+            identify(pool, (), store),
             {scene: job.result() for scene, job in single.items()},
-            {name: identify(pool, numerics, stored) for name, numerics in NUMERICS.items()},
+            {name: identify(pool, numerics, store) for name, numerics in NUMERICS.items()},
         )
         cases = (
             *driven_cases(
@@ -105,7 +103,7 @@ def solve_all(progress: Callable[[float, str], None], store: Store) -> tuple[Run
             *undriven_cases(),
             *experiments(),
         )
-        runs = solve_cases(cases, pool, lambda f, what: progress(0.2 + 0.5 * f, what), stored)
+        runs = solve_cases(cases, pool, lambda f, what: progress(0.2 + 0.5 * f, what), store)
         return runs, found
 
 

@@ -6,18 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import replace
 
+from validation.harness.store import NO_STORE, Store
 from validation.harness.workers import Workers
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
 from validation.studies.paper.cases import Case
-from validation.studies.paper.stored_cases import CaseRun, CaseStore
+from validation.studies.paper.stored_cases import CaseRun, keep_case, load_case
 
 Progress = Callable[[float, str], None]
 
 
-def solve_case(case: Case, stored: CaseStore | None = None) -> CaseRun:
-    """Run one case, and store it if there is a store.
+def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
+    """Run one case and store it.
 
     Raises
     ------
@@ -32,21 +33,20 @@ def solve_case(case: Case, stored: CaseStore | None = None) -> CaseRun:
     result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
     run = CaseRun(case, record, tuple(result.event_postures), tuple(result.frames))
-    if stored is not None:
-        stored.keep(run)
+    keep_case(store, run)
     return run
 
 
 def solve_cases(
-    cases: Sequence[Case], pool: Workers, progress: Progress, stored: CaseStore | None = None
+    cases: Sequence[Case], pool: Workers, progress: Progress, store: Store = NO_STORE
 ) -> Mapping[str, CaseRun]:
     """Run all cases that are not stored; the result is in the order of the cases, by name."""
     done: dict[str, CaseRun] = {}
     futures = {}
     for case in cases:
-        found = None if stored is None else stored.load(case)
+        found = load_case(store, case)
         if found is None:
-            futures[pool.submit(solve_case, case, stored)] = case.name
+            futures[pool.submit(solve_case, case, store)] = case.name
         else:
             done[case.name] = found
     for future in as_completed(futures):

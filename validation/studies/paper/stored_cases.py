@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hcm import Posture
 
 POSTURES = "postures.json"
-SOLVER = "validation.studies.paper.solve"  # which module solves them, and imports this one
+SOLVER = "validation.studies.paper.solve"  # the module that solves cases; it imports this one
 
 
 @dataclass(frozen=True)
@@ -34,35 +34,26 @@ class CaseRun:
     frames: tuple[Posture, ...]
 
 
-@dataclass(frozen=True)
-class CaseStore:
-    """A store of cases."""
+def load_case(store: Store, case: Case) -> CaseRun | None:
+    """The case's result if it is stored.
 
-    store: Store
-
-    def load(self, case: Case) -> CaseRun | None:
-        """The case's result if it is stored.
-
-        Raises
-        ------
-        UserError
-            The case's overrides do not make a valid scene.
-        """
-        return self.store.load(self._inputs(case), lambda entry: _read(entry, case))
-
-    def keep(self, run: CaseRun) -> None:
-        """Store a case that came to its own end; a flight that stops at the touch is one."""
-        if run.record.status != "INTERRUPTED":
-            self.store.keep(self._inputs(run.case), lambda entry: _write(entry, run))
-
-    def _inputs(self, case: Case) -> Inputs:
-        tables = load_scene(case.scene, case.overrides).tables
-        return run_inputs(tables, "hcm", SOLVER, frame_times=list(case.frame_times))
+    Raises
+    ------
+    UserError
+        The case's overrides do not make a valid scene.
+    """
+    return store.load(_inputs(case), lambda entry: _read(entry, case))
 
 
-def case_store(store: Store) -> CaseStore:
-    """The store for cases."""
-    return CaseStore(store)
+def keep_case(store: Store, run: CaseRun) -> None:
+    """Store a case that came to its own end; a flight that stops at the touch is one."""
+    if run.record.status != "INTERRUPTED":
+        store.keep(_inputs(run.case), lambda entry: _write(entry, run))
+
+
+def _inputs(case: Case) -> Inputs:
+    tables = load_scene(case.scene, case.overrides).tables
+    return run_inputs(tables, "hcm", SOLVER, frame_times=list(case.frame_times))
 
 
 def _write(entry: Path, run: CaseRun) -> None:

@@ -18,12 +18,13 @@ import numpy as np
 
 from validation.compare.claims import read_claims
 from validation.errors import RunFailedError
+from validation.harness.store import NO_STORE, Store
 from validation.harness.workers import Workers
 from validation.studies.paper.cases import Case
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
 from validation.studies.paper.ledger import printed_rounding
 from validation.studies.paper.solve import solve_case, solve_cases
-from validation.studies.paper.stored_cases import CaseRun, CaseStore
+from validation.studies.paper.stored_cases import CaseRun, load_case
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
 BOUNDS = (5e-5, 1e-4)
@@ -96,7 +97,7 @@ def printed_arrivals() -> dict[str, float]:
 
 
 def identify(
-    pool: Workers, numerics: tuple[str, ...] = (), stored: CaseStore | None = None
+    pool: Workers, numerics: tuple[str, ...] = (), store: Store = NO_STORE
 ) -> TorqueFactor:
     """Least squares on the three arrival times, with the scenes' numerics or others.
 
@@ -110,7 +111,7 @@ def identify(
     def residuals(scaled: np.ndarray) -> np.ndarray:
         factor = 1e-5 * float(scaled[0])
         cases = [flight(scene, factor, numerics) for scene in PRINTED_TORQUES]
-        runs = solve_cases(cases, pool, lambda share, what: None, stored)
+        runs = solve_cases(cases, pool, lambda share, what: None, store)
         return np.array([arrival_time(run) for run in runs.values()]) / target - 1
 
     # arrival times jitter by about 1e-5 with the flight's steps: differences must be larger
@@ -123,14 +124,13 @@ def identify(
     return TorqueFactor(1e-5 * float(fit.x[0]), uncertainty, printed, computed)
 
 
-def fly(scene: str, factor: float, stored: CaseStore | None = None) -> float:
+def fly(scene: str, factor: float, store: Store = NO_STORE) -> float:
     """Arrival time of one case, s, read back where it is stored."""
     case = flight(scene, factor)
-    found = None if stored is None else stored.load(case)
-    return arrival_time(solve_case(case, stored) if found is None else found)
+    return arrival_time(load_case(store, case) or solve_case(case, store))
 
 
-def alone(scene: str, stored: CaseStore | None = None) -> Alone:
+def alone(scene: str, store: Store = NO_STORE) -> Alone:
     """The factor that one case's printed arrival time gives by itself."""
     from scipy.optimize import brentq, minimize_scalar
 
@@ -139,7 +139,7 @@ def alone(scene: str, stored: CaseStore | None = None) -> Alone:
     low, high = ALONE_BOUNDS
 
     def late(scaled: float) -> float:
-        return fly(scene, 1e-5 * float(scaled), stored) - printed
+        return fly(scene, 1e-5 * float(scaled), store) - printed
 
     if late(1e5 * low) * late(1e5 * high) > 0:
         nearest = minimize_scalar(
@@ -147,7 +147,7 @@ def alone(scene: str, stored: CaseStore | None = None) -> Alone:
             options={"xatol": 0.02},
         )  # fmt: skip
         best = 1e-5 * float(nearest.x)
-        return Alone(None, None, best, fly(scene, best, stored))
+        return Alone(None, None, best, fly(scene, best, store))
     root = float(brentq(late, 1e5 * low, 1e5 * high, xtol=1e-3))
     slope = (late(root + 0.1) - late(root - 0.1)) / 0.2
     return Alone(1e-5 * root, 1e-5 * rounding / abs(slope), 1e-5 * root, printed)

@@ -9,14 +9,14 @@ from validation.converge.command import PRESET
 from validation.errors import RunFailedError, UserError
 from validation.harness.quantities import COMPARED
 from validation.harness.record import RunRecord
-from validation.harness.store import Store
+from validation.harness.store import NO_STORE, Store
 from validation.identify.contact import MESHES, ContactIdentification
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene
 from validation.validate.ladder.own_checks import Check, whole_event
 from validation.validate.ladder.row import OWN, Row, compare
 from validation.validate.ladder.rungs import Cause, blind, causes, structure
-from validation.validate.ladder.stored_runs import ladder_runs
+from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import REDUCED, REFERENCE, Runs
 
 ONE_MESH = (MESHES[0],)
@@ -46,16 +46,16 @@ class Ladder:
     checks: tuple[Check, ...] = ()
 
 
-def climb(scenes: Sequence[str], full: bool, studies: Path, store: Store | None = None) -> Ladder:
+def climb(scenes: Sequence[str], full: bool, studies: Path, store: Store = NO_STORE) -> Ladder:
     """Compute rungs 2 and 3.
 
     Parameters
     ----------
     full : use the preset `converged` as the reference; minutes instead of seconds.
     studies : folder of ``fingertap converge``, whose error bars are taken where they exist.
-    store : where runs are kept and found again; None: all are made.
+    store : where runs are kept and found again.
     """
-    runs = ladder_runs(store)
+    runs = LadderRuns(store)
     rows: list[Row] = []
     found: list[Cause] = []
     identified: list[ContactIdentification] = []

@@ -1,19 +1,16 @@
 """The ladder's runs and statics, computed unless a store has them."""
 
-import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from validation.harness.identity import program
 from validation.harness.record import RunRecord, plain
-from validation.harness.store import Store
+from validation.harness.store import NO_STORE, Store, json_format
 from validation.harness.stored_run import keep_run, load_run
 from validation.identify.contact import ContactIdentification, identify_contact
-from validation.models.adapter import Outcome
 from validation.models.impact import Impact
 from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene, load_scene
@@ -21,21 +18,14 @@ from validation.validate.ladder import runs
 from validation.validate.ladder.runs import Contact
 
 ARRAYS = ("force_curve_N", "indentation_curve_m", "hertz_curve_m")
-VALUES = "values.json"
+IDENTIFICATION = json_format(ContactIdentification)
 
 
 @dataclass(frozen=True)
 class LadderRuns:
-    """What `validation.validate.ladder.runs` and the identification give, kept in a store.
+    """What `validation.validate.ladder.runs` and the identification give, kept in a store."""
 
-    Parameters
-    ----------
-    store : None computes everything.
-    program : what the results depend on beside the scene; see `store_key.program`.
-    """
-
-    store: Store | None
-    program: Mapping[str, Any]
+    store: Store = NO_STORE
 
     def reduced(self, scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
         """See `runs.reduced`."""
@@ -70,18 +60,15 @@ class LadderRuns:
         self, scene: NamedScene, refinements: tuple[tuple[float, float], ...]
     ) -> ContactIdentification:
         """See `identify_contact`."""
-        if self.store is None:
-            return identify_contact(scene, refinements)
         # the reduced model's peak and the solid's statics: both models' tables
         tables = [scene_inputs(scene.tables, model) for model in ("hcm", "fem3d")]
-        inputs = {"what": "identify contact", "program": dict(self.program), "scene": tables,
+        inputs = {"program": program(identify_contact.__module__), "scene": tables,
                   "refinements": plain(refinements)}  # fmt: skip
-        stored = self.store.load(inputs, _read_identification)
-        if stored is not None:
-            return replace(stored, scene=scene.name)
-        found = identify_contact(scene, refinements)
-        self.store.keep(inputs, lambda entry: _write_identification(entry, found))
-        return found
+        found: ContactIdentification = self.store.obtain(
+            inputs, IDENTIFICATION, lambda: identify_contact(scene, refinements)
+        )
+        curves: dict[str, Any] = {name: np.array(getattr(found, name)) for name in ARRAYS}
+        return replace(found, scene=scene.name, **curves)
 
     def _run(
         self,
@@ -93,11 +80,8 @@ class LadderRuns:
         start: Impact | None,
         **more: Any,
     ) -> RunRecord:
-        if self.store is None:
-            return compute()
         inputs = {
-            "what": "ladder",
-            "program": dict(self.program),
+            "program": program(runs.__name__),
             "model": model,
             **scene_inputs(scene.tables, model),
             "contact": None if contact is None else asdict(contact),
@@ -107,27 +91,7 @@ class LadderRuns:
         record = load_run(self.store, inputs)
         if record is None:
             record = compute()
-            keep_run(self.store, inputs, Outcome(record))
-            return record
-        name = record.variant if variant is None else variant
-        return replace(record, scene=scene.name, variant=name)
-
-
-def ladder_runs(store: Store | None) -> LadderRuns:
-    """The ladder's runs with a store, or with none."""
-    return LadderRuns(store, {} if store is None else program(__name__))
-
-
-def _write_identification(entry: Path, found: ContactIdentification) -> None:
-    values = {field.name: getattr(found, field.name) for field in fields(found)}
-    values |= {name: values[name].tolist() for name in ARRAYS}
-    text = json.dumps(values, default=lambda value: asdict(value))
-    (entry / VALUES).write_text(text, encoding="utf-8")
-
-
-def _read_identification(entry: Path) -> ContactIdentification:
-    from pydantic import TypeAdapter
-
-    values = json.loads((entry / VALUES).read_text(encoding="utf-8"))
-    values |= {name: np.array(values[name], dtype=np.float64) for name in ARRAYS}
-    return TypeAdapter(ContactIdentification).validate_python(values)
+            keep_run(self.store, inputs, record)
+        return replace(
+            record, scene=scene.name, variant=record.variant if variant is None else variant
+        )

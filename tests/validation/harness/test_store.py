@@ -3,22 +3,29 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from validation.converge import refinement_runs as level_runs
 from validation.harness import store as store_module
+from validation.harness.line_store import LineStore
 from validation.harness.record import RunRecord
-from validation.harness.store import MANIFEST, TEMPORARY, Store, key
+from validation.harness.store import (
+    MANIFEST,
+    NO_STORE,
+    TEMPORARY,
+    VALUES,
+    Store,
+    json_format,
+    key,
+)
 from validation.harness.stored_run import HISTORY, RECORD, keep_run, load_run
-from validation.models.adapter import Outcome
-from validation.studies.paper.cases import Case
-from validation.studies.paper.stored_cases import CaseRun, case_store
 
 Make = Callable[..., RunRecord]
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 INPUTS = {"a": 1}
 
 
@@ -37,7 +44,7 @@ def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> No
     odd["normal_force_N"][:3] = (np.nan, -0.0, 5e-324)
     run = make_record(history=odd, statistics=run.statistics)
     assert load_run(store, INPUTS) is None
-    keep_run(store, INPUTS, Outcome(run))
+    keep_run(store, INPUTS, run)
     found = load_run(store, INPUTS)
     assert found is not None
     assert found.read_back
@@ -52,7 +59,7 @@ def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> No
 
 
 def test_a_run_that_did_not_complete_is_not_stored(make_record: Make, tmp_path: Path) -> None:
-    keep_run(Store(tmp_path), INPUTS, Outcome(make_record(ok=False, status="INTERRUPTED")))
+    keep_run(Store(tmp_path), INPUTS, make_record(ok=False, status="INTERRUPTED"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -119,7 +126,7 @@ def test_a_damaged_result_is_said_and_made_again(
 def test_every_bit_of_a_stored_run_is_watched(make_record: Make, tmp_path: Path) -> None:
     """A flipped bit anywhere is detected, or it is one that JSON does not read."""
     store, run = Store(tmp_path), make_record(history={"time_s": np.arange(3.0)})
-    keep_run(store, INPUTS, Outcome(run))
+    keep_run(store, INPUTS, run)
     entry = tmp_path / key(INPUTS)
     random = np.random.default_rng(1)
     for name in (RECORD, HISTORY, MANIFEST):
@@ -131,7 +138,7 @@ def test_every_bit_of_a_stored_run_is_watched(make_record: Make, tmp_path: Path)
             found = load_run(store, INPUTS)
             if found is None:
                 assert not entry.exists()
-                keep_run(store, INPUTS, Outcome(run))
+                keep_run(store, INPUTS, run)
             else:
                 assert name == MANIFEST
                 assert json.loads(flipped) == json.loads(content)
@@ -140,7 +147,7 @@ def test_every_bit_of_a_stored_run_is_watched(make_record: Make, tmp_path: Path)
 
 def test_stored_arrays_run_no_code(make_record: Make, tmp_path: Path) -> None:
     store = Store(tmp_path)
-    keep_run(store, INPUTS, Outcome(make_record()))
+    keep_run(store, INPUTS, make_record())
     entry = tmp_path / key(INPUTS)
     np.savez(entry / HISTORY, time_s=np.array([{"any": "object"}], dtype=object))
     manifest = json.loads((entry / MANIFEST).read_text())
@@ -179,7 +186,9 @@ def test_what_kills_left_is_removed_when_it_is_old(tmp_path: Path) -> None:
 
 WRITER = """
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from validation.harness.store import Store
 folder, fresh = Path(sys.argv[1]), sys.argv[2] == "fresh"
 store = Store(folder, fresh)
@@ -208,44 +217,56 @@ def test_processes_share_a_store(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 5
 
 
-def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) -> None:
-    import hcm
-
-    blocks = tuple(np.random.default_rng(w).normal(size=(3, 2)) for w in range(2))
-    shape = hcm.Posture(0.1, blocks, blocks)
-    moving = hcm.Posture(0.2, blocks, blocks, blocks, blocks)
-    case = Case("soft mu=0.7", "soft", ("surface.friction=0.7",), (0.1, 0.2))
-    stored = case_store(Store(tmp_path))
-    assert stored.load(case) is None
-    stored.keep(CaseRun(case, make_record(), (moving,), (shape, moving)))
-    found = stored.load(case)
-    assert found is not None
-    assert found.record.variant == case.name
-    assert "friction = 0.7" in found.record.provenance["scene_toml"]
-    for one, two in zip((moving, shape, moving), (*found.event_postures, *found.frames),
-                        strict=True):  # fmt: skip
-        assert one.time_s == two.time_s
-        for name in ("positions_m", "slopes", "velocities_m_per_s", "slope_rates_per_s"):
-            for a, b in zip(getattr(one, name), getattr(two, name), strict=True):
-                assert a.tobytes() == b.tobytes()
-    assert stored.load(Case("soft", "soft", (), (0.1, 0.2))) is None
-    flight = Case("driven-1 flight", "driven-1", ("solver.hcm.max_contact_time=1e-9",))
-    for status, kept in (("INTERRUPTED", False), ("STILL_IN_CONTACT", True)):
-        stored.keep(CaseRun(flight, make_record(ok=False, status=status), (), ()))
-        assert (stored.load(flight) is not None) == kept
-    assert stored.load(Case(case.name, "soft", case.overrides, (0.1,))) is None
+@dataclass(frozen=True)
+class Numbers:
+    peak: float
+    area: float | None
+    levels: tuple[int, ...]
+    curve: Any = None
 
 
-def test_a_level_that_was_altered_is_run_again(
+def test_numbers_come_back_bit_for_bit_and_are_computed_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path, values = tmp_path / "level.json", {"peak": 64.1, "area": None}
-    assert level_runs._kept(path) is None
-    assert capsys.readouterr().err == ""
-    good = json.dumps({"values": values, "digest": level_runs._digest(values)})
-    path.write_text(good)
-    assert level_runs._kept(path) == values
-    for text in (good.replace("64.1", "64.2"), good[:30], "", "[]"):
+    curve = np.random.default_rng(1).normal(size=5)
+    one = Numbers(0.1 + 0.2, None, (1, 2), curve)
+    times = []
+
+    def compute() -> Numbers:
+        times.append(1)
+        return one
+
+    store, form = Store(tmp_path), json_format(Numbers)
+    assert store.obtain(INPUTS, form, compute) is one
+    found = store.obtain(INPUTS, form, compute)
+    assert len(times) == 1
+    assert (found.peak, found.area, found.levels) == (one.peak, one.area, one.levels)
+    assert np.array(found.curve).tobytes() == curve.tobytes()
+    path = tmp_path / key(INPUTS) / VALUES
+    good = path.read_text()
+    for number, text in enumerate((good.replace("0.3", "0.4"), good[:30], "", "[]"), 2):
         path.write_text(text)
-        assert level_runs._kept(path) is None
-        assert "run again" in capsys.readouterr().err
+        assert store.obtain(INPUTS, form, compute) is one
+        assert "computed again" in capsys.readouterr().err
+        assert len(times) == number
+    assert NO_STORE.obtain(INPUTS, form, compute) is one
+    assert not NO_STORE.has(INPUTS)
+    values = json_format(dict[str, Any])
+    store.keep({"a": 3}, lambda entry: values.write(entry, {"steps": 7, "peak": 7.0}))
+    assert repr(store.load({"a": 3}, values.read)) == "{'steps': 7, 'peak': 7.0}"
+
+
+def test_lines_that_were_altered_or_cut_short_do_not_count(tmp_path: Path) -> None:
+    path = tmp_path / "cells.jsonl"
+    lines = LineStore(path)
+    assert lines.load(INPUTS) is None
+    lines.keep(INPUTS, {"peak": 64.1})
+    assert lines.load(INPUTS) == LineStore(path).load(INPUTS) == {"peak": 64.1}
+    assert LineStore(path).load({"a": 2}) is None
+    good = path.read_text()
+    for text in (good.replace("64.1", "64.2"), good[:30], good.replace(key(INPUTS)[:8], "0" * 8)):
+        path.write_text(text)
+        again = LineStore(path)
+        assert again.load(INPUTS) is None
+        again.keep({"a": 2}, {"peak": 1.0})  # what was cut short does not swallow it
+        assert LineStore(path).load({"a": 2}) == {"peak": 1.0}

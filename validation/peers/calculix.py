@@ -1,4 +1,4 @@
-"""One run of CalculiX: a folder and a process of its own, a bounded time, what it printed."""
+"""CalculiX (GPL-2 or later): parts of an input file, one run of the program, what it printed."""
 
 from __future__ import annotations
 
@@ -16,33 +16,29 @@ from numpy.typing import NDArray
 
 PROGRAM = "ccx"
 COMPLETED, TIMED_OUT, NOT_CONVERGED = "completed", "timed out", "not converged"
-_FORCE = re.compile(
-    r"total force \(fx,fy,fz\) for set FLOOR and time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)"
-)
-_NODE = re.compile(r"\s*\d+(\s+\S+){3}\s*$")
+_NUMBERED_ROW = re.compile(r"\s*\d+(\s+\S+){3}\s*$")
 _GIVEN_UP = ("no convergence", "too many cutbacks", "increment size smaller than minimum")
 
 
 @dataclass(frozen=True)
-class Ran:
-    """What it answered.
+class CalculixRun:
+    """How a run ended and what it left.
 
     Attributes
     ----------
     answer
-        COMPLETED, TIMED_OUT, NOT_CONVERGED, or "stopped: " and what it said.
-    time_s, normal_force_N : (k,)
-        After every increment, of the meshed half.
-    velocity : (n, 3) | None
-        Of the block's nodes after the last increment, m/s; None if it made none.
+        COMPLETED, TIMED_OUT, NOT_CONVERGED, or "stopped: " and the program's last error.
+    said
+        Its standard output and errors; empty where it was killed.
+    printed
+        Its .dat file, as far as it got.
     wall_time_s
         Of the whole process.
     """
 
     answer: str
-    time_s: NDArray[np.float64]
-    normal_force_N: NDArray[np.float64]
-    velocity: NDArray[np.float64] | None
+    said: str
+    printed: str
     wall_time_s: float
 
 
@@ -51,39 +47,31 @@ def available() -> bool:
     return shutil.which(PROGRAM) is not None
 
 
-def run(deck: str, timeout_s: float) -> Ran:
-    """Run an input file on one thread; killed after `timeout_s`, what it printed so far is kept."""
+def version() -> str:
+    """What ``ccx -v`` says."""
+    said = subprocess.run([PROGRAM, "-v"], capture_output=True, text=True, check=False).stdout
+    return said.strip().removeprefix("This is Version").strip()
+
+
+def run_calculix(deck: str, timeout_s: float, threads: int = 1) -> CalculixRun:
+    """Run an input file in a folder of its own; killed after `timeout_s`."""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "tap.inp").write_text(deck, encoding="ascii")
+        (Path(folder) / "job.inp").write_text(deck, encoding="ascii")
         start = time.perf_counter()
         code: int | None = None
         try:
             done = subprocess.run(
-                [PROGRAM, "tap"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                [PROGRAM, "job"], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                 text=True, errors="replace", timeout=timeout_s, check=False,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
+                env={**os.environ, "OMP_NUM_THREADS": str(threads)},
             )  # fmt: skip
             code, said = done.returncode, done.stdout
         except subprocess.TimeoutExpired:
             said = ""
         seconds = time.perf_counter() - start
-        data = Path(folder) / "tap.dat"
+        data = Path(folder) / "job.dat"
         printed = data.read_text(encoding="ascii", errors="replace") if data.exists() else ""
-    times, forces = floor_forces(printed)
-    return Ran(answer(code, said), times, forces, last_velocities(printed), seconds)
-
-
-def floor_forces(printed: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times (s) and the floor's upward forces (N) of all increments in a .dat file."""
-    found = np.array([(m[1], m[3]) for m in _FORCE.finditer(printed)], dtype=float).reshape(-1, 2)
-    return found[:, 0], found[:, 1]
-
-
-def last_velocities(printed: str) -> NDArray[np.float64] | None:
-    """Nodes' velocities (n, 3), m/s, after the last increment that a .dat file has them of."""
-    _, _, block = printed.rpartition("velocities (vx,vy,vz)")
-    rows = [line.split()[1:] for line in block.splitlines() if _NODE.match(line)]
-    return np.array(rows, dtype=float) if rows else None
+    return CalculixRun(answer(code, said), said, printed, seconds)
 
 
 def answer(code: int | None, said: str) -> str:
@@ -96,3 +84,30 @@ def answer(code: int | None, said: str) -> str:
         return NOT_CONVERGED
     errors = [line.strip() for line in said.splitlines() if "*ERROR" in line]
     return f"stopped: {errors[-1] if errors else f'exit code {code}'}"
+
+
+def nodes(name: str, points: NDArray[np.float64], first: int = 1) -> list[str]:
+    """A set of nodes (n, 3), m, numbered from `first`."""
+    rows = enumerate(points.tolist(), first)
+    return [f"*NODE,NSET={name}", *(f"{n},{x:.12g},{y:.12g},{z:.12g}" for n, (x, y, z) in rows)]
+
+
+def elements(kind: str, name: str, cells: NDArray[np.int64], first: int = 1) -> list[str]:
+    """A set of hexahedra (m, 8), nodes counted from 1 in VTK's order, numbered from `first`."""
+    rows = enumerate(cells.tolist(), first)
+    return [f"*ELEMENT,TYPE={kind},ELSET={name}", *(f"{n},{','.join(map(str, r))}" for n, r in rows)]
+
+
+def material(young: float, poisson: float, density: float, *element_sets: str) -> list[str]:
+    """One elastic material (Pa, -, kg/m^3) and the sets of elements that it fills."""
+    return [
+        "*MATERIAL,NAME=M", "*ELASTIC", f"{young},{poisson}", "*DENSITY", f"{density}",
+        *(f"*SOLID SECTION,ELSET={name},MATERIAL=M" for name in element_sets),
+    ]  # fmt: skip
+
+
+def last_vectors(printed: str, heading: str) -> NDArray[np.float64] | None:
+    """Vectors (n, 3) of nodes in the last table under a heading of a .dat file."""
+    _, _, block = printed.rpartition(heading)
+    rows = [line.split()[1:] for line in block.splitlines() if _NUMBERED_ROW.match(line)]
+    return np.array(rows, dtype=float) if rows else None

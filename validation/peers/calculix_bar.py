@@ -1,4 +1,4 @@
-"""The bar in CalculiX (GPL-2 or later): C3D8 and C3D8R, small strain, explicit dynamics.
+"""The bar in CalculiX: C3D8 and C3D8R, small strain, explicit dynamics.
 
 Version 2.20 hangs where the step is prescribed (``DIRECT``) beside ``EXPLICIT``, so it takes its
 own stable step, which its output names. The cost of a step is the difference between a long run
@@ -6,37 +6,29 @@ and a short one, over the difference of their steps: reading the mesh is not cha
 """
 
 import math
-import os
 import re
 import subprocess
-import time
-from pathlib import Path
 
-from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
+import numpy as np
 
-PROGRAM = "ccx"
+from validation.peers import calculix
+from validation.peers.bar import DENSITY, YOUNG, Bar, BarRun
+
 POINTS = {"C3D8": 8, "C3D8R": 1}
 SHORT_STEPS = 2
 RUNS = 2
+TIMEOUT_S = 240.0  # of each run
 SELECTED = re.compile(r"SELECTED time increment:\s*([0-9.Ee+-]+)")
-
-
-class CalculixError(Exception):
-    """CalculiX did not do what was asked; the message says what it said."""
 
 
 def deck(bar: Bar, element: str, steps: int) -> str:
     """Its input file."""
     points, cells = bar.mesh()
     velocity = bar.velocity(points)[:, 0]
-    lines = ["*NODE,NSET=ALL"]
-    lines += [f"{n},{x:.9g},{y:.9g},{z:.9g}" for n, (x, y, z) in enumerate(points.tolist(), 1)]
-    lines.append(f"*ELEMENT,TYPE={element},ELSET=BAR")
-    lines += [f"{n},{','.join(map(str, nodes))}" for n, nodes in enumerate((cells + 1).tolist(), 1)]
-    ends = [str(n) for n, place in enumerate(points.tolist(), 1) if place[0] == 0.0]
-    lines += ["*NSET,NSET=END", *(f"{n}," for n in ends)]
-    lines += ["*MATERIAL,NAME=M", "*ELASTIC", f"{YOUNG},0.", "*DENSITY", f"{DENSITY}"]
-    lines += ["*SOLID SECTION,ELSET=BAR,MATERIAL=M", "*INITIAL CONDITIONS,TYPE=VELOCITY"]
+    lines = [*calculix.nodes("ALL", points), *calculix.elements(element, "BAR", cells + 1)]
+    ends = np.flatnonzero(points[:, 0] == 0.0) + 1
+    lines += ["*NSET,NSET=END", *(f"{n}," for n in ends.tolist())]
+    lines += [*calculix.material(YOUNG, 0.0, DENSITY, "BAR"), "*INITIAL CONDITIONS,TYPE=VELOCITY"]
     lines += [f"{n},1,{v:.12g}" for n, v in enumerate(velocity.tolist(), 1)]
     duration = steps * bar.step_s
     lines += ["*STEP,INC=10000000", "*DYNAMIC,EXPLICIT=2", f"{bar.step_s:.10g},{duration:.12g}",
@@ -44,44 +36,33 @@ def deck(bar: Bar, element: str, steps: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _once(bar: Bar, name: str, timeout_s: float) -> tuple[float, float, float]:
+def _run_once(bar: Bar, element: str, steps: int) -> tuple[float, float, float]:
     """Seconds, the step that it took, and the end's displacement."""
-    start = time.perf_counter()
-    done = subprocess.run(
-        [PROGRAM, name], capture_output=True, text=True, timeout=timeout_s, check=False,
-        env={**os.environ, "OMP_NUM_THREADS": str(bar.threads)},
-    )  # fmt: skip
-    seconds = time.perf_counter() - start
-    selected = SELECTED.search(done.stdout)
-    if done.returncode or selected is None:
-        raise CalculixError(" ".join(done.stdout.split()[-20:]) or f"exit code {done.returncode}")
-    rows = [line.split() for line in Path(f"{name}.dat").read_text(encoding="ascii").splitlines()]
-    found = [float(row[1]) for row in rows if len(row) == 4 and row[0].isdigit()]
-    return seconds, float(selected[1]), sum(found) / len(found)
+    done = calculix.run_calculix(deck(bar, element, steps), TIMEOUT_S, bar.threads)
+    if done.answer == calculix.TIMED_OUT:
+        raise subprocess.TimeoutExpired(calculix.PROGRAM, TIMEOUT_S)
+    selected = SELECTED.search(done.said)
+    ends = calculix.last_vectors(done.printed, "displacements")
+    if done.answer != calculix.COMPLETED or selected is None or ends is None:
+        raise RuntimeError(done.answer)
+    return done.wall_time_s, float(selected[1]), sum(ends[:, 0].tolist()) / len(ends)
 
 
-def run(bar: Bar, element: str, timeout_s: float) -> Ran:
-    """Run in the current folder.
+def run_bar(bar: Bar, element: str) -> BarRun:
+    """Time a short and a long run, each several times.
 
     Raises
     ------
-    CalculixError
+    RuntimeError
         CalculiX failed.
     subprocess.TimeoutExpired
-        One of its runs took longer than `timeout_s`.
+        One of its runs took longer than `TIMEOUT_S`.
     """
-    names = {"short": SHORT_STEPS, "long": bar.steps}
-    for name, steps in names.items():
-        Path(f"{name}.inp").write_text(deck(bar, element, steps), encoding="ascii")
-    found = {name: [_once(bar, name, timeout_s) for _ in range(RUNS)] for name in names}
-    step, end = found["long"][0][1:]
+    short, long = (
+        [_run_once(bar, element, steps) for _ in range(RUNS)] for steps in (SHORT_STEPS, bar.steps)
+    )
+    _, step, end = long[0]
     few, many = (math.ceil(count * bar.step_s / step) for count in (SHORT_STEPS, bar.steps))
-    short, long = (min(seconds for seconds, _, _ in runs) for runs in found.values())
-    per_step = (long - short) / (many - few)
-    return Ran("CalculiX", f"{element}, small strain", POINTS[element], per_step, end, step, RUNS)
-
-
-def version() -> str:
-    """What ``ccx -v`` says."""
-    said = subprocess.run([PROGRAM, "-v"], capture_output=True, text=True, check=False).stdout
-    return said.strip().removeprefix("This is Version").strip()
+    saved = min(seconds for seconds, _, _ in long) - min(seconds for seconds, _, _ in short)
+    name = f"{element}, small strain"
+    return BarRun("CalculiX", name, POINTS[element], saved / (many - few), end, step, RUNS)

@@ -1,21 +1,25 @@
 """The bar in Kratos Multiphysics (BSD-4): SmallDisplacementElement3D8N, central differences.
 
-Run as a program, like `bar_akantu`.
+Run as a program (`print_bar_run`).
 """
 
 import importlib
-import json
-import sys
-from dataclasses import asdict
 from typing import Any
 
-from validation.peers.akantu_bar import PARTS, stepping
-from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
+from validation.peers.bar import (
+    DENSITY,
+    PARTS,
+    YOUNG,
+    Bar,
+    BarRun,
+    print_bar_run,
+    seconds_per_step,
+)
 
 ELEMENT = "SmallDisplacementElement3D8N"
 
 
-def run(bar: Bar) -> Ran:
+def run_bar(bar: Bar) -> BarRun:
     """A strategy that Kratos's own explicit solver sets up, stepped here."""
     kratos: Any = importlib.import_module("KratosMultiphysics")
     solids: Any = importlib.import_module("KratosMultiphysics.StructuralMechanicsApplication")
@@ -63,12 +67,12 @@ def run(bar: Bar) -> Ran:
         strategy.SolveSolutionStep()
         strategy.FinalizeSolutionStep()
 
-    seconds = stepping(step, bar.steps)
+    seconds = seconds_per_step(step, bar.steps)
     ends = [node.GetSolutionStepValue(kratos.DISPLACEMENT_X) for node in part.Nodes
             if node.X0 == 0.0]  # fmt: skip
     name = f"{ELEMENT}, small strain"
-    return Ran("Kratos", name, 8, seconds, sum(ends) / len(ends), bar.step_s, PARTS)
+    return BarRun("Kratos", name, 8, seconds, sum(ends) / len(ends), bar.step_s, PARTS)
 
 
 if __name__ == "__main__":
-    print(json.dumps(asdict(run(Bar(**json.loads(sys.argv[1]))))))
+    print_bar_run(run_bar)

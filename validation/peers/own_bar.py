@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from validation.harness.timing import shortest
-from validation.peers.bar import DENSITY, YOUNG, Bar, Ran
+from validation.peers.bar import DENSITY, YOUNG, Bar, BarRun
 
 POINTS = {"hex8-sri": 8, "hex8-one-point": 1}
 BUDGET_S = 2.0
 
 
-def run(bar: Bar, element: str) -> Ran:
+def run_bar(bar: Bar, element: str) -> BarRun:
     """Take all steps at once, several times."""
     import numba
 
@@ -46,7 +46,7 @@ def run(bar: Bar, element: str) -> Ran:
     finally:
         numba.set_num_threads(before)
     end = timed.result[0].displacement[points[:, 0] == 0.0, 0].mean()
-    return Ran(
+    return BarRun(
         "fingertap", element, POINTS[element], timed.wall_time_s / bar.steps, float(end),
         bar.step_s, timed.runs,
     )  # fmt: skip

@@ -1,0 +1,110 @@
+"""A block that hits the ground, in CalculiX: the reference's mesh, law and contact, own steps.
+
+CalculiX solves the same equations implicitly: St. Venant-Kirchhoff (``*ELASTIC`` with NLGEOM), C3D8
+elements on our mesh, surface-to-surface contact with a linear pressure of the same modulus on a
+fixed floor, ``*DYNAMIC`` with automatic increments. Its mass is consistent where the reference's is
+lumped, and its contact has no dashpots.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_fem import Material
+from reference_fem.contact.surface import SurfaceContact
+from reference_fem.model import Model
+from validation.peers import calculix
+
+# Increments that its first step would make of the tap; it refines and coarsens from there.
+INCREMENTS = 200
+MOST_INCREMENTS = 20_000
+Floats = NDArray[np.float64]
+_FORCE = re.compile(
+    r"total force \(fx,fy,fz\) for set FLOOR and time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)"
+)
+# Corners of CalculiX' faces S1 to S6.
+_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+
+
+def deck(
+    model: Model,
+    material: Material,
+    displacement: Floats,
+    velocity: tuple[float, float],
+    end_s: float,
+) -> str:
+    """Its input file: the block where it starts, a floor under it, `end_s` of motion.
+
+    It prints the floor's force and the block's velocities after every increment.
+
+    Parameters
+    ----------
+    displacement : (n_points, 3), m, at the start.
+    velocity : along X and Y, m/s, of all nodes at the start.
+
+    Raises
+    ------
+    ValueError
+        The contact law is one that CalculiX has not.
+    """
+    if not isinstance(model.contact, SurfaceContact):
+        raise ValueError(f"{type(model.contact).__name__}: only 'surface' is a law of CalculiX too")
+    points, cells, friction = model.points + displacement, model.cells, model.surface.friction
+    floor = _floor(model.surface.height, float(np.ptp(model.points[:, 0])))
+    plate = len(points) + np.arange(1, 9)[None, :]
+    modulus, last = f"{model.contact.modulus:.9g}", len(cells) + 1
+    lines = [*calculix.nodes("BODY", points), *calculix.nodes("FLOOR", floor, len(points) + 1)]
+    lines += calculix.elements("C3D8", "BLOCK", cells + 1)
+    lines += calculix.elements("C3D8", "PLATE", plate, last)
+    lines += ["*NSET,NSET=MIDDLE", *(f"{i + 1}," for i in model.symmetry)]
+    lines += ["*SURFACE,NAME=OUTSIDE", *_outside(model.contact, model.cells)]
+    lines += ["*SURFACE,NAME=TOP", f"{last},S2"]
+    lines += calculix.material(material.youngs_modulus, material.poisson_ratio, material.density,
+                               "BLOCK", "PLATE")  # fmt: skip
+    lines += ["*SURFACE INTERACTION,NAME=I", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR",
+              modulus]  # fmt: skip
+    if friction:
+        lines += ["*FRICTION", f"{friction},{modulus}"]
+    lines += ["*CONTACT PAIR,INTERACTION=I,TYPE=SURFACE TO SURFACE", "OUTSIDE,TOP",
+              "*BOUNDARY", "FLOOR,1,3", "MIDDLE,3,3",
+              "*INITIAL CONDITIONS,TYPE=VELOCITY",
+              *(f"BODY,{axis},{speed:.9g}" for axis, speed in enumerate(velocity, 1)),
+              f"*STEP,NLGEOM,INC={MOST_INCREMENTS}", "*DYNAMIC",
+              f"{end_s / INCREMENTS:.6g},{end_s:.6g}",
+              "*DLOAD", f"BLOCK,GRAV,{model.gravity},0,-1,0",
+              "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
+              "*NODE PRINT,NSET=BODY", "V", "*END STEP"]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def _outside(contact: SurfaceContact, cells: NDArray[np.int64]) -> list[str]:
+    """The block's outside, face by face."""
+    wanted = {frozenset(facet) for facet in contact.quadrature.facets.tolist()}
+    return [
+        f"{e},S{side}"
+        for e, cell in enumerate(cells.tolist(), 1)
+        for side, corners in enumerate(_FACES, 1)
+        if frozenset(cell[c] for c in corners) in wanted
+    ]
+
+
+def _floor(height: float, side: float) -> Floats:
+    """Corners of a plate below the surface, wide enough for the block to slide on, in VTK order."""
+    wide, low = 4.0 * side, -height - 0.5 * side
+    square = [(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)]
+    # Local Z of the element is up: its second face, S2, is the top.
+    return np.array([(x, y, -z) for y in (low, -height) for x, z in square])
+
+
+def floor_forces(printed: str) -> tuple[Floats, Floats]:
+    """Times (s) and the floor's upward forces (N) of all increments in a .dat file."""
+    found = np.array([(m[1], m[3]) for m in _FORCE.finditer(printed)], dtype=float).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
+
+
+def last_velocities(printed: str) -> Floats | None:
+    """Nodes' velocities (n, 3), m/s, after the last increment; None if there was none."""
+    return calculix.last_vectors(printed, "velocities (vx,vy,vz)")

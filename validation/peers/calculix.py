@@ -94,8 +94,8 @@ def nodes(name: str, points: NDArray[np.float64], first: int = 1) -> list[str]:
 
 def elements(kind: str, name: str, cells: NDArray[np.int64], first: int = 1) -> list[str]:
     """A set of hexahedra (m, 8), nodes counted from 1 in VTK's order, numbered from `first`."""
-    rows = enumerate(cells.tolist(), first)
-    return [f"*ELEMENT,TYPE={kind},ELSET={name}", *(f"{n},{','.join(map(str, r))}" for n, r in rows)]
+    rows = [f"{n},{','.join(map(str, row))}" for n, row in enumerate(cells.tolist(), first)]
+    return [f"*ELEMENT,TYPE={kind},ELSET={name}", *rows]
 
 
 def material(young: float, poisson: float, density: float, *element_sets: str) -> list[str]:

@@ -13,12 +13,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import hcm
 from hcm.beam.chain import Floats, build_chain, contact_law
 from hcm.beam.minimal_coordinates import expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TOUCH, event_values, transition
 from hcm.contact.law import FLIGHT, FREE, Contact
-from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.hard_cells import Tap
 
 MOST_PHASES = 200
 LONGEST_FLIGHT_S = 2.0
@@ -28,10 +27,19 @@ class TooLongError(Exception):
     """The seconds allowed are over."""
 
 
-def solve(scene: HcmScene, seconds: float, method: str) -> tuple[str, Tap | None]:
-    """How the first tap ended, and the tap if it did."""
-    chain, rest = build_chain(scene.finger, scene.drive)
-    law, mapping = contact_law(scene.surface, scene.tip), minimal_coordinates(chain)
+def solve_first_tap(
+    finger: hcm.Finger, surface: hcm.Surface, tip: hcm.Tip, drive: hcm.Drive,
+    seconds: float, method: str = "RK45",
+) -> tuple[str, tuple[float, float] | None]:  # fmt: skip
+    """How the first tap ended; its peak F_n, N, and normal impulse, N s, if it did.
+
+    Parameters
+    ----------
+    seconds : wall time allowed.
+    method : of `scipy.integrate.solve_ivp`.
+    """
+    chain, rest = build_chain(finger, drive)
+    law, mapping = contact_law(surface, tip), minimal_coordinates(chain)
     m = mapping.place.size
     x, y = (int(mapping.source[chain.tip + c]) for c in range(2))
     nothing = np.zeros(m)
@@ -68,16 +76,18 @@ def solve(scene: HcmScene, seconds: float, method: str) -> tuple[str, Tap | None
         if not fired:
             return "no event: it flies or presses for ever", None
         q, v = expand(state[:m], mapping.source), expand(state[m : 2 * m], mapping.source)
-        tip = chain.tip
+        end_node = chain.tip
         if contact.normal != FLIGHT:
             gaps = found.y[y] + law.height
             # F_n along the phase, from its own branch
             slope_n = law.k / (1.0 if contact.normal == 1 else law.restitution**2)
             peak = max(peak, float((contact.force_ref - slope_n * (gaps - contact.gap_ref)).max()))
-        contact, kind = transition(fired[0], q[tip], q[tip + 1] + law.height, v[tip], v[tip + 1],
-                                   contact, law)  # fmt: skip
+        contact, kind = transition(
+            fired[0], q[end_node], q[end_node + 1] + law.height, v[end_node], v[end_node + 1],
+            contact, law,
+        )  # fmt: skip
         if kind == TOUCH:
             impulse = float(state[2 * m])
         if kind == LIFT_OFF:
-            return "completed", Tap(peak, float(state[2 * m]) - impulse)
+            return "completed", (peak, float(state[2 * m]) - impulse)
     return f"{MOST_PHASES} events without an end", None

@@ -4,23 +4,15 @@ import importlib.util
 import math
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from validation.peers import (
-    akantu_bar as bar_akantu,
-)
-from validation.peers import (
-    bar_peers,
-)
-from validation.peers import (
-    calculix_bar as bar_calculix,
-)
-from validation.peers import (
-    own_bar as bar_ours,
-)
-from validation.peers.bar import SPEED, YOUNG, Bar
+from validation.peers import bar_programs, calculix_bar, own_bar
+from validation.peers.bar import SPEED, YOUNG, Bar, BarRun, seconds_per_step
+from validation.peers.bar_programs import PROGRAMS, BarProgram
+from validation.studies.bench.bar import BarRow, measure_program, table
 
 BAR = Bar((20, 2, 2), 60, 1)
 # A standing wave on n elements with lumped mass runs slow by (pi/n)^2/24 = 1.0e-3, shortened steps
@@ -38,24 +30,24 @@ def test_exact_wave_starts_with_its_velocity_and_returns_after_a_period() -> Non
     assert abs(whole.exact_end_m) < 0.01 * AMPLITUDE
 
 
-@pytest.mark.parametrize("element", bar_ours.POINTS)
+@pytest.mark.parametrize("element", own_bar.POINTS)
 def test_reference_carries_the_wave(element: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bar_ours, "BUDGET_S", 0.0)
-    ran = bar_ours.run(BAR, element)
+    monkeypatch.setattr(own_bar, "BUDGET_S", 0.0)
+    ran = own_bar.run_bar(BAR, element)
     assert abs(ran.end_m - BAR.exact_end_m) < GRID_ERROR * AMPLITUDE
     assert ran.seconds_per_step > 0
 
 
-@pytest.mark.parametrize("peer", [p for p in bar_peers.PEERS if p.present], ids=lambda p: p.name)
-def test_installed_peers_carry_the_same_wave(peer: bar_peers.Peer) -> None:
-    row = bar_peers.measure_peer(peer, BAR, peer.elements[0])
+@pytest.mark.parametrize("peer", [p for p in PROGRAMS if p.present], ids=lambda p: p.name)
+def test_installed_peers_carry_the_same_wave(peer: BarProgram) -> None:
+    row = measure_program(peer, BAR, peer.elements[0])
     assert row.status == "COMPLETED"
     assert row.ran is not None
     assert abs(row.ran.end_m - BAR.exact_end_m) < GRID_ERROR * AMPLITUDE
 
 
 def test_deck_names_every_node_and_the_material() -> None:
-    deck = bar_calculix.deck(BAR, "C3D8R", 7)
+    deck = calculix_bar.deck(BAR, "C3D8R", 7)
     points, cells = BAR.mesh()
     assert f"\n{len(points)}," in deck
     assert f"\n{len(cells)},{','.join(str(n + 1) for n in cells[-1])}\n" in deck
@@ -70,43 +62,39 @@ def test_absent_peers_are_named_and_broken_ones_are_rows(monkeypatch: pytest.Mon
         importlib.util, "find_spec", lambda name, *more: None if name in peers_only else real(name)
     )
     monkeypatch.setenv("PATH", "")
-    assert bar_peers.absent() == [
+    assert bar_programs.absent() == [
         "CalculiX (apt-get install calculix-ccx)",
         "Akantu (pip install 'fingertap[bench]')",
         "Kratos (pip install 'fingertap[bench]')",
     ]
 
-    def late(bar: Bar, element: str) -> bar_peers.Ran:
+    def late(bar: Bar, element: str) -> BarRun:
         raise subprocess.TimeoutExpired("ccx", 1.0)
 
-    monkeypatch.setitem(bar_peers.RUN, "Akantu", late)
-    row = bar_peers.measure_peer(bar_peers.PEERS[1], BAR, "hexahedron_8")
+    row = measure_program(replace(PROGRAMS[1], run_bar=late), BAR, "hexahedron_8")
     assert row.ran is None
     assert row.status.startswith("stopped after")
 
 
 def test_a_program_that_dies_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    row = bar_peers.measure_peer(bar_peers.PEERS[1], BAR, "hexahedron_8")
+    row = measure_program(PROGRAMS[1], BAR, "hexahedron_8")
     assert row.status == "failed: no answer"
 
 
 def test_ratios_are_taken_of_the_same_number_of_points() -> None:
-    def row(code: str, points: int, seconds: float) -> bar_peers.Row:
-        ran = bar_peers.Ran(code, "e", points, seconds, BAR.exact_end_m, BAR.step_s, 1)
-        return bar_peers.Row(code, "1", "", "e", BAR, ran)
+    def row(code: str, points: int, seconds: float) -> BarRow:
+        ran = BarRun(code, "e", points, seconds, BAR.exact_end_m, BAR.step_s, 1)
+        return BarRow(code, "1", "", "e", BAR, ran)
 
     rows = [row("fingertap", 8, 2.0), row("fingertap", 1, 1.0), row("CalculiX", 1, 30.0)]
-    table = bar_peers.table([*rows, bar_peers.Row("Kratos", "1", "", "e", BAR, None, "failed: x")])
-    assert table["hex8_sri_over_it"][2] == pytest.approx(15)
-    assert table["same_points_over_it"][2] == pytest.approx(30)
-    assert np.isnan(table["off_exact"][3])
-    found = bar_peers.fastest_peer(rows)
-    assert found is not None
-    assert found.code == "CalculiX"
+    found = table([*rows, BarRow("Kratos", "1", "", "e", BAR, None, "failed: x")])
+    assert found["hex8_sri_over_it"][2] == pytest.approx(15)
+    assert found["same_points_over_it"][2] == pytest.approx(30)
+    assert np.isnan(found["off_exact"][3])
 
 
 def test_steps_of_a_part_are_all_taken() -> None:
     taken: list[int] = []
-    assert bar_akantu.stepping(lambda: taken.append(1), 11) >= 0.0
+    assert seconds_per_step(lambda: taken.append(1), 11) >= 0.0
     assert len(taken) == 11

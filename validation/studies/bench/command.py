@@ -7,8 +7,9 @@ from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.provenance import version
-from validation.peers import bar_peers
+from validation.peers import bar_programs
 from validation.studies.bench import (
+    bar,
     combined,
     figures,
     integrators,
@@ -110,16 +111,16 @@ def run_peers(out: Path, quick: bool) -> None:
     from threadpoolctl import threadpool_limits
 
     folder = output_folder(out / "bench")
-    for name in [*peers.absent(), *bar_peers.absent()]:
+    for name in [*peers.absent(), *bar_programs.absent()]:
         say(f"skipped: {name} is not installed")
     versions = {"Exudyn": version("exudyn")} | {
-        peer.name: peer.version for peer in bar_peers.PEERS if peer.present
+        peer.name: peer.version for peer in bar_programs.PROGRAMS if peer.present
     }
     save_machine(folder, "machine-peers", {"quick": quick, "peers": versions})
     with progress_bar("peers") as progress, threadpool_limits(1, user_api="blas"):
-        bar = bar_peers.QUICK_BAR if quick else bar_peers.BAR
-        rows = bar_peers.measure_all(bar, part(progress, 0.0, 0.5))
-        save(folder, "peers-reference", bar_peers.table(rows), "The reference and its peers: a bar")
+        measured_bar = bar.QUICK_BAR if quick else bar.BAR
+        rows = bar.measure_bar(measured_bar, part(progress, 0.0, 0.5))
+        save(folder, "peers-reference", bar.table(rows), "The reference and its peers: a bar")
         figures.bar_peers(folder / "peers-reference.png", rows)
         points = peers.measure_all(quick, part(progress, 0.5, 1.0))
     save(folder, "peers", measured.table(points), "hcm and its peers, one scene, one run")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.harness.figures import COLORS, GREY, panels
-from validation.peers.bar_peers import Row
+from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.kernels import Speed
 from validation.studies.bench.ledger import Entry
 from validation.studies.bench.measured import Point, front
@@ -127,13 +127,13 @@ def kernels(path: Path, speeds: Sequence[Speed]) -> None:
         axis.set_title(f"{speeds[0].elements:,} elements", fontsize=10, loc="left")
 
 
-def bar_peers(path: Path, rows: Sequence[Row]) -> None:
+def bar_peers(path: Path, rows: Sequence[BarRow]) -> None:
     """Updates per second of every code on the bar; a peer that failed is named, without a bar."""
     with panels(path, 1, width=5.6) as axes:
         axis = axes[0][0]
         names = [f"{row.code} {row.version}\n{row.element[:30]}" for row in rows]
         speeds = [(row.updates_per_s or 0.0) / 1e6 for row in rows]
-        colors = [COLORS[2] if row.code == "fingertap" else GREY for row in rows]
+        colors = [COLORS[2] if row.code == OWN else GREY for row in rows]
         axis.barh(range(len(rows)), speeds, color=colors)
         for number, (row, speed) in enumerate(zip(rows, speeds, strict=True)):
             text = f" {speed:.3g}" if row.ran is not None else f" {row.status[:40]}"

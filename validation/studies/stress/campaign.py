@@ -6,15 +6,12 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from validation.harness.identity import program
 from validation.harness.line_store import LineStore
 from validation.harness.workers import Workers
-from validation.studies.stress.figures import draw_map
-from validation.studies.stress.limits import limit
-from validation.studies.stress.stability_map import Cell, Map
+from validation.studies.stress.stability_map import Cell
 
 AHEAD = 4  # cells that wait, per process
 
@@ -64,30 +61,3 @@ def run_cells(
     finally:
         for future in running:
             future.cancel()
-
-
-def table_rows(wanted: Map, finished: LineStore) -> list[dict[str, Any]]:
-    """One row per finished cell of a map."""
-    rows = []
-    for cell in wanted.cells():
-        verdict = finished.load(verdict_inputs(cell))
-        if verdict is not None:
-            where = {wanted.x_name: cell.x, wanted.y_name: cell.y}
-            if wanted.panel_name:
-                where[wanted.panel_name] = cell.panel
-            rows.append({**where, **verdict})
-    return rows
-
-
-def draw(folder: Path, wanted: Map, finished: LineStore) -> None:
-    """A map's figure, unless it is a list of scenes rather than a plane."""
-    if len(wanted.y) == 1:
-        return
-    answers = {
-        (cell.x, cell.y, cell.panel): str(verdict["answer"])
-        for cell in wanted.cells()
-        if (verdict := finished.load(verdict_inputs(cell))) is not None
-    }
-    draw_map(
-        folder / f"{wanted.name}.png", wanted, answers, limit(wanted, table_rows(wanted, finished))
-    )

@@ -2,7 +2,6 @@
 
 import json
 import os
-from collections import Counter
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,11 +15,16 @@ from validation.harness.tables import write_table
 from validation.harness.workers import workers
 from validation.models.hcm import warm_up_flights
 from validation.runs.execute import compile_in_fresh_process
-from validation.studies.stress.campaign import draw, run_cells, table_rows
-from validation.studies.stress.collection import all_maps
-from validation.studies.stress.limits import limit
-from validation.studies.stress.page import write_stress_page
-from validation.studies.stress.stability_map import ANSWERS, WRONG
+from validation.studies.stress.campaign import run_cells
+from validation.studies.stress.hcm.maps import hcm_maps
+from validation.studies.stress.reference.maps import reference_maps
+from validation.studies.stress.report import table_rows, write_map, write_stress_page
+from validation.studies.stress.stability_map import ANSWERS, WRONG, Map
+
+
+def all_maps(quick: bool) -> tuple[Map, ...]:
+    """Every map, whichever solver it is about; `quick` takes the axes coarser."""
+    return (*hcm_maps(quick), *reference_maps(quick))
 
 
 def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
@@ -109,25 +113,16 @@ def run_stress(
             call_isolated(warm_up_flights)
         with workers(os.cpu_count() or 1) as pool:
             run_cells(cells, finished, pool, lambda share, text: progress(0.95 * share, text))
-        counts: Counter[str] = Counter()
         summary = []
         for wanted in maps:
             progress(0.97, f"tables and figures, {wanted.name}")
-            rows = table_rows(wanted, finished)
-            caption = f"Map {wanted.name}: {wanted.solver}"
-            write_table(folder, wanted.name, pd.DataFrame(rows), caption)
-            draw(folder, wanted, finished)
-            own = Counter(row["answer"] for row in rows)
-            counts += own
-            summary.append({"map": wanted.name, "solver": wanted.solver, "cells": len(rows),
-                            **{answer: own[answer] for answer in ANSWERS},
-                            "what limits it": limit(wanted, rows)})  # fmt: skip
+            summary.append(write_map(folder, wanted, table_rows(wanted, finished)))
         write_table(folder, "summary", pd.DataFrame(summary), "Answers by map")
         found = [stored_peers(out, name) for name in ("peers", "peers-reference")]
         write_stress_page(folder, summary, *found)
     for line in summary:
-        told = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])
-        print(f"{line['map']:<28}{line['cells']:>6} cells: {told}")
+        answers = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])
+        print(f"{line['map']:<28}{line['cells']:>6} cells: {answers}")
     print(f"files in {folder}")
-    if counts[WRONG]:
-        raise RunFailedError(f"{counts[WRONG]} cells are wrong and silent; see {folder}")
+    if wrong := sum(line[WRONG] for line in summary):
+        raise RunFailedError(f"{wrong} cells are wrong and silent; see {folder}")

@@ -59,7 +59,7 @@ def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
         (wanted.y_name, wanted.y),
         (wanted.panel_name, wanted.panels),
     ]
-    told = []
+    sentences = []
     for cause, cells in sorted(groups.items(), key=lambda group: -len(group[1])):
         places = [
             place
@@ -68,5 +68,5 @@ def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
             and (place := _where(name, axis, [float(cell[name]) for cell in cells]))
         ]  # fmt: skip
         at = f", mostly at {', '.join(places)}" if places else ""
-        told.append(f"{cause} ({len(cells)} of {len(rows)}{at})")
-    return "; ".join(told)
+        sentences.append(f"{cause} ({len(cells)} of {len(rows)}{at})")
+    return "; ".join(sentences)

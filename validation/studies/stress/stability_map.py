@@ -1,4 +1,4 @@
-"""The frame that every stability map plugs into, whichever solver it is about.
+"""The contract of a stability map, whichever solver it is about: axes, scenes, a judge, verdicts.
 
 A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*:
 
@@ -7,18 +7,18 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
 
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
-run that claims to be good can be RIGHT, SMALLER or WRONG. A stored verdict counts
-until its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
+run that claims to be good can be RIGHT, SMALLER or WRONG. A stored verdict counts until its scene,
+or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
-`collection`. The campaign (`campaign`) stores one line per cell as soon as it is judged and goes on
-where it was; tables, figures and the page follow.
+`command.all_maps`. The campaign (`campaign`) stores one line per cell as soon as it is judged and
+goes on where it was; tables, figures and the page follow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 RIGHT, SMALLER, REFUSED, STOPPED, FLAGGED, WRONG = ANSWERS = (
@@ -53,6 +53,17 @@ class Verdict:
     def row(self) -> dict[str, Any]:
         """Columns of the CSV."""
         return dict(vars(self))
+
+    def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Verdict:
+        """With one more check: wrong where it differs from `other` by more than `LARGEST_ERROR`.
+
+        error : relative; None where neither has a tap.
+        """
+        found = replace(self, error=error, checked_by=f"{self.checked_by}, {other}")
+        if error is None or error <= LARGEST_ERROR:
+            return found
+        reason = f"{quantity} differs by {error:.2g} from {other}"
+        return replace(found, answer=WRONG, reason=reason)
 
 
 Judge = Callable[[Any], Verdict]

@@ -9,8 +9,8 @@ import pytest
 from validation.cli import main
 from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
-from validation.peers import bar_peers
-from validation.studies.bench import ledger, peers, skips, skips_apart, truths, work_precision
+from validation.peers.bar import Bar
+from validation.studies.bench import bar, ledger, peers, skips, skips_apart, truths, work_precision
 from validation.studies.bench.measured import Point
 
 RUNG = work_precision.Rung(
@@ -101,7 +101,7 @@ def test_absent_peer_is_skipped_by_name(
     )
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr(peers, "hcm_rungs", lambda quick: [RUNG])
-    monkeypatch.setattr(bar_peers, "QUICK_BAR", bar_peers.Bar((4, 2, 2), 4, 1))
+    monkeypatch.setattr(bar, "QUICK_BAR", Bar((4, 2, 2), 4, 1))
     main(["bench", "--peers", "--quick", "--out", str(tmp_path)])
     assert "skipped: Exudyn (pip install 'fingertap[bench]')" in capsys.readouterr().err
     assert "fingertap" in (tmp_path / "bench" / "peers-reference.csv").read_text()

@@ -10,12 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.peers import calculix
-from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT, Ran
-from validation.peers.calculix_deck import deck
+from validation.peers import calculix, calculix_block
+from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT, CalculixRun
 from validation.studies.stress.command import run_peers
 from validation.studies.stress.hcm import peers
-from validation.studies.stress.reference.peers import CELLS, blow, row
+from validation.studies.stress.reference.peers import (
+    CELLS,
+    calculix_balance,
+    calculix_deck,
+    compare_cell,
+    impulse_balance,
+)
 
 # As version 2.20 prints two increments of a block of two nodes.
 PRINTED = """
@@ -41,18 +46,18 @@ EASY = CELLS["soft pressure: the same problem"]
 
 
 def test_what_it_prints_is_read() -> None:
-    times, forces = calculix.floor_forces(PRINTED)
+    times, forces = calculix_block.floor_forces(PRINTED)
     assert times.tolist() == [1e-5, 3e-5]
     assert forces.tolist() == [0.0, 1.622533]
-    velocity = calculix.last_velocities(PRINTED)
+    velocity = calculix_block.last_velocities(PRINTED)
     assert velocity is not None
     assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
 
 
 def test_nothing_printed_is_no_force() -> None:
-    times, forces = calculix.floor_forces("")
+    times, forces = calculix_block.floor_forces("")
     assert times.size == forces.size == 0
-    assert calculix.last_velocities("") is None
+    assert calculix_block.last_velocities("") is None
 
 
 @pytest.mark.parametrize(
@@ -82,10 +87,10 @@ def test_a_run_that_takes_too_long_is_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "printed").write_text(PRINTED, encoding="ascii")
-    program(tmp_path, f"/bin/cp {tmp_path}/printed tap.dat\nexec /bin/sleep 60")
+    program(tmp_path, f"/bin/cp {tmp_path}/printed job.dat\nexec /bin/sleep 60")
     monkeypatch.setenv("PATH", str(tmp_path))
-    ran = calculix.run("", timeout_s=0.5)
-    assert (ran.answer, ran.time_s.size) == (TIMED_OUT, 2)
+    ran = calculix.run_calculix("", timeout_s=0.5)
+    assert (ran.answer, calculix_block.floor_forces(ran.printed)[0].size) == (TIMED_OUT, 2)
 
 
 def test_without_it_the_table_is_skipped_by_name(
@@ -105,16 +110,18 @@ def test_a_block_that_bounces_back_closes_its_momentum() -> None:
     back = np.zeros_like(model.points)
     back[:, 1] = 0.5 * EASY.speed
     given = 1.5 * float(model.mass.sum()) * model.copies * EASY.speed
-    found = blow(np.array([0.0, given, 0.0]), np.array([0.0, 1.0, 2.0]), back, EASY, model)
+    found = impulse_balance(
+        np.array([0.0, given, 0.0]), np.array([0.0, 1.0, 2.0]), back, EASY, model
+    )
     assert found.open_share == pytest.approx(0.0, abs=1e-12)
     assert found.kinetic_share == pytest.approx(0.25)
     assert found.peak_normal_force_N == given
 
 
 def test_an_unfinished_run_of_it_gives_no_impulse(monkeypatch: pytest.MonkeyPatch) -> None:
-    late = Ran(TIMED_OUT, np.array([1e-5]), np.array([3.0]), np.zeros((75, 3)), 40.0)
-    monkeypatch.setattr(calculix, "run", lambda deck, timeout_s: late)
-    told = row("easy", EASY)
+    late = CalculixRun(TIMED_OUT, "", PRINTED, 40.0)
+    monkeypatch.setattr(calculix, "run_calculix", lambda deck, timeout_s: late)
+    told = compare_cell("easy", EASY)
     assert told["CalculiX: answer"] == TIMED_OUT
     assert told["CalculiX: impulse (N s)"] == told["CalculiX: peak (N)"] == ""
     assert told["ours: impulse (N s)"] != ""
@@ -122,7 +129,7 @@ def test_an_unfinished_run_of_it_gives_no_impulse(monkeypatch: pytest.MonkeyPatc
 
 def test_the_input_is_the_same_block() -> None:
     result, model = EASY.simulate()
-    text = deck(EASY, model, result.snapshots[0].displacement, 1e-3)
+    text = calculix_deck(EASY, model, result.snapshots[0].displacement, 1e-3)
     assert model.contact is not None
     assert f"PRESSURE-OVERCLOSURE=LINEAR\n{model.contact.modulus:.9g}\n" in text  # type: ignore[attr-defined]
     nodes = text.split("*NODE,NSET=FLOOR")[0].splitlines()[1:]
@@ -136,19 +143,21 @@ def test_the_input_is_the_same_block() -> None:
     other = replace(EASY, contact="impulse")
     unlike = other.simulate()[1]
     with pytest.raises(ValueError, match="only 'surface'"):
-        deck(other, unlike, result.snapshots[0].displacement, 1e-3)
+        calculix_deck(other, unlike, result.snapshots[0].displacement, 1e-3)
 
 
 @pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed")
 def test_a_short_fall_of_it_meets_ours() -> None:
     result, model = EASY.simulate()
     end = 2e-4
-    ran = calculix.run(deck(EASY, model, result.snapshots[0].displacement, end), 30.0)
+    deck = calculix_deck(EASY, model, result.snapshots[0].displacement, end)
+    ran = calculix.run_calculix(deck, 30.0)
     assert ran.answer == COMPLETED
-    assert ran.velocity is not None
-    assert len(ran.velocity) == len(model.points)
-    force = np.append(0.0, model.copies * ran.normal_force_N)
-    found = blow(force, np.append(0.0, ran.time_s), ran.velocity, EASY, model)
+    velocity = calculix_block.last_velocities(ran.printed)
+    assert velocity is not None
+    assert len(velocity) == len(model.points)
+    found = calculix_balance(EASY, ran, model)
+    assert found is not None
     f = result.forces
     rows = f.time_s <= end
     assert found.open_share < 0.01  # the trapezoid over its automatic increments

@@ -9,16 +9,17 @@ import pytest
 
 import hcm
 from validation.harness.line_store import LineStore
-from validation.peers.scipy_ivp import solve
+from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.campaign import draw, run_cells, table_rows, verdict_inputs
-from validation.studies.stress.hcm.dop853 import judge_other
-from validation.studies.stress.hcm.hard_cells import tap_of
-from validation.studies.stress.hcm.judge import judge, judge_alone
+from validation.studies.stress.campaign import run_cells, verdict_inputs
+from validation.studies.stress.hcm.dop853 import judge_by_dop853
+from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
-from validation.studies.stress.hcm.rigid_rod import closed_form, judge_rod
+from validation.studies.stress.hcm.peers import peak_and_impulse
+from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed_form
+from validation.studies.stress.judging import largest_difference
 from validation.studies.stress.limits import limit
-from validation.studies.stress.page import write_stress_page
+from validation.studies.stress.report import table_rows, write_map, write_stress_page
 from validation.studies.stress.stability_map import (
     ANSWERS,
     FLAGGED,
@@ -44,22 +45,22 @@ def warm() -> None:
 
 
 def test_cells_are_judged() -> None:
-    verdict = judge(TAP)
+    verdict = judge_by_tighter_run(TAP)
     assert verdict.answer in (RIGHT, SMALLER)
     assert verdict.error is not None
     assert verdict.error < 1e-3
-    stopped = judge(replace(TAP, settings=hcm.Settings(max_steps=50)))
+    stopped = judge_by_tighter_run(replace(TAP, settings=hcm.Settings(max_steps=50)))
     assert stopped.answer == STOPPED
     assert "50 steps" in stopped.reason
     many = replace(TAP, settings=hcm.Settings(end_time=1e3, flight_step=1e-9))
-    refused = judge(many)
+    refused = judge_by_tighter_run(many)
     assert refused.answer == REFUSED
     assert "end_time" in refused.reason
 
 
 def test_steps_too_long_are_wrong_and_not_silent() -> None:
     fixed = hcm.Settings(contact_step=2e-4, contact_tolerance=0.0, flight_tolerance=0.0)
-    assert judge(replace(TAP, settings=fixed)).answer in (WRONG, STOPPED)
+    assert judge_by_tighter_run(replace(TAP, settings=fixed)).answer in (WRONG, STOPPED)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +84,7 @@ def test_a_rod_is_compared_with_its_closed_form() -> None:
     """A stiff rod on a soft spring; another mass in the closed form is seen."""
     rod = next(m for m in hcm_maps(quick=True) if m.name == "rigid-rod")
     scene = rod.scene(1e4, 1e12, 0.002)
-    verdict = judge_rod(scene)
+    verdict = judge_by_closed_form(scene)
     assert verdict.answer == RIGHT
     assert verdict.error is not None
     assert verdict.error < 1e-3
@@ -96,7 +97,7 @@ def test_a_rod_is_compared_with_its_closed_form() -> None:
 
 
 def test_a_tap_is_compared_with_another_integrator() -> None:
-    verdict = judge_other(TAP)
+    verdict = judge_by_dop853(TAP)
     assert verdict.answer in (RIGHT, SMALLER)
     assert "DOP853" in verdict.checked_by
     assert verdict.error is not None
@@ -113,7 +114,7 @@ def test_maps_cover_the_ranges() -> None:
 
 def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
-    small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), judge=judge_alone)
+    small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), judge=judge_by_laws)
     cells = list(small.cells())
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
@@ -130,7 +131,9 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert [row["friction"] for row in rows] == [0.0, 0.5]
     assert {row["answer"] for row in rows} <= {RIGHT, SMALLER}
     plane = replace(small, y=(0.75, 0.9))
-    draw(tmp_path, plane, again)
+    line = write_map(tmp_path, plane, table_rows(plane, again))
+    assert line["cells"] == 2
+    assert line["map"] == small.name
     assert (tmp_path / f"{small.name}.png").stat().st_size > 1000
 
 
@@ -189,17 +192,18 @@ def test_a_users_solve_ivp_taps() -> None:
     """SciPy's defaults find the tap of a soft rod, a few per cent off."""
     soft = replace(TAP, finger=hcm.Finger((replace(SOFT, youngs_modulus=1e7, elements=1),)),
                    tip=hcm.Tip(1e4))  # fmt: skip
-    told, tap = solve(soft, 60.0, "RK45")
-    assert told == "completed"
-    own = tap_of(hcm.simulate(**soft.arguments()))
+    given = (soft.finger, soft.surface, soft.tip, soft.drive)
+    ending, tap = solve_first_tap(*given, 60.0)
+    assert ending == "completed"
+    own = peak_and_impulse(hcm.simulate(**soft.arguments()))
     assert tap is not None
     assert own is not None
-    assert tap.error(own) < 0.5
-    assert solve(soft, 1e-9, "RK45")[1] is None
+    assert largest_difference(tap, own) < 0.5
+    assert solve_first_tap(*given, 1e-9)[1] is None
 
 
 def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
-    cell = Cell("one", 0, 0, 0, TAP, judge)
+    cell = Cell("one", 0, 0, 0, TAP, judge_by_tighter_run)
     path = tmp_path / "cells.jsonl"
     LineStore(path).keep(verdict_inputs(cell), {"answer": STOPPED, "reason": ""})
     assert LineStore(path).load(verdict_inputs(cell)) is not None

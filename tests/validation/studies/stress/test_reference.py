@@ -12,7 +12,7 @@ import pytest
 
 import reference_fem as rf
 from reference_fem.model import Model
-from validation.studies.stress.reference import judge as judging
+from validation.studies.stress.reference import judge as judge_module
 from validation.studies.stress.reference.bodies import SIDE, block
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.judge import bar_impulse, judge, scalars
@@ -58,7 +58,7 @@ def test_every_answer(scene: ReferenceScene, answer: str, reason: str) -> None:
 
 def test_an_answer_that_nothing_supports_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[float] = [0.2, 1e-6]
-    monkeypatch.setattr(judging, "difference", lambda *_: told.pop(0))
+    monkeypatch.setattr(judge_module, "difference", lambda *_: told.pop(0))
     monkeypatch.setattr("reference_fem.dynamics.loop.cautions", lambda *_: ())
     verdict = judge(ReferenceScene(contact="surface", stiffness=0.01, body="finger"))
     assert verdict.answer == WRONG

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from hcm import Finger, Posture, Status, TapResult
 from validation.studies.random_scenes import HcmScene
@@ -89,12 +90,8 @@ def observed(scene: HcmScene) -> HcmScene:
     return replace(scene, settings=replace(s, frame_times=tuple(times.tolist())))
 
 
-def _cumulative(time: Floats, rate: Floats) -> Floats:
-    return np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)))
-
-
 def _unresolved(time: Floats, rate: Floats) -> Floats:
-    """How far off `_cumulative` may be so far: the most that leaving out every other row changes.
+    """How far off the trapezoids may be so far: the most that leaving out every other row changes.
 
     A vibration faster than the steps shows in the rows by chance: a run full of it has no momentum
     that its rows could tell. Jumps (two rows at one time) are no vibration.
@@ -160,30 +157,31 @@ def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
     mass = sum(p.density * p.area * p.length for p in scene.finger.phalanges)
     force = np.column_stack([h.tangential_force_N, h.normal_force_N]) - h.hinge_reactions_N[:, 0]
     force[:, 1] -= mass * scene.drive.gravity
-    impulse = np.column_stack([_cumulative(h.time_s, force[:, c]) for c in range(2)])
+    impulse = cumulative_trapezoid(force, h.time_s, axis=0, initial=0.0)
     unresolved = np.column_stack([_unresolved(h.time_s, force[:, c]) for c in range(2)]).max(axis=1)
     stored = h.contact_energy_J
     for state in states:
         row = int(np.searchsorted(h.time_s, state.time_s, side="right")) - 1
         own = mechanics(scene.finger, scene.drive.gravity, state)
-        for name, value, told in (
+        at = f"at {state.time_s:.6g} s"
+        for name, value, reported in (
             ("kinetic", own.kinetic_J, h.kinetic_energy_J[row]),
             ("strain", own.strain_J, h.strain_energy_J[row]),
         ):
-            noise = 1e-6 * max(value, told) + 1e-9 * largest + own.floor_J
-            if abs(value - told) > noise:
-                yield f"{name} energy {told:.6g} J at {state.time_s:.6g} s, its state {value:.6g} J"
+            noise = 1e-6 * max(value, reported) + 1e-9 * largest + own.floor_J
+            if abs(value - reported) > noise:
+                yield f"{name} energy {reported:.6g} J {at}, its state {value:.6g} J"
         if result.status is not Status.COMPLETED:
             continue
         if works is not None:
             held = own.kinetic_J + own.strain_J + own.gravity_J + float(stored[row])
             off = abs(held + losses[row] - works[state.time_s])
             if off > ENERGY_SHARE * largest + own.floor_J:
-                yield f"energy off by {off / largest:.3g} of the largest at {state.time_s:.6g} s"
+                yield f"energy off by {off / largest:.3g} of the largest {at}"
         if scene.settings.flight_integrator == "gauss":
             # a step of order 10 swings more than once, and its row has the reaction at its end only
             continue
         gap = float(np.abs(own.momentum_N_s - impulse[row]).max())
         scale = (2 * mass * largest) ** 0.5
         if gap > LARGEST_ERROR * scale + unresolved[row]:
-            yield f"momentum off by {gap / scale:.3g} of the largest at {state.time_s:.6g} s"
+            yield f"momentum off by {gap / scale:.3g} of the largest {at}"

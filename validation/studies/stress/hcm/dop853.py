@@ -14,8 +14,9 @@ import hcm
 from hcm import reference_solution as truth
 from hcm.beam.chain import build_chain
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.judge import judge_alone
-from validation.studies.stress.stability_map import LARGEST_ERROR, RIGHT, SMALLER, WRONG, Verdict
+from validation.studies.stress.hcm.judge import examine, with_step
+from validation.studies.stress.judging import largest_difference
+from validation.studies.stress.stability_map import WRONG, Verdict
 
 # The tap need only be known far better than LARGEST_ERROR.
 RTOL, ATOL = 1e-7, 1e-11
@@ -35,13 +36,11 @@ def contact_start(scene: HcmScene, state: hcm.Posture) -> truth.Start:
     return truth.Start(q, v, state.time_s)
 
 
-def judge_other(scene: HcmScene) -> Verdict:
-    """The verdict of the run alone, and then peak F_n, impulse and duration by DOP853."""
-    found = judge_alone(scene)
-    if found.answer not in (RIGHT, SMALLER):
+def judge_by_dop853(scene: HcmScene) -> Verdict:
+    """The verdict of the laws, and then peak F_n, impulse and duration by DOP853."""
+    found, result = examine(scene)
+    if result is None:
         return found
-    result = hcm.simulate(**scene.arguments())
-    own = result.summary
     start = contact_start(scene, result.event_postures[0])
     try:
         other = truth.solve(
@@ -50,17 +49,13 @@ def judge_other(scene: HcmScene) -> Verdict:
         )  # fmt: skip
     except RuntimeError as failure:
         return replace(found, answer=WRONG, reason=f"DOP853: {failure}")
-    assert own.peak_normal_force_N
-    assert own.normal_impulse_N_s
-    assert own.contact_duration_s
-    errors = (
-        other.peak_normal_force_N / own.peak_normal_force_N,
-        other.normal_impulse_N_s / own.normal_impulse_N_s,
-        (other.end.time_s - start.time_s) / own.contact_duration_s,
+    s = result.summary
+    assert s.peak_normal_force_N
+    assert s.normal_impulse_N_s
+    assert s.contact_duration_s
+    error = largest_difference(
+        (other.peak_normal_force_N, other.normal_impulse_N_s, other.end.time_s - start.time_s),
+        (s.peak_normal_force_N, s.normal_impulse_N_s, s.contact_duration_s),
     )
-    error = max(abs(ratio - 1) for ratio in errors)
-    checked = f"{found.checked_by}, DOP853 with event handling from the state at contact"
-    found = replace(found, error=error, checked_by=checked)
-    if error > LARGEST_ERROR:
-        return replace(found, answer=WRONG, reason="differs from DOP853")
-    return found
+    found = found.compared("DOP853 with event handling from the state at contact", error)
+    return with_step(found, scene, result)

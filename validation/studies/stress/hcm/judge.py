@@ -1,18 +1,21 @@
-"""One cell of a stability map: a scene, run, checked by what did not produce it, and judged."""
+"""Judging a cell of the reduced model: run, checked by what did not produce it."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 import hcm
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
+from validation.studies.stress.judging import (
+    SMALLER_STEP,
+    Scalars,
+    largest_difference,
+    tap_scalars,
+)
 from validation.studies.stress.stability_map import (
     FLAGGED,
-    LARGEST_ERROR,
     REFUSED,
     RIGHT,
     SMALLER,
@@ -21,13 +24,8 @@ from validation.studies.stress.stability_map import (
     Verdict,
 )
 
-# A run whose mean contact step is this share of what was asked has chosen its own.
-CHOSEN = 0.5
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
-# Share of the impulse after which a tap counts as over: a tip that lingers at zero force decides on
-# its separation by round-off, and no other number depends on when.
-DELIVERED = 0.99
 
 
 def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Settings:
@@ -44,30 +42,23 @@ def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Sett
     )
 
 
-def tap_scalars(result: hcm.TapResult) -> tuple[float, float, float] | None:
-    """Peak F_n (N), impulse (N s) and time to deliver `DELIVERED` of it (s) of the first tap."""
+def first_tap(result: hcm.TapResult) -> Scalars | None:
+    """The first tap's scalars; None where there is no complete tap."""
     s, h = result.summary, result.history
     if s.contact_time_s is None or not s.normal_impulse_N_s or s.contact_duration_s is None:
         return None
     end = s.contact_time_s + s.contact_duration_s
     rows = (h.time_s >= s.contact_time_s) & (h.time_s <= end)
-    time, force = h.time_s[rows], h.normal_force_N[rows]
-    impulse = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time)))
-    delivered = float(np.interp(DELIVERED * impulse[-1], impulse, time)) - s.contact_time_s
-    return float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), delivered
+    return tap_scalars(
+        float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), s.contact_time_s,
+        h.time_s[rows], h.normal_force_N[rows],
+    )  # fmt: skip
 
 
 def difference(result: hcm.TapResult, truth: hcm.TapResult) -> float | None:
     """Largest relative change of the first tap's scalars, None where there is no tap to compare."""
-    own, other = tap_scalars(result), tap_scalars(truth)
-    if own is None or other is None:
-        return None
-    return max(abs(a / b - 1) for a, b in zip(own, other, strict=True))
-
-
-def _mean_contact_step(result: hcm.TapResult) -> float:
-    rows = int((result.history.mode // 3 > 0).sum())
-    return (result.summary.contact_duration_s or 0.0) / max(rows, 1)
+    found, other = first_tap(result), first_tap(truth)
+    return None if found is None or other is None else largest_difference(found, other)
 
 
 def confirm(scene: HcmScene, result: hcm.TapResult) -> tuple[str, float | None]:
@@ -81,7 +72,7 @@ def confirm(scene: HcmScene, result: hcm.TapResult) -> tuple[str, float | None]:
         truth = hcm.simulate(**replace(scene, settings=settings).arguments())
         name = f"a run with {tolerances:g} times smaller tolerances"
         if truth.status is hcm.Status.COMPLETED:
-            if tap_scalars(result) is None and tap_scalars(truth) is None:
+            if first_tap(result) is None and first_tap(truth) is None:
                 return name, None
             error = difference(result, truth)
             return name, float("inf") if error is None else error
@@ -90,42 +81,50 @@ def confirm(scene: HcmScene, result: hcm.TapResult) -> tuple[str, float | None]:
     return "no tighter run completes", float("inf")
 
 
-def judge(scene: HcmScene) -> Verdict:
-    """Run a scene and a tighter one beside it; say what the answer is worth.
-
-    Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
-    run by `LARGEST_ERROR` at most, in the first tap's peak F_n, impulse and time.
-    """
-    return _judge(scene, compare=True)
-
-
-def judge_alone(scene: HcmScene) -> Verdict:
-    """Run a scene and check its invariants, without a second run."""
-    return _judge(scene, compare=False)
-
-
-def _judge(scene: HcmScene, compare: bool) -> Verdict:
+def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
+    """Run a scene and check its invariants; the result where it is right so far."""
+    scene = observed(scene)
     try:
-        result = hcm.simulate(**observed(scene).arguments())
+        result = hcm.simulate(**scene.arguments())
     except hcm.ParameterError as refusal:
-        return Verdict(REFUSED, str(refusal))
+        return Verdict(REFUSED, str(refusal)), None
     s = result.statistics
     found = Verdict(
         RIGHT, "", "mechanics of its states, contact law", None,
         result.summary.energy_residual, s.steps, s.wall_time_s,
     )  # fmt: skip
-    broken = violations(observed(scene), result)
+    broken = violations(scene, result)
     if broken:
-        return replace(found, answer=WRONG, reason="; ".join(broken))
+        return replace(found, answer=WRONG, reason="; ".join(broken)), None
     if result.status is not hcm.Status.COMPLETED:
         flagged = result.status in (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE)
-        return replace(found, answer=FLAGGED if flagged else STOPPED, reason=result.message)
-    if compare:
-        name, error = confirm(scene, result)
-        found = replace(found, error=error, checked_by=f"{found.checked_by}, {name}")
-        if error is not None and not error <= LARGEST_ERROR:
-            return replace(found, answer=WRONG, reason=f"differs by {error:.2g} from {name}")
-    step = _mean_contact_step(result)
-    if 0 < step < CHOSEN * scene.settings.contact_step:
+        answer = FLAGGED if flagged else STOPPED
+        return replace(found, answer=answer, reason=result.message), None
+    return found, result
+
+
+def with_step(found: Verdict, scene: HcmScene, result: hcm.TapResult) -> Verdict:
+    """The verdict, which says so where the contact steps are far smaller than was asked."""
+    rows = int((result.history.mode // 3 > 0).sum())
+    step = (result.summary.contact_duration_s or 0.0) / max(rows, 1)
+    if found.answer == RIGHT and 0 < step < SMALLER_STEP * scene.settings.contact_step:
         return replace(found, answer=SMALLER, reason=f"contact steps of {step:.2g} s")
     return found
+
+
+def judge_by_tighter_run(scene: HcmScene) -> Verdict:
+    """Run a scene and a tighter one beside it; say what the answer is worth.
+
+    Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
+    run by `LARGEST_ERROR` at most, in the first tap's peak F_n, impulse and time.
+    """
+    found, result = examine(scene)
+    if result is None:
+        return found
+    return with_step(found.compared(*confirm(scene, result)), scene, result)
+
+
+def judge_by_laws(scene: HcmScene) -> Verdict:
+    """Run a scene and check its invariants, without a second run."""
+    found, result = examine(scene)
+    return found if result is None else with_step(found, scene, result)

@@ -9,9 +9,9 @@ import numpy as np
 
 from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
 from validation.studies.random_scenes import HcmScene, random_numbers, random_scene
-from validation.studies.stress.hcm.dop853 import judge_other
-from validation.studies.stress.hcm.judge import judge, judge_alone
-from validation.studies.stress.hcm.rigid_rod import judge_rod
+from validation.studies.stress.hcm.dop853 import judge_by_dop853
+from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
+from validation.studies.stress.hcm.rigid_rod import judge_by_closed_form
 from validation.studies.stress.stability_map import Judge, Map
 
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
@@ -108,10 +108,10 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
     def plane(
         name: str, x_name: str, y_name: str, panel_name: str, x: tuple[float, ...],
         y: tuple[float, ...], panels: tuple[float, ...],
-        scene: Callable[[float, float, float], HcmScene], judged: Judge = judge,
+        scene: Callable[[float, float, float], HcmScene], judge: Judge = judge_by_tighter_run,
         solver: str = "hcm",
     ) -> Map:  # fmt: skip
-        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judged)
+        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judge)
 
     maps = (
         plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
@@ -134,15 +134,15 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
               (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges),
         plane("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
               _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
-              (0.002,) if quick else (0.002, 0.02), _rod, judge_rod),
+              (0.002,) if quick else (0.002, 0.02), _rod, judge_by_closed_form),
         plane("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
               (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
-              (1.0,) if quick else (1.0, 0.5), _other, judge_other),
+              (1.0,) if quick else (1.0, 0.5), _other, judge_by_dop853),
         plane("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
-              (2026.0,), (0.0,), _random, judge_alone, "fuzz"),
+              (2026.0,), (0.0,), _random, judge_by_laws, "fuzz"),
     )  # fmt: skip
     if quick:
         return maps
     taps = plane("taps", "restitution", "end_time (s)", "friction",
-                 (0.9, 0.99, 1.0), (1.0, 3.0, 10.0), (0.0, 0.5), _taps, judge_alone)  # fmt: skip
+                 (0.9, 0.99, 1.0), (1.0, 3.0, 10.0), (0.0, 0.5), _taps, judge_by_laws)  # fmt: skip
     return (*maps, taps)

@@ -15,21 +15,12 @@ omega_1 = 15.4 sqrt(E I/(rho A L^4))).
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
-import hcm
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.stability_map import (
-    LARGEST_ERROR,
-    REFUSED,
-    RIGHT,
-    STOPPED,
-    WRONG,
-    Verdict,
-)
+from validation.studies.stress.hcm.judge import examine
+from validation.studies.stress.stability_map import Verdict
 
 POINTS = 40
 
@@ -57,28 +48,14 @@ def closed_form(scene: HcmScene) -> dict[str, float]:
     }
 
 
-def judge_rod(scene: HcmScene) -> Verdict:
+def judge_by_closed_form(scene: HcmScene) -> Verdict:
     """Right is what breaks no law and lies within `LARGEST_ERROR` of the closed form."""
-    try:
-        result = hcm.simulate(**scene.arguments())
-    except hcm.ParameterError as refusal:
-        return Verdict(REFUSED, str(refusal))
-    s = result.statistics
-    found = Verdict(
-        RIGHT, "", "mechanics of its states, contact law, closed form", None,
-        result.summary.energy_residual, s.steps, s.wall_time_s,
-    )  # fmt: skip
-    broken = violations(scene, result)
-    if broken:
-        return replace(found, answer=WRONG, reason="; ".join(broken))
-    if result.status is not hcm.Status.COMPLETED:
-        return replace(found, answer=STOPPED, reason=result.message)
+    found, result = examine(scene)
+    if result is None:
+        return found
     errors = {
         name: abs(getattr(result.summary, name) / exact - 1)
         for name, exact in closed_form(scene).items()
     }
     worst = max(errors, key=lambda name: errors[name])
-    found = replace(found, error=errors[worst])
-    if not errors[worst] <= LARGEST_ERROR:
-        return replace(found, answer=WRONG, reason=f"{worst} differs from the closed form")
-    return found
+    return found.compared("closed form", errors[worst], worst)

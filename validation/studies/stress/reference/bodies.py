@@ -7,16 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 import meshes
+from meshes.topology import outer_facets
 
 SIDE = 0.02  # m, of the block
 FINGER_LENGTH, FINGER_DIAMETER = 0.03, 0.015  # m
 # The coarsest finger whose section and tip still have a core and a ring.
 FINGER_SIZES = meshes.Sizing(section_size=5e-3, axial_size=5e-3, tip_size=5e-3)
-
-_SIDES = {
-    2: ((0, 1), (1, 2), (2, 3), (3, 0)),
-    3: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
-}
 
 
 @lru_cache(maxsize=64)
@@ -44,11 +40,8 @@ def block(dim: int, divisions: int, distortion: float = 0.0, seed: int = 0) -> m
     moves = np.random.default_rng(seed).uniform(-1.0, 1.0, points.shape) * SIDE / divisions
     points = points + distortion * moves * inside[:, None]
     sets = {"pole": np.array([number[0, divisions // 2].flat[0]])}
-    facets = cells[:, _SIDES[dim]].reshape(-1, 2 * dim - 2)
-    _, first, count = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    skin = facets[first[count == 1]]
+    skin = outer_facets(cells)
+    skin = skin[np.lexsort(np.sort(skin, axis=1).T[::-1])]
     if dim == 3:
         sets["symmetry"] = np.flatnonzero(points[:, 2] == 0.0)
         skin = skin[~(points[skin][..., 2] == 0.0).all(axis=1)]

@@ -1,4 +1,4 @@
-"""Judging one cell of the reference's maps: run, checked by what did not produce it."""
+"""Judging a cell of the reference's maps: run, checked by what did not produce it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,12 @@ import numpy as np
 import reference_fem as rf
 from reference_fem.model import Model
 from reference_fem.stable_step import stable_step
+from validation.studies.stress.judging import (
+    SMALLER_STEP,
+    Scalars,
+    largest_difference,
+    tap_scalars,
+)
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
 from validation.studies.stress.stability_map import (
@@ -22,12 +28,8 @@ from validation.studies.stress.stability_map import (
     Verdict,
 )
 
-# A run whose contact asks for steps of less than this share of the body's has a smaller step.
-CHOSEN = 0.5
 # Change of the speed that no measurement would notice, and what it changes in a chaotic contact.
 NUDGE, CHAOTIC = 1e-6, 0.01
-# Share of the impulse after which a tap counts as over: the last node to leave may linger.
-DELIVERED = 0.99
 # Against another law, element or mesh of four to six elements an edge: not the same equations. A
 # choice, not a measurement: it finds gross errors only.
 OTHER = 0.3
@@ -35,14 +37,13 @@ OTHER = 0.3
 BAR = 0.05
 # Below this speed over the bar's wave speed a contact is linear.
 SLOW = 0.02
-
-Scalars = tuple[float, float, float]
+HALF = "half the step"
 
 
 def judge(scene: ReferenceScene) -> Verdict:
     """Run a scene, and beside it one at half the step, one of another law or element, one nudged.
 
-    A completed run must keep the invariants of `reference_checks` and repeat at half the step to
+    A completed run must keep the invariants of `checks` and repeat at half the step to
     `LARGEST_ERROR`; where it doesn't, the solver's own caution or a chaotic contact (a speed
     changed by a millionth changes it) makes it flagged, else it is wrong.
     """
@@ -71,19 +72,16 @@ def judge(scene: ReferenceScene) -> Verdict:
         found = replace(found, checked_by=f"{found.checked_by}, {name}")
     limit = bar_impulse(scene, model)
     if limit is not None:
-        error = abs((summary.normal_impulse_N_s or 0.0) / limit - 1.0)
+        error = largest_difference((summary.normal_impulse_N_s or 0.0,), (limit,))
         if not error <= BAR:
             return _doubtful(scene, result, found, "elastic bar", error)
         found = replace(found, checked_by=f"{found.checked_by}, elastic bar")
-    ratio = own_step(scene, model) / model.step_s
-    if ratio > 1.0 / CHOSEN:
+    ratio = step_without_contact(scene, model) / model.step_s
+    if ratio > 1.0 / SMALLER_STEP:
         return replace(
             found, answer=SMALLER, reason=f"contact asks for steps {ratio:.3g} times shorter"
         )
     return found
-
-
-HALF = "half the step"
 
 
 def _witnesses(scene: ReferenceScene) -> list[tuple[str, ReferenceScene, float]]:
@@ -109,30 +107,28 @@ def _doubtful(
         return replace(found, answer=FLAGGED, reason=f"cautioned, {result.cautions[0]} ({differs})")
     spread = difference(result, replace(scene, speed=scene.speed * (1.0 + NUDGE)))
     if spread is None or spread > CHAOTIC:
-        told = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
-        return replace(found, answer=FLAGGED, reason=f"speed changed by {NUDGE:g}, {told}")
+        change = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
+        return replace(found, answer=FLAGGED, reason=f"speed changed by {NUDGE:g}, {change}")
     return replace(found, answer=WRONG, reason=differs)
 
 
 def difference(result: rf.TapResult, other: ReferenceScene) -> float | None:
     """Largest relative change of the tap's scalars against another run; None without a tap."""
-    own, found = scalars(result), scalars(other.simulate()[0])
-    if own is None or found is None:
-        return None
-    return max(abs(a / b - 1.0) for a, b in zip(own, found, strict=True))
+    found, truth = scalars(result), scalars(other.simulate()[0])
+    return None if found is None or truth is None else largest_difference(found, truth)
 
 
 def scalars(result: rf.TapResult) -> Scalars | None:
-    """Peak F_n (N), impulse (N s), and the time in which `DELIVERED` of it is given (s)."""
+    """Scalars of a completed tap."""
     s, f = result.summary, result.forces
     if result.status is not rf.Status.COMPLETED or not s.normal_impulse_N_s:
         return None
-    begin, duration = s.contact_time_s or 0.0, s.contact_duration_s or 0.0
-    rows = f.time_s <= (begin + duration) * (1.0 + 1e-12)
-    time, force = f.time_s[rows], f.normal_force_N[rows]
-    impulse = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time)))
-    delivered = float(np.interp(DELIVERED * impulse[-1], impulse, time)) - begin
-    return float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), delivered
+    start, duration = s.contact_time_s or 0.0, s.contact_duration_s or 0.0
+    rows = f.time_s <= (start + duration) * (1.0 + 1e-12)
+    return tap_scalars(
+        float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), start,
+        f.time_s[rows], f.normal_force_N[rows],
+    )  # fmt: skip
 
 
 def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:
@@ -147,7 +143,7 @@ def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:
     return 2.0 * float(model.mass.sum()) * model.copies * scene.speed
 
 
-def own_step(scene: ReferenceScene, model: Model) -> float:
+def step_without_contact(scene: ReferenceScene, model: Model) -> float:
     """Step that the body would take without a contact, s."""
     none = np.empty(0, dtype=np.int64), np.empty(0)
     return scene.step_factor * stable_step(model.kernel, *none, model.symmetry)

@@ -1,9 +1,9 @@
 """``fingertap stress --peers``: hard cells of the reference, and CalculiX' automatic step on them.
 
-The same mesh, law, contact pressure and friction (see `calculix_deck`). An impulse is the time
-integral of the normal force until the reference's run ends; it is checked by the momentum that the
-body gained, which the force did not produce, by the kinetic energy that is left, and by 2 m v where
-a block falls flat without bulging.
+The same mesh, law, contact pressure and friction (see `validation.peers.calculix_block`). An
+impulse is the time integral of the normal force until the reference's run ends; it is checked by
+the momentum that the body gained, which the force did not produce, by the kinetic energy that is
+left, and by 2 m v where a block falls flat without bulging.
 
 A stiff pressure on a coarse mesh gives spikes, marked where the reference cautions so. The tilted
 block of 4 elements an edge peaks at 32.9 N with a pressure of factor 100: lumped masses that hit
@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 import reference_fem as rf
 from reference_fem.model import Model
 from validation.harness.interrupts import unless_interrupted
-from validation.peers import calculix
-from validation.peers.calculix_deck import deck
+from validation.peers import calculix, calculix_block
 from validation.studies.stress.reference.bodies import SIDE
 from validation.studies.stress.reference.judge import bar_impulse, judge
 from validation.studies.stress.reference.scene import ReferenceScene
@@ -36,6 +35,7 @@ TIMEOUT_S = 40.0
 # Motion that CalculiX is given, in transits of a bar's wave: where the reference stopped, twice the
 # slowest tap of those that complete; of a bar that falls flat, twice its contact.
 TRANSITS, BAR_TRANSITS = 30.0, 4.0
+COLUMNS = ("impulse (N s)", "momentum open (%)", "kinetic left (%)", "peak (N)")
 Array = NDArray[np.float64]
 
 _EASY = ReferenceScene(contact="surface", friction=0.0, slide=0.0, stiffness=1e-3)
@@ -54,7 +54,7 @@ CELLS: dict[str, ReferenceScene] = {
 
 
 @dataclass(frozen=True)
-class Blow:
+class ImpulseBalance:
     """What a run gave: by its forces, and by its velocities.
 
     peak_normal_force_N, normal_impulse_N_s : of the force. momentum_N_s : what the body gained from
@@ -71,8 +71,18 @@ class Blow:
         """Share of the momentum that the impulse does not show."""
         return abs(self.normal_impulse_N_s / self.momentum_N_s - 1.0)
 
+    def columns(self, mark: str = "") -> dict[str, str]:
+        """The table's `COLUMNS`; `mark` is a remark on the peak."""
+        values = (
+            f"{self.normal_impulse_N_s:.4g}", f"{100 * self.open_share:.2g}",
+            f"{100 * self.kinetic_share:.3g}", f"{self.peak_normal_force_N:.4g}{mark}",
+        )  # fmt: skip
+        return dict(zip(COLUMNS, values, strict=True))
 
-def blow(force: Array, time_s: Array, velocity: Array, scene: ReferenceScene, model: Model) -> Blow:
+
+def impulse_balance(
+    force: Array, time_s: Array, velocity: Array, scene: ReferenceScene, model: Model
+) -> ImpulseBalance:
     """Of a full body, by the surface's force on it and the nodes' velocities at the last time.
 
     The momentum is Σ m (v_y + v + g t) of a block that fell at v.
@@ -80,7 +90,7 @@ def blow(force: Array, time_s: Array, velocity: Array, scene: ReferenceScene, mo
     mass = model.copies * model.mass
     gained = velocity[:, 1] + scene.speed + model.gravity * time_s[-1]
     before = mass.sum() * scene.speed**2 * (1.0 + scene.slide**2)
-    return Blow(
+    return ImpulseBalance(
         float(force.max()),
         float(np.trapezoid(force, time_s)),
         float(mass @ gained),
@@ -88,40 +98,39 @@ def blow(force: Array, time_s: Array, velocity: Array, scene: ReferenceScene, mo
     )
 
 
-def _own(scene: ReferenceScene, result: rf.TapResult, model: Model) -> dict[str, str]:
+def calculix_deck(scene: ReferenceScene, model: Model, displacement: Array, end_s: float) -> str:
+    """The cell's block as CalculiX' input, from its start to `end_s`."""
+    speeds = scene.slide * scene.speed, -scene.speed
+    return calculix_block.deck(model, scene.material, displacement, speeds, end_s)
+
+
+def calculix_balance(
+    scene: ReferenceScene, ran: calculix.CalculixRun, model: Model
+) -> ImpulseBalance | None:
+    """None of an unfinished run: an impulse of a part of the motion is no impulse of the tap."""
+    velocity = calculix_block.last_velocities(ran.printed)
+    if ran.answer != calculix.COMPLETED or velocity is None:
+        return None
+    time_s, half = calculix_block.floor_forces(ran.printed)
+    force = np.append(0.0, model.copies * half)
+    return impulse_balance(force, np.append(0.0, time_s), velocity, scene, model)
+
+
+def _own_columns(scene: ReferenceScene, result: rf.TapResult, model: Model) -> dict[str, str]:
     f, last = result.forces, result.snapshots[-1]
     rows = f.time_s <= last.time_s + 0.5 * model.step_s
-    found = blow(f.normal_force_N[rows], f.time_s[rows], last.velocity, scene, model)
-    return _told(found, " (spike)" if any("spike" in told for told in result.cautions) else "")
+    found = impulse_balance(f.normal_force_N[rows], f.time_s[rows], last.velocity, scene, model)
+    spike = any("spike" in caution for caution in result.cautions)
+    return found.columns(" (spike)" if spike else "")
 
 
-def _peer(scene: ReferenceScene, ran: calculix.Ran, model: Model) -> dict[str, str]:
-    # an impulse of a part of the motion is no impulse of the tap
-    if ran.answer != calculix.COMPLETED or ran.velocity is None:
-        return _told(None)
-    force = np.append(0.0, model.copies * ran.normal_force_N)
-    return _told(blow(force, np.append(0.0, ran.time_s), ran.velocity, scene, model))
-
-
-def _told(found: Blow | None, mark: str = "") -> dict[str, str]:
-    if found is None:
-        return dict.fromkeys(
-            ("impulse (N s)", "momentum open (%)", "kinetic left (%)", "peak (N)"), ""
-        )
-    return {
-        "impulse (N s)": f"{found.normal_impulse_N_s:.4g}",
-        "momentum open (%)": f"{100 * found.open_share:.2g}",
-        "kinetic left (%)": f"{100 * found.kinetic_share:.3g}",
-        "peak (N)": f"{found.peak_normal_force_N:.4g}{mark}",
-    }
-
-
-def row(name: str, scene: ReferenceScene) -> dict[str, Any]:
-    """A cell by both."""
-    begin = time.perf_counter()
+def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
+    """A cell by both, a row of the table."""
+    nothing = dict.fromkeys(COLUMNS, "")
+    start_s = time.perf_counter()
     result, model = scene.simulate()
     unless_interrupted(result)
-    seconds = time.perf_counter() - begin
+    seconds = time.perf_counter() - start_s
     completed = result.status is rf.Status.COMPLETED
     start, last = result.snapshots[0], result.snapshots[-1]
     transit = SIDE / scene.material.bar_speed
@@ -129,12 +138,15 @@ def row(name: str, scene: ReferenceScene) -> dict[str, Any]:
     end = last.time_s if completed else TRANSITS * transit
     if limit is not None:
         end = max(end, BAR_TRANSITS * transit)
-    ran = calculix.run(deck(scene, model, start.displacement, end), TIMEOUT_S)
+    deck = calculix_deck(scene, model, start.displacement, end)
+    ran = calculix.run_calculix(deck, TIMEOUT_S)
+    balance = calculix_balance(scene, ran, model)
     verdict = judge(scene)
     answer = verdict.answer if completed else f"{verdict.answer}: {result.status.value}"
-    ours = {"answer": answer, **(_own(scene, result, model) if completed else _told(None)),
+    ours = {"answer": answer, **(_own_columns(scene, result, model) if completed else nothing),
             "wall (s)": f"{seconds:.2g}"}  # fmt: skip
-    theirs = {"answer": ran.answer, **_peer(scene, ran, model), "increments": ran.time_s.size,
+    theirs = {"answer": ran.answer, **(balance.columns() if balance else nothing),
+              "increments": len(calculix_block.floor_forces(ran.printed)[0]),
               "wall (s)": f"{ran.wall_time_s:.2g}"}  # fmt: skip
     return {
         "cell": name,
@@ -152,5 +164,5 @@ def calculix_table(progress: Callable[[float, str], None]) -> list[dict[str, Any
     rows = []
     for number, (name, scene) in enumerate(CELLS.items()):
         progress(number / len(CELLS), f"CalculiX, {name}")
-        rows.append(row(name, scene))
+        rows.append(compare_cell(name, scene))
     return rows

@@ -1,0 +1,113 @@
+"""The reference and other programs on one bar, one after the other: updates/s and displacement.
+
+A program that is not installed is left out; one that fails is a row that says how.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from validation.harness.provenance import version
+from validation.peers import own_bar
+from validation.peers.bar import Bar, BarRun
+from validation.peers.bar_programs import PROGRAMS, TIMEOUT_S, BarProgram
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+BAR = Bar((100, 25, 24), 60, 2)
+QUICK_BAR = Bar((40, 10, 10), 60, 2)
+OWN = "fingertap"
+
+
+@dataclass(frozen=True)
+class BarRow:
+    """One code and element; what it did, or why it did not."""
+
+    code: str
+    version: str
+    licence: str
+    element: str
+    bar: Bar
+    ran: BarRun | None
+    status: str = "COMPLETED"
+
+    @property
+    def updates_per_s(self) -> float | None:
+        """Element updates per second of whole steps."""
+        return None if self.ran is None else self.bar.elements / self.ran.seconds_per_step
+
+
+def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
+    """One row; a program that fails says how."""
+    head = (program.name, program.version, program.licence, element, bar)
+    try:
+        return BarRow(*head, program.run_bar(bar, element))
+    except subprocess.TimeoutExpired:
+        return BarRow(*head, None, f"stopped after {TIMEOUT_S:g} s")
+    except (RuntimeError, OSError, ValueError) as error:
+        return BarRow(*head, None, f"failed: {error}")
+
+
+def measure_bar(bar: Bar, progress: Callable[[float, str], None]) -> list[BarRow]:
+    """The reference, every program that is there, and the reference again: its best time counts.
+
+    All on as many threads as the bar asks for and numba may use.
+    """
+    import numba
+
+    bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
+    own: dict[str, BarRun] = {}
+    cases = [(program, e) for program in PROGRAMS if program.present for e in program.elements]
+    rows = []
+    for turn in range(2):
+        progress(0.9 * turn, "the bar in the reference")
+        for element in own_bar.POINTS:
+            ran = own_bar.run_bar(bar, element)
+            best = own.get(element)
+            if best is None or ran.seconds_per_step < best.seconds_per_step:
+                own[element] = ran
+        if not turn:
+            for number, (program, element) in enumerate(cases):
+                progress(0.1 + 0.8 * number / len(cases), f"the bar in {program.name}, {element}")
+                rows.append(measure_program(program, bar, element))
+    ours = [BarRow(OWN, version("fingertap"), "BSD-3-Clause", element, bar, ran)
+            for element, ran in own.items()]  # fmt: skip
+    return ours + rows
+
+
+def table(rows: list[BarRow]) -> pd.DataFrame:
+    """One row a code and element; how many times as fast the reference is.
+
+    ``hex8_sri_over_it`` compares with the reference's 8-point hexahedron, ``same_points_over_it``
+    with the hexahedron of as many points.
+    """
+    import pandas as pd
+
+    speed = {row.ran.points: row.updates_per_s for row in rows
+             if row.code == OWN and row.ran is not None and row.updates_per_s}  # fmt: skip
+    end = next(row.ran.end_m for row in rows if row.ran is not None and row.code == OWN)
+    found = []
+    for row in rows:
+        line: dict[str, Any] = {
+            "code": row.code, "version": row.version, "licence": row.licence,
+            "element": row.element, "elements": row.bar.elements, "threads": row.bar.threads,
+            "status": row.status,
+        }  # fmt: skip
+        if row.ran is not None and row.updates_per_s is not None:
+            line |= {
+                "points": row.ran.points,
+                "million_updates_per_s": row.updates_per_s / 1e6,
+                "hex8_sri_over_it": speed[8] / row.updates_per_s,
+                "same_points_over_it": speed[row.ran.points] / row.updates_per_s,
+                "end_displacement_um": row.ran.end_m * 1e6,
+                "off_exact": row.ran.end_m / row.bar.exact_end_m - 1.0,
+                "off_fingertap": row.ran.end_m / end - 1.0,
+                "step_us": row.ran.step_s * 1e6,
+                "runs": row.ran.runs,
+            }
+        found.append(line)
+    return pd.DataFrame(found)

@@ -6,12 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.sprague_geers import contact_curve, steps_within
-from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE
-from validation.harness.files import atomic
+from validation.compare.force_curves import FORCES, contact_curve, steps_within
+from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.record import RunRecord
-
-FORCES = ("normal_force_N", "tangential_force_N")
 
 Draw = Callable[[Any, str], None]
 
@@ -39,15 +36,7 @@ def _plot_run(axis: Any, run: RunRecord, label: str, look: tuple[str, str, float
 
 def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
     """One panel per scene, side by side, written atomically."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(scenes), figsize=(4.1 * len(scenes), 3.3), layout="constrained", squeeze=False
-        )
+    with panels(path, len(scenes), height=3.3) as axes:
         for axis, scene in zip(axes[0], scenes, strict=True):
             draw(axis, scene)
             axis.axhline(0, color=BLACK, linewidth=0.6)
@@ -63,10 +52,7 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw) -> None:
                     handles.append(handle)
                     labels.append(label)
         if handles:
-            figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
-        with atomic(path) as temporary:
-            figure.savefig(temporary, format="png")
-        plt.close(figure)
+            axes[0][0].figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
 
 
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.compare.sprague_geers import contact_curve
+from validation.compare.force_curves import contact_curve, later_separation
 from validation.harness.record import RunRecord
 
 INNER, OUTER = 0.05, 0.5
@@ -32,7 +32,7 @@ LARGEST_SLOPE = 2.0
 WARP = 0.1
 WEIGHTS = (0.4, 0.2, 0.2, 0.2)
 GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
-SAMPLES = 501  # of a contact window: the scores change by less than 0.002 beyond
+SAMPLES = 501  # of a contact window: R changes by less than 0.001 beyond; warping costs N^2
 
 Floats = NDArray[Any]
 
@@ -93,10 +93,10 @@ def rate_forces(
 
     None where a run has no finished contact or a curve is constant (no friction).
     """
-    ends = [record.value("contact_duration_s") for record in (computed, reference)]
-    if ends[0] is None or ends[1] is None or max(ends[0], ends[1]) <= 0:
+    end = later_separation(computed, reference)
+    if end is None:
         return None
-    time = np.linspace(0.0, max(ends[0], ends[1]), SAMPLES)
+    time = np.linspace(0.0, end, SAMPLES)
     curves = [contact_curve(record, name, time) for record in (computed, reference)]
     if any(np.ptp(curve) == 0 for curve in curves):
         return None

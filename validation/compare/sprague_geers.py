@@ -12,12 +12,12 @@ Identical curves give 0, 0, 0; a curve scaled by 1.1 gives M = 0.1, P = 0; a cur
 negative give P = 1. M is signed: positive where the computed curve is the larger one.
 """
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.compare.force_curves import contact_curve, later_separation, steps_within
 from validation.harness.record import RunRecord
 
 
@@ -54,28 +54,6 @@ def sprague_geers(
     return SpragueGeers(float(magnitude), float(phase), float(np.hypot(magnitude, phase)))
 
 
-def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[Any]:
-    """A force at the times t - t_c, between two steps linear, zero before the first and after all.
-
-    Parameters
-    ----------
-    time : (n,), s after first contact.
-    """
-    contact = record.value("contact_time_s")
-    if contact is None:
-        raise ValueError(f"{record.label}: no contact, no curve")
-    forces = record.contact_forces
-    return np.interp(time, forces["time_s"] - contact, forces[name], left=0.0, right=0.0)
-
-
-def steps_within(end: float, records: Sequence[RunRecord]) -> NDArray[Any]:
-    """Times t - t_c from 0 to ``end`` (s): every step of every run, and both ends."""
-    starts = [record.value("contact_time_s") or 0.0 for record in records]
-    steps = [record.contact_forces["time_s"] - t for record, t in zip(records, starts, strict=True)]
-    time = np.unique(np.concatenate([[0.0, end], *steps]))
-    return time[(time >= 0.0) & (time <= end)]
-
-
 def compare_forces(
     computed: RunRecord, reference: RunRecord, name: str = "normal_force_N"
 ) -> SpragueGeers | None:
@@ -85,10 +63,10 @@ def compare_forces(
     are sums over every step of both. None where a run has no finished contact or a curve is zero
     throughout (no friction).
     """
-    ends = [record.value("contact_duration_s") for record in (computed, reference)]
-    if ends[0] is None or ends[1] is None or max(ends[0], ends[1]) <= 0:
+    end = later_separation(computed, reference)
+    if end is None:
         return None
-    time = steps_within(max(ends[0], ends[1]), (computed, reference))
+    time = steps_within(end, (computed, reference))
     curves = [contact_curve(record, name, time) for record in (computed, reference)]
     if not all(curve.any() for curve in curves):
         return None

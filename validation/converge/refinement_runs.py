@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from validation.converge.refinements import QUANTITIES, Overrides
+from validation.converge.refinements import Overrides
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
+from validation.harness.quantities import OF_A_TAP, quantities
 from validation.harness.record import plain
 from validation.harness.store import Store, json_format
 from validation.models import solid
@@ -13,16 +14,13 @@ from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
 
-KEPT = (
-    *QUANTITIES,
-    "peak_normal_force_time_s",
-    "peak_tangential_force_N",
-    "peak_stress_R_Pa",
-    "energy_residual",
-    "elements",
-    "time_step_s",
-    "steps",
-    "wall_time_s",
+KEPT = tuple(
+    entry.key
+    for entry in (
+        *OF_A_TAP,
+        *quantities("peak_normal_force_time_s", "peak_tangential_force_N", "peak_stress_R_Pa"),
+        *quantities("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
+    )
 )
 DIMENSIONS: dict[str, solid.Dimension] = {"fem3d": 3, "fem2d": 2}
 

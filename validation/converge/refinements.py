@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 ROOT = math.sqrt(2.0)
-TIP_MESH, SHAFT_MESH = "mesh: tip", "mesh: shaft"
-QUANTITIES = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+TIP_MESH, SHAFT_MESH, PENALTY = "mesh: tip", "mesh: shaft", "penalty"
 
 # Edges at refinement 1, m for a finger of 15 mm, and the growth of one edge to the next.
 SECTION, AXIAL, TIP, GROWTH = 0.736e-3, 0.76e-3, 1e-4, 1.25
@@ -16,14 +15,14 @@ Overrides = Mapping[str, float | str]
 
 @dataclass(frozen=True)
 class Level:
-    """One run of a ladder: the refined quantity's size, and the scene's keys for it."""
+    """One run of a refinement: the refined quantity's size, and the scene's keys for it."""
 
     size: float
     overrides: Overrides
 
 
 @dataclass(frozen=True)
-class Ladder:
+class Refinement:
     """Levels from coarse to fine.
 
     Attributes
@@ -53,10 +52,10 @@ def mesh_sizes(scale: float, shaft: float, tip: float) -> dict[str, float | str]
     }
 
 
-def ladders(scale: float, quick: bool) -> tuple[Ladder, ...]:
-    """All ladders, with contact by impulses; that of the penalty by surface pressure.
+def refinements(scale: float, quick: bool) -> tuple[Refinement, ...]:
+    """All refinements, with contact by impulses; that of the penalty by surface pressure.
 
-    The shaft's ladder has a fine tip throughout: on a coarse one, which the section's own edges
+    The shaft's has a fine tip throughout: on a coarse one, which the section's own edges
     cut in two, it would show the tip's error. The step's error does not depend on the mesh much.
 
     The peak is not asymptotic in the tip's edge, nor can it be soon: the patch grows by whole
@@ -73,7 +72,7 @@ def ladders(scale: float, quick: bool) -> tuple[Ladder, ...]:
         Coarser levels and fewer of them: minutes, and a wider error bar.
     """
     impulse: dict[str, float | str] = {"solver.fem.contact": "impulse"}
-    # Tips of the ladders that don't refine it.
+    # Tips of those that don't refine it.
     for_shaft, for_penalty, for_step = (2.0, 2.0, 2.0) if quick else (1.0, ROOT, 2.0)
     tips = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0, ROOT, 1.0, 1.0 / ROOT, 0.5)
     shafts = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
@@ -93,8 +92,8 @@ def ladders(scale: float, quick: bool) -> tuple[Ladder, ...]:
     penalty = {1.0 / f: {**pressure, "solver.fem.surface_factor": f} for f in factors}
     step = {s: {**mesh_sizes(scale, 2.0, for_step), "solver.fem.step_factor": s} for s in steps}
     return (
-        Ladder(TIP_MESH, "edge at the contact, mm", 2.0, levels(tuple(tip), tip)),
-        Ladder("penalty", "1 / penalty factor", 1.0, levels(tuple(penalty), penalty)),
-        Ladder(SHAFT_MESH, "edge of the section, mm", 2.0, levels(tuple(shaft), shaft)),
-        Ladder("step", "step over stable step", 2.0, levels(tuple(step), step)),
+        Refinement(TIP_MESH, "edge at the contact, mm", 2.0, levels(tuple(tip), tip)),
+        Refinement(PENALTY, "1 / penalty factor", 1.0, levels(tuple(penalty), penalty)),
+        Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, levels(tuple(shaft), shaft)),
+        Refinement("step", "step over stable step", 2.0, levels(tuple(step), step)),
     )

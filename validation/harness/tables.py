@@ -1,6 +1,7 @@
 """A table as CSV (full precision, for programs), Markdown and LaTeX (rounded, for people)."""
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,3 +38,11 @@ def write_table(folder: Path, name: str, table: "pd.DataFrame", caption: str) ->
     people.columns = [str(column).replace("_", " ") for column in people.columns]
     latex = people.to_latex(index=False, escape=True, caption=caption, label=f"tab:{name}")
     write_text(folder / f"{name}.tex", latex)
+
+
+def table_of(rows: Sequence[Any], columns: Sequence[str]) -> "pd.DataFrame":
+    """Rows, mappings or dataclass instances, as a table of these columns."""
+    import pandas as pd
+
+    mappings = [row if isinstance(row, Mapping) else vars(row) for row in rows]
+    return pd.DataFrame(mappings, columns=list(columns))

@@ -1,15 +1,14 @@
 """The accuracy table (the paper's Table 2): reduced model against each reference, with sources."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from validation.compare.claims import find, read_claims
 from validation.compare.differences import error_percent, spread
+from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
-from validation.harness.quantities import COMPARED
+from validation.harness.quantities import COMPARED, Quantity
 from validation.harness.record import RunRecord
-
-if TYPE_CHECKING:
-    import pandas as pd
+from validation.validate.paper_tables import TABLE_2, printed
+from validation.validate.plan import REFERENCE
 
 SELF = "self"  # computed by the model under validation
 OTHER = "other model"  # computed by the independent model
@@ -33,24 +32,16 @@ COLUMNS = (
     "paper_error_percent",
     "paper_source",
 )
-PAPER_TITLES = {"peak Fn": "peak normal force", "peak Ft": "peak tangential force"}
 
 
-def _paper_columns(scene: str, title: str, reference: RunRecord) -> dict[str, Any]:
+def _paper_columns(scene: str, entry: Quantity, reference: RunRecord) -> dict[str, Any]:
     """Table 2's own columns, beside the reference that stands in for LS-DYNA."""
-    if title not in PAPER_TITLES or reference.variant != "ls-dyna-like":
+    claims = printed(scene, entry.key) if reference.variant == REFERENCE[1] else {}
+    if entry.key not in TABLE_2 or not claims:
         return {}
-    claims = read_claims()
-    name = PAPER_TITLES[title]
-    found = [
-        find(claims, "Table 2", scene, f"{prefix} {name}")
-        for prefix in ("HCM", "reference", "error of")
-    ]
-    columns = ("paper_reduced", "paper_reference", "paper_error_percent")
-    values = {c: claim.number for c, claim in zip(columns, found, strict=True) if claim}
-    if not values:
-        return {}
-    ids = " ".join(claim.id for claim in found if claim)
+    columns = {"hcm": "reduced", "reference": "reference", "error": "error_percent"}
+    values = {f"paper_{columns[who]}": claim.number for who, claim in claims.items()}
+    ids = " ".join(claim.id for claim in claims.values())
     return {**values, "paper_source": f"{PAPER}: Table 2 ({ids})"}
 
 
@@ -89,10 +80,10 @@ def accuracy_rows(
                     "reference_low": band and band.low,
                     "reference_high": band and band.high,
                     "reference_runs": band and band.count,
-                    **_paper_columns(reduced.scene, entry.title, reference),
+                    **_paper_columns(reduced.scene, entry, reference),
                 }
             )
-        for name, title in (("normal_force_N", "Fn"), ("tangential_force_N", "Ft")):
+        for name, title in FORCES.items():
             metrics = compare_forces(reduced, reference, name)
             for part in ("magnitude", "phase", "combined"):
                 share = None if metrics is None else 100 * getattr(metrics, part)
@@ -105,10 +96,3 @@ def accuracy_rows(
                     }
                 )
     return rows
-
-
-def accuracy_table(rows: list[dict[str, Any]]) -> "pd.DataFrame":
-    """The rows as a table with all columns, in order."""
-    import pandas as pd
-
-    return pd.DataFrame(rows, columns=list(COLUMNS))

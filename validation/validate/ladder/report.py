@@ -1,4 +1,4 @@
-"""The ladder on validate's page and in its tables."""
+"""The ladder's tables, and its sentences and tables on validate's page."""
 
 import itertools
 from collections.abc import Sequence
@@ -6,16 +6,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from validation.harness.quantities import quantity
-from validation.harness.tables import write_table
-from validation.validate.ladder import beside_paper, cost, own_checks, patch
-from validation.validate.ladder.climb import Ladder
-from validation.validate.ladder.cost import Cost, accuracy_against_cost
-from validation.validate.ladder.own_checks import Check, hinges
-from validation.validate.ladder.patch import Patch, patches
-from validation.validate.ladder.row import COLUMNS, OWN, SAME, Row
+from validation.harness.tables import table_of, write_table
+from validation.validate import paper_tables
+from validation.validate.ladder import (
+    accuracy_cost,
+    causes,
+    comparison,
+    contact_patch,
+    reference_checks,
+)
+from validation.validate.ladder.accuracy_cost import AccuracyCost, accuracy_against_cost
+from validation.validate.ladder.causes import Cause
+from validation.validate.ladder.comparison import OWN, SAME, Comparison, name_of
+from validation.validate.ladder.contact_patch import ContactPatch, contact_patches
+from validation.validate.ladder.ladder import Ladder
+from validation.validate.ladder.reference_checks import ReferenceCheck, shaft_holes
+from validation.validate.ladder.rungs import paper_rung
 from validation.validate.plan import SCENES, Runs
 
 TITLES = {
@@ -23,91 +30,101 @@ TITLES = {
     3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
     4: "Rung 4, the paper: its own k against the ls-dyna-like reference",
 }
-CAUSE_COLUMNS = ("scene", "step", "peak_N", "duration_us", "impulse_mN_s")
 
 
 @dataclass(frozen=True)
-class Tables:
-    """What stands beside the rungs.
+class LadderTables:
+    """The rows of each table.
 
     Attributes
     ----------
+    comparisons : of rungs 2 to 4.
     table_2, table_3 : the paper's, our numbers beside its own.
     checks : the reference against itself.
     costs : accuracy against cost.
     patches : how large the contact is, and its pressure.
     """
 
+    comparisons: list[Comparison]
+    causes: Sequence[Cause]
     table_2: list[dict[str, Any]]
     table_3: list[dict[str, Any]]
-    checks: list[Check]
-    costs: list[Cost]
-    patches: list[Patch]
+    checks: list[ReferenceCheck]
+    costs: list[AccuracyCost]
+    patches: list[ContactPatch]
 
 
-def tables(ladder: Ladder, runs: Runs) -> Tables:
+def ladder_tables(ladder: Ladder, runs: Runs) -> LadderTables:
     """Read from the validation's own runs and the ladder's."""
-    return Tables(
-        beside_paper.table_2(runs),
-        beside_paper.table_3(runs),
-        [*hinges(runs, SCENES), *ladder.checks],
+    return LadderTables(
+        [*ladder.rows, *paper_rung(runs, SCENES)],
+        ladder.causes,
+        paper_tables.table_2(runs),
+        paper_tables.table_3(runs),
+        [*shaft_holes(runs, SCENES), *ladder.checks],
         accuracy_against_cost(runs, ladder.predictions, ladder.references),
-        patches(runs, ladder.references, SCENES),
+        contact_patches(runs, ladder.references, SCENES),
     )
 
 
-def write_ladder(folder: Path, ladder: Ladder, rows: Sequence[Row], beside: Tables) -> None:
-    """Write the rungs, the causes and what stands beside them as CSV, Markdown and LaTeX."""
-    table = pd.DataFrame([vars(row) for row in rows], columns=list(COLUMNS))
-    write_table(folder, "ladder", table, "The ladder of comparisons, rungs 2 to 4")
-    causes = pd.DataFrame([vars(cause) for cause in ladder.causes], columns=list(CAUSE_COLUMNS))
-    write_table(folder, "ladder_causes", causes, "From the blind prediction to the reference")
-    for name, columns, found, title in (
-        ("table_2", beside_paper.COLUMNS_2, beside.table_2, "The paper's Table 2"),
-        ("table_3", beside_paper.COLUMNS_3, beside.table_3, "The paper's Table 3"),
+def write_ladder(folder: Path, tables: LadderTables) -> None:
+    """Write every table as CSV, Markdown and LaTeX."""
+    for name, columns, rows, caption in (
+        (
+            "ladder",
+            comparison.COLUMNS,
+            tables.comparisons,
+            "The ladder of comparisons, rungs 2 to 4",
+        ),
+        (
+            "ladder_causes",
+            causes.COLUMNS,
+            tables.causes,
+            "From the blind prediction to the reference",
+        ),
+        ("table_2", paper_tables.COLUMNS_2, tables.table_2, "The paper's Table 2"),
+        ("table_3", paper_tables.COLUMNS_3, tables.table_3, "The paper's Table 3"),
         (
             "reference_checks",
-            own_checks.COLUMNS,
-            [vars(row) for row in beside.checks],
+            reference_checks.COLUMNS,
+            tables.checks,
             "What a choice of the reference's changes in the reference itself",
         ),
         (
             "accuracy_cost",
-            cost.COLUMNS,
-            [vars(row) for row in beside.costs],
+            accuracy_cost.COLUMNS,
+            tables.costs,
             "Every model against the best reference run, and its time",
         ),
         (
             "contact_patch",
-            patch.COLUMNS,
-            [vars(row) for row in beside.patches],
+            contact_patch.COLUMNS,
+            tables.patches,
             "Contact patch and pressure at peak force, beside Hertz",
         ),
     ):
-        write_table(folder, name, pd.DataFrame(found, columns=list(columns)), title)
+        write_table(folder, name, table_of(rows, columns), caption)
 
 
-def ladder_context(ladder: Ladder, rows: Sequence[Row], beside: Tables) -> dict[str, Any]:
+def ladder_context(ladder: Ladder, tables: LadderTables) -> dict[str, Any]:
     """What the page's block names."""
+    rungs = {rung: [c for c in tables.comparisons if c.rung == rung] for rung in TITLES}
     return {
+        "ladder": ladder,
+        "ladder_tables": tables,
         "ladder_titles": TITLES,
-        "ladder_rungs": {rung: [r for r in rows if r.rung == rung] for rung in TITLES},
-        "ladder_causes": ladder.causes,
-        "ladder_identified": ladder.identified,
-        "ladder_failures": ladder.failures,
-        "ladder_full": ladder.full,
-        "ladder_sentences": [*sentences(ladder, rows), *check_sentences(beside.checks)],
-        "table_2": beside.table_2,
-        "table_2_columns": beside_paper.COLUMNS_2,
-        "table_3": beside.table_3,
-        "table_3_columns": beside_paper.COLUMNS_3,
-        "reference_checks": beside.checks,
-        "accuracy_cost": beside.costs,
-        "contact_patches": beside.patches,
+        "ladder_rungs": rungs,
+        "ladder_sentences": [
+            *peak_sentences(tables.comparisons),
+            *cause_sentences(tables.causes),
+            *check_sentences(tables.checks),
+        ],
+        "table_2_columns": paper_tables.COLUMNS_2,
+        "table_3_columns": paper_tables.COLUMNS_3,
     }
 
 
-def check_sentences(checks: Sequence[Check]) -> list[str]:
+def check_sentences(checks: Sequence[ReferenceCheck]) -> list[str]:
     """What each check of the reference against itself changes."""
     return [
         f"{row.scene.capitalize()} finger, reference ({row.mesh}) with {row.change}: "
@@ -117,39 +134,41 @@ def check_sentences(checks: Sequence[Check]) -> list[str]:
     ]
 
 
-def sentences(ladder: Ladder, rows: Sequence[Row]) -> list[str]:
+def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
     """The peak force on rungs 2 and 3, in words that the numbers bear out."""
     entry = quantity("peak_normal_force_N")
-    wanted = f"{entry.title} ({entry.unit}), {SAME}"
+    what = {
+        2: "with the same lumped law the reduced model's peak force lies",
+        3: "with k and eta^2 from statics it lies",
+    }
+    whose = {2: "the solid's", 3: "the full contact's"}
     own = {
         (row.rung, row.scene): row.error_percent
-        for row in rows
-        if row.quantity == f"{entry.title} ({entry.unit}), {OWN}"
+        for row in comparisons
+        if row.quantity == name_of(entry, OWN)
     }
     result = []
-    for row in rows:
-        if row.quantity != wanted or row.error_percent is None or row.reference is None:
+    for row in comparisons:
+        error = row.error_percent
+        if row.quantity != name_of(entry, SAME) or error is None or row.reference is None:
             continue
-        side = "above" if row.error_percent > 0 else "below"
         band = ""
         if row.reference_uncertainty is not None:
             band = f" (known to {100 * row.reference_uncertainty / row.reference:.1f} %)"
-        what = {
-            2: "with the same lumped law the reduced model's peak force lies",
-            3: "with k and eta^2 from statics it lies",
-        }[row.rung]
-        whose = {2: "the solid's", 3: "the full contact's"}[row.rung]
+        own_flight = own.get((row.rung, row.scene))
+        end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
         result.append(
-            f"{row.scene.capitalize()} finger, rung {row.rung}: {what} "
-            f"{abs(row.error_percent):.1f} % {side} {whose}{band}"
-            + (
-                "."
-                if (end := own.get((row.rung, row.scene))) is None
-                else f"; {end:+.1f} % where each falls by itself."
-            )
+            f"{row.scene.capitalize()} finger, rung {row.rung}: {what[row.rung]} {abs(error):.1f} "
+            f"% {'above' if error > 0 else 'below'} {whose[row.rung]}{band}{end}"
         )
-    for scene in dict.fromkeys(cause.scene for cause in ladder.causes):
-        steps = [cause for cause in ladder.causes if cause.scene == scene]
+    return result
+
+
+def cause_sentences(causes: Sequence[Cause]) -> list[str]:
+    """What each step of a scene's experiment adds to the peak force, the largest first."""
+    result = []
+    for scene in dict.fromkeys(cause.scene for cause in causes):
+        steps = [cause for cause in causes if cause.scene == scene]
         gap = steps[-1].peak_N - steps[0].peak_N
         changes = {
             after.step: after.peak_N - before.peak_N for before, after in itertools.pairwise(steps)

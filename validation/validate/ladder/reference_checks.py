@@ -1,4 +1,4 @@
-"""What a choice of the reference's changes in the reference itself: its hinges, its start."""
+"""What a choice of the reference's changes in the reference itself: shaft holes, rigid flight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ CHECKED = (*OF_A_TAP, quantity("contact_time_s"))
 
 
 @dataclass(frozen=True)
-class Check:
+class ReferenceCheck:
     """Two runs of the reference that differ in one thing.
 
     Attributes
@@ -34,27 +34,27 @@ class Check:
     contact_time_percent: float | None
 
 
-COLUMNS = tuple(Check.__annotations__)
+COLUMNS = tuple(ReferenceCheck.__annotations__)
 
 
-def check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> Check:
+def _check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> ReferenceCheck:
     """Differences of the changed run from the run as it is."""
     pairs = [(entry.read(as_it_is), entry.read(changed)) for entry in CHECKED]
     shares = [error_percent(after, before) for before, after in pairs]
-    return Check(as_it_is.scene, change, mesh, *pairs[0], *shares)
+    return ReferenceCheck(as_it_is.scene, change, mesh, *pairs[0], *shares)
 
 
-def hinges(runs: Runs, scenes: Sequence[str]) -> list[Check]:
+def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[ReferenceCheck]:
     """Joints of nodes on shaft holes' surfaces, as in the paper, against the plain hinge."""
     rows = []
     for scene in scenes:
         plain, holed = runs.find(scene, REFERENCE), runs.find(scene, HOLES)
         if plain is not None and holed is not None:
-            rows.append(check("shaft holes instead of plain hinges", REFERENCE[1], plain, holed))
+            rows.append(_check("shaft holes instead of plain hinges", REFERENCE[1], plain, holed))
     return rows
 
 
-def whole_event(source: str, runs: LadderRuns) -> Check:
+def explicit_flight(source: str, runs: LadderRuns) -> ReferenceCheck:
     """All of the fall by explicit steps, against the start from the reference's rigid flight.
 
     Raises
@@ -67,4 +67,4 @@ def whole_event(source: str, runs: LadderRuns) -> Check:
         source, ("solver.fem.flight=explicit",), None, "fast, explicit flight"
     )
     change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
-    return check(f"{change} instead of a rigid flight", "fast", rigid, whole)
+    return _check(f"{change} instead of a rigid flight", "fast", rigid, whole)

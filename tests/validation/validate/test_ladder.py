@@ -7,29 +7,31 @@ from typing import Any
 import numpy as np
 import pytest
 
+from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError, UserError
 from validation.harness.record import RunRecord
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene
-from validation.validate.ladder import climb as climbing
-from validation.validate.ladder import own_checks
+from validation.validate.ladder import ladder as ladder_module
 from validation.validate.ladder import runs as ladder_functions
-from validation.validate.ladder.beside_paper import table_2, table_3
-from validation.validate.ladder.climb import Ladder, climb, paper_rung, study_uncertainties
-from validation.validate.ladder.cost import accuracy_against_cost
-from validation.validate.ladder.own_checks import hinges
-from validation.validate.ladder.patch import patches
+from validation.validate.ladder.accuracy_cost import accuracy_against_cost
+from validation.validate.ladder.causes import Cause
+from validation.validate.ladder.comparison import COLUMNS, OWN, SAME, Comparison, compare_runs
+from validation.validate.ladder.contact_patch import contact_patches
+from validation.validate.ladder.ladder import Ladder, compute_ladder
+from validation.validate.ladder.reference_checks import explicit_flight, shaft_holes
 from validation.validate.ladder.report import (
+    cause_sentences,
     check_sentences,
     ladder_context,
-    sentences,
-    tables,
+    ladder_tables,
+    peak_sentences,
     write_ladder,
 )
-from validation.validate.ladder.row import COLUMNS, OWN, SAME, Row, compare
-from validation.validate.ladder.rungs import Cause, structure, uncertainties
+from validation.validate.ladder.rungs import paper_rung, structure_rung, uncertainties
 from validation.validate.ladder.runs import reduced, scene_contact
 from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.paper_tables import table_2, table_3
 from validation.validate.plan import Runs, groups
 
 Make = Callable[..., RunRecord]
@@ -38,7 +40,7 @@ Make = Callable[..., RunRecord]
 def test_impact_state_is_the_reduced_models_own() -> None:
     scene = load_scene("soft")
     impact = impact_of(scene)
-    # design.md section 5: t_c = 0.136107 s and the tip's velocity at contact.
+    # The two solvers agree: t_c = 0.136107 s and the tip's velocity at contact.
     assert impact.time_s == pytest.approx(0.136107, abs=2e-6)
     tip = 0.04 * np.array(impact.rates)
     assert tip @ np.sin(impact.angles) == pytest.approx(1.8136, rel=1e-3)
@@ -71,7 +73,7 @@ def test_scenes_without_a_common_impact_are_refused() -> None:
 
 
 def test_rows_compare_every_quantity_with_the_references_error_bar(make_record: Make) -> None:
-    rows = compare(
+    rows = compare_runs(
         3, make_record(peak=60.0), make_record(model="fem3d", peak=75.0),
         {"peak_normal_force_N": 0.02}, SAME,
     )  # fmt: skip
@@ -86,7 +88,7 @@ def test_rows_compare_every_quantity_with_the_references_error_bar(make_record: 
     assert rating.reference == 1.0
     assert rating.reduced is not None
     assert rating.error_percent == pytest.approx(100 * (rating.reduced - 1))
-    own = {row.quantity for row in compare(3, make_record(), make_record(), {}, OWN)}
+    own = {row.quantity for row in compare_runs(3, make_record(), make_record(), {}, OWN)}
     assert "time of first contact (ms), own flight" in own
 
 
@@ -103,20 +105,20 @@ def test_uncertainty_is_the_index_or_the_spread(make_record: Make) -> None:
 
 def test_study_of_convergence_is_read_where_it_exists(tmp_path: Path) -> None:
     path = tmp_path / "convergence.csv"
-    assert study_uncertainties(path) == {}
+    assert preset_uncertainties(path) == {}
     path.write_text("something,else\n1,2\n")
-    assert study_uncertainties(path) == {}
+    assert preset_uncertainties(path) == {}
     path.write_text(
-        "ladder,quantity,uncertainty_percent\npreset,peak_normal_force_N,1.5\n"
+        "refinement,quantity,uncertainty_percent\npreset,peak_normal_force_N,1.5\n"
         "penalty,peak_normal_force_N,5\npreset,contact_duration_s,\npreset,nonsense,0.3\n"
     )
-    assert study_uncertainties(path) == {"peak_normal_force_N": pytest.approx(0.015)}
+    assert preset_uncertainties(path) == {"peak_normal_force_N": pytest.approx(0.015)}
 
 
 def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     rows = [
-        Row(2, "soft", "peak Fn (N), same impact", 64.5, 64.9, 0.1, -0.6),
-        Row(3, "soft", "peak Fn (N), same impact", 80.7, 94.2, None, -14.3),
+        Comparison(2, "soft", "peak Fn (N), same impact", 64.5, 64.9, 0.1, -0.6),
+        Comparison(3, "soft", "peak Fn (N), same impact", 80.7, 94.2, None, -14.3),
     ]
     steps = (("reduced", 80.7), ("flat end", 80.5), ("sphere", 93.5), ("own contact", 94.2))
     causes = tuple(Cause("soft", step, peak, 200.0, 10.0) for step, peak in steps)
@@ -127,23 +129,24 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     assert {row.rung for row in paper} == {4}
     half = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
     assert half.reference_uncertainty == pytest.approx(3.0)
-    beside = tables(ladder, Runs((make_record(), record, other)))
-    write_ladder(tmp_path, ladder, [*rows, *paper], beside)
+    tables = ladder_tables(ladder, Runs((make_record(), record, other)))
+    assert tables.comparisons == [*rows, *paper]
+    write_ladder(tmp_path, tables)
     header = (tmp_path / "ladder.csv").read_text().splitlines()[0]
     assert header == ",".join(COLUMNS)
     assert header == "rung,scene,quantity,reduced,reference,reference_uncertainty,error_percent"
-    said = sentences(ladder, [*rows, *paper])
+    said = [*peak_sentences(tables.comparisons), *cause_sentences(tables.causes)]
     assert "0.6 % below the solid's (known to 0.2 %)" in said[0]
     assert "14.3 % below" in said[1]
     assert "from the blind prediction's 80.7 N to the reference's 94.2 N" in said[2]
     assert "it is +13.5 N: +13.0 N with sphere, +0.7 N with own contact" in said[2]
-    assert ladder_context(ladder, rows, beside)["ladder_rungs"][2] == rows[:1]
+    assert ladder_context(ladder, tables)["ladder_rungs"][2] == rows[:1]
 
 
 def test_sentence_says_what_each_models_own_flight_adds() -> None:
     peaks = (("same impact", -0.6), ("own flight", 2.4))
-    rows = [Row(2, "soft", f"peak Fn (N), {start}", 1.0, 1.0, None, e) for start, e in peaks]
-    (said,) = sentences(Ladder((), (), (), (), False), rows)
+    rows = [Comparison(2, "soft", f"peak Fn (N), {start}", 1.0, 1.0, None, e) for start, e in peaks]
+    (said,) = peak_sentences(rows)
     assert "0.6 % below the solid's; +2.4 % where each falls by itself" in said
 
 
@@ -156,7 +159,7 @@ def test_tables_two_and_three_stand_beside_the_papers(make_record: Make) -> None
     assert (row["reference"], row["reference_paper"]) == (80.0, 173.104)
     assert row["error_percent"] == pytest.approx(-5.0)
     assert row["error_percent_paper"] == 0.012
-    time = next(r for r in table_3(runs) if (r["scene"], r["quantity"]) == ("hard", "time"))
+    time = next(r for r in table_3(runs) if (r["scene"], r["quantity"]) == ("hard", "solve time"))
     # Its Table 3: 247 s against 21,473 s.
     assert (time["hcm_paper"], time["reference_paper"]) == (247, 21473)
     assert time["reference_over_hcm"] == pytest.approx(200.0)
@@ -170,7 +173,7 @@ def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make)
     plain = make_record(model="fem3d", variant="ls-dyna-like", peak=80.0)
     holed = make_record(model="fem3d", variant="ls-dyna-like shaft holes", peak=81.0)
     runs = Runs((plain, holed))
-    (row,) = hinges(runs, ("soft", "hard"))
+    (row,) = shaft_holes(runs, ("soft", "hard"))
     assert (row.scene, row.peak_N, row.changed_peak_N) == ("soft", 80.0, 81.0)
     assert row.peak_percent == pytest.approx(1.25)
     assert row.duration_percent == 0.0
@@ -192,7 +195,7 @@ def test_whole_event_is_compared_with_the_rigid_start(
         return make_record(source, "fem3d", variant, peak=100.0 - 0.02 * len(overrides))
 
     monkeypatch.setattr(ladder_functions, "full_contact", contact)
-    row = own_checks.whole_event("soft", LadderRuns())
+    row = explicit_flight("soft", LadderRuns())
     assert asked == [(), ("solver.fem.flight=explicit",)]
     assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
     assert row.peak_percent == pytest.approx(-0.02)
@@ -203,7 +206,7 @@ def test_patch_and_pressure_stand_beside_hertz(make_record: Make) -> None:
     size = run.history["normal_force_N"]
     run.history["contact_area_m2"] = 1e-8 * size
     run.history["peak_pressure_Pa"] = 1e6 * size
-    (row,) = patches(Runs((run, make_record())), (), ("soft",))
+    (row,) = contact_patches(Runs((run, make_record())), (), ("soft",))
     # Soft: E* = 1e9/0.84 Pa, R = 7.5 mm: a³ = 0.75 * 100 N R/E*, mean pressure 2/3 p_0.
     hertz = (0.75 * 100 * 0.0075 * 0.84 / 1e9) ** (1 / 3)
     assert row.hertz_radius_um == pytest.approx(1e6 * hertz, rel=1e-6)
@@ -229,11 +232,11 @@ def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
 def test_a_scene_that_fails_is_named_and_the_others_go_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def fail(scene: Any, impact: Any, full: bool, runs: LadderRuns) -> list[Row]:
+    def fail(scene: Any, impact: Any, full: bool, runs: LadderRuns) -> list[Comparison]:
         raise RunFailedError(f"{scene.name} broke")
 
-    monkeypatch.setattr(climbing, "structure", fail)
-    ladder = climb(("soft", "hard"), False, Path("nowhere"))
+    monkeypatch.setattr(ladder_module, "structure_rung", fail)
+    ladder = compute_ladder(("soft", "hard"), False, Path("nowhere"))
     assert ladder.failures == ("soft: soft broke", "hard: hard broke")
     assert ladder.rows == ()
 
@@ -242,7 +245,9 @@ def test_a_scene_that_fails_is_named_and_the_others_go_on(
 @pytest.mark.parametrize("name", ["soft", "hard"])
 def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
     scene = load_scene(name)
-    rows = {row.quantity: row for row in structure(scene, impact_of(scene), True, LadderRuns())}
+    rows = {
+        row.quantity: row for row in structure_rung(scene, impact_of(scene), True, LadderRuns())
+    }
     peak = rows[f"peak Fn (N), {SAME}"]
     assert peak.error_percent is not None
     assert peak.reference is not None
@@ -251,5 +256,5 @@ def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
     assert abs(peak.error_percent) < 2.0
     assert peak.reference_uncertainty < 0.005 * peak.reference
     own = rows[f"tip velocity vy at contact (m/s), {OWN}"]
-    # Rotary inertia takes 2.5 % of the speed (design.md section 6).
+    # Rotary inertia takes 2.5 % of the speed.
     assert own.error_percent == pytest.approx(2.5, abs=0.3)

@@ -10,8 +10,8 @@ from validation.validate.plan import FAST, REFERENCE, Runs
 
 
 @dataclass(frozen=True)
-class Patch:
-    """At peak force: radius of the circle of that area, largest nodal pressure."""
+class ContactPatch:
+    """At the largest sampled force: radius of the circle of that area, largest nodal pressure."""
 
     scene: str
     model: str
@@ -22,10 +22,10 @@ class Patch:
     hertz_pressure_MPa: float
 
 
-COLUMNS = tuple(Patch.__annotations__)
+COLUMNS = tuple(ContactPatch.__annotations__)
 
 
-def patch(run: RunRecord) -> Patch | None:
+def contact_patch(run: RunRecord) -> ContactPatch | None:
     """Patch of a run; None for one that has no pressure.
 
     Hertz at the same force, a sphere on a rigid plane: a³ = 3 F R/(4 E*), p_0 = 3 F/(2π a²),
@@ -47,7 +47,7 @@ def patch(run: RunRecord) -> Patch | None:
     )
     plane = modulus / (1 - ratio**2)
     hertz = (0.75 * force * 0.5 * diameter / plane) ** (1 / 3)
-    return Patch(
+    return ContactPatch(
         run.scene,
         run.label,
         force,
@@ -58,11 +58,13 @@ def patch(run: RunRecord) -> Patch | None:
     )
 
 
-def patches(runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]) -> list[Patch]:
+def contact_patches(
+    runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]
+) -> list[ContactPatch]:
     """Of the three-dimensional presets and of rung 3's finest run, by scene."""
     rows = []
     for scene in scenes:
         several = runs.several(scene, (FAST, REFERENCE))
         several += [run for run in best if run.scene == scene]
-        rows += [found for run in several if (found := patch(run)) is not None]
+        rows += [found for run in several if (found := contact_patch(run)) is not None]
     return rows

@@ -17,12 +17,14 @@ from validation.render import off_screen as renders
 from validation.render.off_screen import Renders
 from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
+from validation.validate import page as validate_page
 from validation.validate.efficiency import efficiency_rows
-from validation.validate.headline import costs, differences, sentences
-from validation.validate.ladder.climb import Ladder
-from validation.validate.ladder.own_checks import Check
-from validation.validate.ladder.row import SAME, Row
-from validation.validate.ladder.rungs import Cause
+from validation.validate.headline import differences, sentences
+from validation.validate.ladder.causes import Cause
+from validation.validate.ladder.comparison import SAME, Comparison
+from validation.validate.ladder.ladder import Ladder
+from validation.validate.ladder.reference_checks import ReferenceCheck
+from validation.validate.paper_tables import table_3
 from validation.validate.plan import Runs, groups
 
 Make = Callable[..., RunRecord]
@@ -73,9 +75,9 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
         monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda say: None)
         empty = Ladder((), (), (), (), False)
-        monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full, store: empty)
+        monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: empty)
         monkeypatch.setattr(
-            validate_command, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
+            validate_page, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
         )
 
     return use
@@ -109,8 +111,8 @@ def test_page_is_whole_small_and_loads_nothing(
 
 def test_times_of_another_day_are_said(make_record: Make) -> None:
     now, then = make_record(), make_record(model="fem3d", variant="fast", read_back=True)
-    assert validate_command.read_back_note(Runs((now,))) == ""
-    note = validate_command.read_back_note(Runs((now, then)))
+    assert validate_page.read_back_note(Runs((now,))) == ""
+    note = validate_page.read_back_note(Runs((now, then)))
     assert note.startswith(" 1 of 2 unchanged runs are read back")
     assert str(then.provenance["created"]) in note
     rows = efficiency_rows([now, then])
@@ -228,7 +230,8 @@ def test_headline_inside_the_band(make_record: Make) -> None:
     assert rows[0].error_percent == pytest.approx(4)
     assert "4.0 % above the reference's; over 2" in sentences(rows)[0]
     assert "a spread of 7 %, and the reduced model lies inside it." in sentences(rows)[0]
-    assert [cost.ratio for cost in costs(runs)] == [None, 200]
+    times = [row for row in table_3(runs) if row["unit"] == "s"]
+    assert [row["reference_over_hcm"] for row in times] == [None, 200]
 
 
 @pytest.mark.parametrize(
@@ -260,11 +263,11 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
     best.history["contact_area_m2"] = 1e-8 * best.history["normal_force_N"]
     best.history["peak_pressure_Pa"] = 1e6 * best.history["normal_force_N"]
     cause = Cause("soft", "that spring at the sphere's lowest point", 95.0, 200.0, 10.0)
-    check = Check("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
-    row = Row(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
+    check = ReferenceCheck("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
+    row = Comparison(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
     predicted = make_record("soft", peak=81.0)
     ladder = Ladder((row,), (cause, cause), (), (), True, (best,), (predicted,), (check,))
-    monkeypatch.setattr(validate_command, "climb_ladder", lambda out, full, store: ladder)
+    monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: ladder)
     folder = validated(tmp_path)
     text = (folder / "index.html").read_text(encoding="utf-8")
     section = text[text.index('id="ladder"') : text.index('id="efficiency"')]

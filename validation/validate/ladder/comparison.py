@@ -1,35 +1,27 @@
-"""One line of ``ladder.csv``, and how two runs become several."""
+"""The compared numbers of a rung, the rows of ``ladder.csv``."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from validation.compare.differences import error_percent
+from validation.compare.force_curves import FORCES
 from validation.compare.iso18571 import rate_forces
 from validation.compare.sprague_geers import compare_forces
-from validation.harness.quantities import COMPARED, OF_THE_FLIGHT
+from validation.harness.quantities import COMPARED, OF_THE_FLIGHT, Quantity
 from validation.harness.record import RunRecord
 
-COLUMNS = (
-    "rung",
-    "scene",
-    "quantity",
-    "reduced",
-    "reference",
-    "reference_uncertainty",
-    "error_percent",
-)
-SAME, OWN = "same impact", "own flight"
+SAME, OWN = "same impact", "own flight"  # where the two models start
 
 
 @dataclass(frozen=True)
-class Row:
+class Comparison:
     """A compared number.
 
     Attributes
     ----------
     rung : 2, 3 or 4.
     quantity : name, unit and start.
-    reduced, reference, reference_uncertainty : in that unit; None where a row has none.
+    reduced, reference, reference_uncertainty : in that unit; None where there is none.
     error_percent : of the reduced model against the reference.
     """
 
@@ -42,13 +34,21 @@ class Row:
     error_percent: float | None
 
 
-def compare(
+COLUMNS = tuple(Comparison.__annotations__)
+
+
+def name_of(entry: Quantity, start: str) -> str:
+    """A quantity's name in the column ``quantity``."""
+    return f"{entry.title} ({entry.unit}), {start}"
+
+
+def compare_runs(
     rung: int,
     reduced: RunRecord,
     reference: RunRecord,
     uncertainty: Mapping[str, float],
     start: str,
-) -> list[Row]:
+) -> list[Comparison]:
     """All compared scalars and the curves' metrics.
 
     Parameters
@@ -56,35 +56,25 @@ def compare(
     uncertainty : by key, the reference's own, relative.
     start : SAME or OWN.
     """
-    rows = []
+    scene = reduced.scene
+    found = []
     for entry in COMPARED:
         value, target = entry.read(reduced), entry.read(reference)
         # what a common impact state fixes for both models says nothing about them
         if (start == SAME and entry in OF_THE_FLIGHT) or (value is None and target is None):
             continue
         share = uncertainty.get(entry.key)
-        rows.append(
-            Row(
-                rung,
-                reduced.scene,
-                f"{entry.title} ({entry.unit}), {start}",
-                value,
-                target,
-                None if share is None or target is None else share * abs(target),
-                error_percent(value, target),
-            )
-        )
-    for name, title in (("normal_force_N", "Fn"), ("tangential_force_N", "Ft")):
+        known_to = None if share is None or target is None else share * abs(target)
+        error = error_percent(value, target)
+        found.append(Comparison(rung, scene, name_of(entry, start), value, target, known_to, error))
+    for name, title in FORCES.items():
         metrics = compare_forces(reduced, reference, name)
+        for part, share in zip("MPC", metrics or (), strict=metrics is not None):
+            text = f"Sprague-Geers {part} of {title} (%), {start}"
+            found.append(Comparison(rung, scene, text, None, None, None, 100 * share))
         rating = rate_forces(reduced, reference, name)
-        parts = () if metrics is None else zip(("M", "P", "C"), metrics, strict=True)
-        rows += [
-            Row(rung, reduced.scene, f"Sprague-Geers {part} of {title} (%), {start}", None, None,
-                None, 100 * share)
-            for part, share in parts
-        ]  # fmt: skip
         if rating is not None:
             text = f"ISO/TS 18571 rating of {title} ({rating.grade}), {start}"
             lost = 100 * (rating.overall - 1)
-            rows.append(Row(rung, reduced.scene, text, rating.overall, 1.0, None, lost))
-    return rows
+            found.append(Comparison(rung, scene, text, rating.overall, 1.0, None, lost))
+    return found

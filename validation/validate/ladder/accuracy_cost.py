@@ -12,7 +12,7 @@ NAMES = {REDUCED: "hcm, the paper's k"}
 
 
 @dataclass(frozen=True)
-class Cost:
+class AccuracyCost:
     """One model: what it takes, and how far its peak, impulse and duration are off."""
 
     scene: str
@@ -24,19 +24,18 @@ class Cost:
     duration_percent: float | None
 
 
-COLUMNS = tuple(Cost.__annotations__)
+COLUMNS = tuple(AccuracyCost.__annotations__)
 
 
-def _cost(name: str, run: RunRecord, best: RunRecord) -> Cost:
+def _cost(name: str, run: RunRecord, best: RunRecord) -> AccuracyCost:
     shares = [error_percent(entry.read(run), entry.read(best)) for entry in OF_A_TAP]
-    return Cost(
-        run.scene, name, run.value("wall_time_s"), run.value("peak_normal_force_N"), *shares
-    )
+    time, peak = run.value("wall_time_s"), run.value("peak_normal_force_N")
+    return AccuracyCost(run.scene, name, time, peak, *shares)
 
 
 def accuracy_against_cost(
     runs: Runs, predictions: Sequence[RunRecord], best: Sequence[RunRecord]
-) -> list[Cost]:
+) -> list[AccuracyCost]:
     """All models of every scene that has a best run, cheapest first.
 
     Parameters

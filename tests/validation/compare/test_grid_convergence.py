@@ -1,0 +1,54 @@
+"""The grid convergence index on sequences whose limit is known."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from validation.compare.grid_convergence import convergence, observed_order
+
+
+@given(st.floats(0.6, 2.0), st.floats(1.2, 3.0), st.floats(1.2, 3.0), st.floats(0.01, 0.3))
+def test_order_and_limit_of_a_power_law(p: float, r32: float, r21: float, slope: float) -> None:
+    sizes = (r32 * r21, r21, 1.0)
+    values = [10.0 + slope * h**p for h in sizes]
+    assert observed_order(sizes, values) == pytest.approx(p, rel=1e-5)
+    found = convergence(sizes, values, 2.0)
+    assert found.asymptotic
+    assert found.limit == pytest.approx(10.0, rel=1e-6)
+    # The index is 1.25 times the true error, over the finest value.
+    assert found.uncertainty == pytest.approx(1.25 * slope / values[-1], rel=1e-3)
+
+
+def test_celiks_example() -> None:
+    # Celik et al. 2008, table 1, first column: r_21 = 1.5, r_32 = 1.333 and 6.063, 5.972, 5.863
+    # give p = 1.53, phi_ext = 6.1685 and a GCI of 2.2 %.
+    found = convergence((2.0, 1.5, 1.0), (5.863, 5.972, 6.063), 2.0)
+    assert found.order == pytest.approx(1.53, abs=0.01)
+    assert found.limit == pytest.approx(6.1685, abs=2e-3)
+    assert found.uncertainty == pytest.approx(0.022, abs=5e-4)
+
+
+def test_wiggles_and_wrong_orders_are_not_asymptotic() -> None:
+    wiggle = convergence((4.0, 2.0, 1.0), (1.0, 1.2, 1.1), 2.0)
+    assert not wiggle.asymptotic
+    assert wiggle.uncertainty == pytest.approx(0.2 / 1.1)
+    assert "not asymptotic" in wiggle.verdict
+    assert not convergence((4.0, 2.0, 1.0), (1.0, 1.1, 1.2), 2.0).asymptotic  # order 0
+    # Four levels: the three before the finest must point to the same limit.
+    values = [1.0 + h**2 for h in (0.4, 0.2, 0.1)]
+    assert convergence((0.8, 0.4, 0.2, 0.1), [1.64, *values], 2.0).asymptotic
+    assert not convergence((0.8, 0.4, 0.2, 0.1), [0.5, *values], 2.0).asymptotic
+
+
+def test_orders_above_the_formal_one_do_not_shrink_the_error_bar() -> None:
+    values = [1.0 + h**4 for h in (0.4, 0.2, 0.1)]
+    found = convergence((0.4, 0.2, 0.1), values, 2.0)
+    change = abs(values[1] - values[2])
+    assert found.uncertainty == pytest.approx(1.25 * change / values[2] / 3.0)
+
+
+def test_bad_sequences_are_refused() -> None:
+    with pytest.raises(ValueError, match="three levels"):
+        convergence((2.0, 1.0), (1.0, 1.0), 2.0)
+    with pytest.raises(ValueError, match="do not fall"):
+        convergence((1.0, 2.0, 3.0), (1.0, 1.0, 1.0), 2.0)

@@ -1,0 +1,77 @@
+"""What is refined, what the preset is off by, and the files of a small study."""
+
+import itertools
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from validation.compare.grid_convergence import Convergence
+from validation.converge.command import run_converge
+from validation.converge.refinements import PENALTY, SHAFT_MESH, TIP_MESH, refinements
+from validation.converge.verdicts import preset_rows
+from validation.errors import UserError
+from validation.harness.quantities import OF_A_TAP
+
+
+def test_refinements_change_one_thing_each() -> None:
+    for quick in (False, True):
+        for refinement in refinements(1.0, quick):
+            sizes = [level.size for level in refinement.levels]
+            assert len(sizes) >= 3
+            assert all(fine < coarse for coarse, fine in itertools.pairwise(sizes))
+            changing = {
+                key
+                for level in refinement.levels
+                for key, value in level.overrides.items()
+                if value != refinement.levels[0].overrides[key]
+            }
+            assert (
+                changing
+                == {
+                    TIP_MESH: {"solver.fem.tip_size", "solver.fem.growth"},
+                    SHAFT_MESH: {"solver.fem.section_size", "solver.fem.axial_size"},
+                    PENALTY: {"solver.fem.surface_factor"},
+                    "step": {"solver.fem.step_factor"},
+                }[refinement.name]
+            )
+    full = next(refinement for refinement in refinements(1.0, False) if refinement.name == TIP_MESH)
+    assert len(full.levels) >= 4
+    assert full.levels[-1].size <= 0.1 + 1e-12  # mm
+
+
+def test_preset_is_known_by_its_distance_and_every_refinement_but_the_penaltys() -> None:
+    def found(limit: float, uncertainty: float) -> Convergence:
+        return Convergence(True, 2.0, limit, uncertainty, limit, uncertainty)
+
+    peak, impulse, duration = OF_A_TAP
+    verdicts = {
+        (TIP_MESH, peak): found(100.0, 0.004),
+        (SHAFT_MESH, peak): found(100.0, 0.002),
+        ("step", peak): found(100.0, 0.001),
+        (PENALTY, peak): found(100.0, 0.5),
+        ("step", impulse): found(100.0, 0.5),
+    }
+    (row,) = preset_rows({peak.key: 99.5, impulse.key: 1.0, duration.key: None}, verdicts)
+    assert row["from_limit_percent"] == pytest.approx(-0.5)
+    assert row["uncertainty_percent"] == pytest.approx(0.5 + 0.4 + 0.2 + 0.1)
+
+
+def test_unreachable_scene_and_unknown_model_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="fem3d"):
+        run_converge("soft", model="hcm", quick=True, out=tmp_path)  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_plane_study_is_written_and_resumed(tmp_path: Path) -> None:
+    run_converge("soft", model="fem2d", quick=True, out=tmp_path)
+    folder = tmp_path / "converge" / "soft-fem2d-quick"
+    for name in ("levels.csv", "convergence.csv", "convergence.md", "convergence.png"):
+        assert (folder / name).stat().st_size > 100
+    kept = sorted((tmp_path / "converge" / "levels").iterdir())
+    times = [path.stat().st_mtime_ns for path in kept]
+    value = json.loads(kept[0].read_text())["values"][OF_A_TAP[0].key]
+    assert math.isfinite(value)
+    run_converge("soft", model="fem2d", quick=True, out=tmp_path)
+    assert [path.stat().st_mtime_ns for path in kept] == times

@@ -1,0 +1,49 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from validation.harness.record import RunRecord
+from validation.harness.tables import table_of
+from validation.validate.accuracy import COLUMNS, accuracy_rows
+from validation.validate.efficiency import COLUMNS as EFFICIENCY_COLUMNS
+from validation.validate.efficiency import efficiency_rows
+
+Make = Callable[..., RunRecord]
+
+
+def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) -> None:
+    reduced = make_record(peak=60.0)
+    references = [
+        make_record(model="fem3d", variant="ls-dyna-like", peak=75.0),
+        make_record(model="fem2d", variant="fast", peak=50.0),
+    ]
+    over = [references[0], make_record(model="fem3d", variant="fast", peak=80.0)]
+    table = table_of(accuracy_rows(reduced, references, over), COLUMNS)
+    assert tuple(table.columns) == COLUMNS
+    assert (table.reduced_source == "self").all()
+    assert (table.reference_source == "other model").all()
+    peaks = table[table.quantity == "peak Fn"].set_index("reference_model")
+    assert peaks.error_percent["fem3d ls-dyna-like"] == pytest.approx(-20)
+    assert peaks.error_percent["fem2d fast"] == pytest.approx(20)
+    assert peaks.reference_high["fem3d ls-dyna-like"] == 80
+    assert np.isnan(peaks.reference_high["fem2d fast"])
+    # Table 2 stands beside the reference that stands in for LS-DYNA, and nowhere else
+    assert peaks.paper_reduced["fem3d ls-dyna-like"] == 64.435
+    assert peaks.paper_reference["fem3d ls-dyna-like"] == 64.126
+    assert peaks.paper_source["fem3d ls-dyna-like"] == "paper: Table 2 (T2.3 T2.7 T2.11)"
+    assert np.isnan(peaks.paper_reduced["fem2d fast"])
+    printed = table.paper_reduced.notna()
+    assert (table.paper_source[printed].str.startswith("paper: ")).all()
+    magnitude = table[table.quantity.str.startswith("Sprague-Geers magnitude of Fn")]
+    assert magnitude.error_percent.iloc[0] == pytest.approx(-20, abs=0.01)
+
+
+def test_efficiency_rows_have_sources(make_record: Make) -> None:
+    runs = [make_record(), make_record(model="fem3d", variant="ls-dyna-like", scene="hard")]
+    table = table_of(efficiency_rows(runs), EFFICIENCY_COLUMNS)
+    assert list(table.source) == ["self", "other model"]
+    assert list(table.paper_time_s) == [480, 21473]
+    assert list(table.paper_memory_MB) == [582, 310.5]
+    assert list(table.wall_time_s) == [0.25, 50]
+    assert table.paper_source[1].startswith("paper: Table 3 (T3.3 T3.7)")

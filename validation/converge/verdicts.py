@@ -1,0 +1,121 @@
+"""What a convergence study says: orders, limits, uncertainties, and what the preset is off by."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from validation.compare.grid_convergence import Convergence, convergence
+from validation.converge.refinement_runs import Values
+from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
+from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
+
+PRESET = "preset"
+Verdicts = Mapping[tuple[str, Quantity], Convergence]  # by name of the refinement, and quantity
+
+
+@dataclass(frozen=True)
+class RefinedRuns:
+    """The completed levels of a refinement, and the scalars of each."""
+
+    refinement: Refinement
+    values: tuple[Values, ...]
+
+    @property
+    def sizes(self) -> list[float]:
+        """Of the levels, coarse to fine."""
+        return [level.size for level in self.refinement.levels]
+
+    def numbers(self, entry: Quantity) -> list[float]:
+        """One quantity over the levels, SI; empty where a level has none."""
+        values = [values[entry.key] for values in self.values]
+        return [] if None in values else [float(value) for value in values if value is not None]
+
+
+def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
+    """One row per run."""
+    return [
+        {"refinement": found.refinement.name, "refined": found.refinement.size_name, "size": size}
+        | values
+        for found in results
+        for size, values in zip(found.sizes, found.values, strict=True)
+    ]
+
+
+def judged(results: Sequence[RefinedRuns]) -> Verdicts:
+    """Verdict on each refinement and quantity that has three levels."""
+    return {
+        (found.refinement.name, entry): convergence(found.sizes, numbers, found.refinement.order)
+        for found in results
+        for entry in OF_A_TAP
+        if len(numbers := found.numbers(entry)) >= 3
+    }
+
+
+def verdict_rows(verdicts: Verdicts) -> list[dict[str, Any]]:
+    """One row per refinement and quantity."""
+    return [
+        {
+            "refinement": name,
+            "quantity": entry.key,
+            "finest": found.finest,
+            "limit": found.limit,
+            "order": found.order,
+            "asymptotic": "yes" if found.asymptotic else "not asymptotic",
+            "uncertainty_percent": 100 * found.uncertainty,
+            "spread_percent": 100 * found.spread,
+            "from_limit_percent": 100 * (found.finest / found.limit - 1),
+        }
+        for (name, entry), found in verdicts.items()
+    ]
+
+
+def preset_rows(preset: Values, verdicts: Verdicts) -> list[dict[str, Any]]:
+    """The preset `converged` against the limit of the tip's refinement.
+
+    Its uncertainty is what it is off by, and the uncertainties of all meshes and of the step: a
+    sum, not its root, for they need not be independent. The penalty is no part of the preset.
+    """
+    rows = []
+    for entry in OF_A_TAP:
+        value, tip = preset[entry.key], verdicts.get((TIP_MESH, entry))
+        if value is None or tip is None:
+            continue
+        off = value / tip.limit - 1
+        others = sum(
+            found.uncertainty
+            for (name, of), found in verdicts.items()
+            if of == entry and name != PENALTY
+        )
+        rows.append(
+            {
+                "refinement": PRESET,
+                "quantity": entry.key,
+                "finest": value,
+                "limit": tip.limit,
+                "uncertainty_percent": 100 * (abs(off) + others),
+                "from_limit_percent": 100 * off,
+            }
+        )
+    return rows
+
+
+def preset_uncertainties(path: Path) -> dict[str, float]:
+    """Relative uncertainties of the preset `converged` by key, from a study's ``convergence.csv``.
+
+    Empty where there is no such file, or it is no study's.
+    """
+    if not path.is_file():
+        return {}
+    import pandas as pd
+
+    table = pd.read_csv(path)
+    if not {"refinement", "quantity", "uncertainty_percent"} <= set(table.columns):
+        return {}
+    known = {entry.key for entry in COMPARED}
+    of_preset = table[table["refinement"] == PRESET].dropna(subset=["uncertainty_percent"])
+    return {
+        quantity: 0.01 * float(share)
+        for quantity, share in of_preset[["quantity", "uncertainty_percent"]].to_numpy().tolist()
+        if quantity in known
+    }

@@ -1,0 +1,112 @@
+"""What ``fingertap validate`` draws, and what its page's template names."""
+
+from pathlib import Path
+from typing import Any
+
+from validation.compare.figures import mesh_figure, overlay_figure
+from validation.harness.files import safe_name
+from validation.harness.provenance import provenance
+from validation.render.off_screen import STILL, Renders, render_run
+from validation.validate.accuracy import COLUMNS as ACCURACY_COLUMNS
+from validation.validate.efficiency import COLUMNS as EFFICIENCY_COLUMNS
+from validation.validate.headline import differences, sentences
+from validation.validate.plan import (
+    FAST,
+    MESHES,
+    PENALTIES,
+    PLANE,
+    REDUCED,
+    REFERENCE,
+    SCENES,
+    Runs,
+)
+
+HIDDEN = ("reduced_model", "reference_model", "scene")  # said once above the page's table
+CAPTIONS = {
+    "stress": "von Mises stress at peak force, cut along the plane of motion",
+    "velocity": "Speed at peak force",
+    "pressure": "Contact pressure at peak force, seen from below",
+    "sequence": "The tap: von Mises stress, cut along the plane of motion, one colour scale",
+}
+
+
+def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
+    """Figs. 7 and 9; returns paths and captions."""
+    forces, meshes = folder / "forces.png", folder / "elements.png"
+    lines = [r for s in SCENES for r in runs.several(s, (REDUCED, REFERENCE, FAST, PLANE))]
+    overlay_figure(forces, lines, [r for s in SCENES for r in runs.spread_over(s)], SCENES)
+    counted = [
+        (title, run)
+        for scene in SCENES
+        for variant, title in MESHES.items()
+        if (run := runs.find(scene, ("hcm", variant))) is not None
+    ]
+    mesh_figure(meshes, counted, SCENES)
+    return [
+        (forces, "Reduced model and references (the paper's fig. 9). Source: our own runs."),
+        (
+            meshes,
+            "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs.",
+        ),
+    ]
+
+
+def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Renders]:
+    """Renders of the reference on every scene that it completed."""
+    result = {}
+    for scene in SCENES:
+        run = runs.find(scene, REFERENCE)
+        if run is None:
+            result[scene] = Renders({}, "no completed run to draw")
+        else:
+            result[scene] = render_run(
+                runs_folder / safe_name(run.folder_name), folder, scene, (*STILL, "pressure")
+            )
+    return result
+
+
+def read_back_note(runs: Runs) -> str:
+    """Which times and memories are of an earlier day; empty if all were measured now."""
+    days = sorted(str(run.provenance.get("created")) for run in runs.records if run.read_back)
+    if not days:
+        return ""
+    return (
+        f" {len(days)} of {len(runs.records)} unchanged runs are read back, with the time and "
+        f"memory measured then ({days[0]} to {days[-1]}); --fresh measures again."
+    )
+
+
+def page_context(
+    runs: Runs,
+    accuracy: list[dict[str, Any]],
+    efficiency: list[dict[str, Any]],
+    figures: list[tuple[Path, str]],
+    renders: dict[str, Renders],
+) -> dict[str, Any]:
+    """What the page's template names."""
+    headline = differences(runs)
+    origin = provenance({})
+    drawn = [
+        (what, path, f"{scene} finger: {CAPTIONS[what]}")
+        for scene, pictures in renders.items()
+        for what, path in pictures.pictures.items()
+    ]
+    factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *PENALTIES))
+    shown = [row for row in accuracy if row["reference_model"] == " ".join(REFERENCE)]
+    by_scene = {scene: [row for row in shown if row["scene"] == scene] for scene in SCENES}
+    return {
+        "failures": runs.failures(),
+        "sentences": sentences(headline),
+        "differences": headline,
+        "spread_text": f"two meshes (penalty 0.1) and penalty factors {factors} (coarse mesh)",
+        "read_back": read_back_note(runs),
+        "figures": figures,
+        "accuracy": {scene: rows for scene, rows in by_scene.items() if rows},
+        "accuracy_columns": [c for c in ACCURACY_COLUMNS if c not in HIDDEN],
+        "efficiency": efficiency,
+        "efficiency_columns": [c for c in EFFICIENCY_COLUMNS if c != "processor"],
+        "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
+        "small_renders": [(path, text) for what, path, text in drawn if what != "sequence"],
+        "wide_renders": [(path, text) for what, path, text in drawn if what == "sequence"],
+        "provenance": origin,
+    }

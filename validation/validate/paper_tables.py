@@ -1,0 +1,78 @@
+"""The paper's Tables 2 and 3: what it prints of both its models, beside ours.
+
+Its reference, LS-DYNA on a 4-core laptop of 2016, has the preset ls-dyna-like in its place here.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from validation.compare.claims import Claim, find, read_claims
+from validation.compare.differences import error_percent
+from validation.harness.quantities import quantity
+from validation.validate.plan import REDUCED, REFERENCE, SCENES, Runs
+
+# The quantities of each table, as its claims call them.
+TABLE_2 = {
+    "peak_normal_force_N": "peak normal force",
+    "peak_tangential_force_N": "peak tangential force",
+}
+TABLE_3 = {"wall_time_s": "run time", "peak_memory_MB": "memory"}
+_COMMON = ("scene", "quantity", "unit", "hcm", "hcm_paper", "reference", "reference_paper")
+COLUMNS_2 = (*_COMMON, "error_percent", "error_percent_paper")
+COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
+
+
+def printed(scene: str, key: str) -> dict[str, Claim]:
+    """What the paper prints of a quantity: of ``hcm``, of the ``reference``, of the ``error``."""
+    table, name = ("Table 2", TABLE_2.get(key)) if key in TABLE_2 else ("Table 3", TABLE_3.get(key))
+    claims = read_claims()
+    prefixes = {"hcm": "HCM", "reference": "reference", "error": "error of"}
+    found = {who: find(claims, table, scene, f"{text} {name}") for who, text in prefixes.items()}
+    return {who: claim for who, claim in found.items() if claim is not None}
+
+
+def _rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Ours and the paper's values of both models; the claims of each row beside them."""
+    rows = []
+    for scene in SCENES:
+        reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
+        for key in names:
+            entry, claims = quantity(key), printed(scene, key)
+            paper = {who: claim.number for who, claim in claims.items()}
+            rows.append(
+                {
+                    "scene": scene,
+                    "quantity": entry.title,
+                    "unit": entry.unit,
+                    "hcm": None if reduced is None else entry.read(reduced),
+                    "hcm_paper": paper.get("hcm"),
+                    "reference": None if reference is None else entry.read(reference),
+                    "reference_paper": paper.get("reference"),
+                    "error_percent_paper": paper.get("error"),
+                }
+            )
+    return rows
+
+
+def table_2(runs: Runs) -> list[dict[str, Any]]:
+    """Peak forces, columns ``COLUMNS_2``; the paper's error is a magnitude, ours is signed."""
+    return [
+        {**row, "error_percent": error_percent(row["hcm"], row["reference"])}
+        for row in _rows(runs, TABLE_2)
+    ]
+
+
+def table_3(runs: Runs) -> list[dict[str, Any]]:
+    """Time and memory, columns ``COLUMNS_3``."""
+
+    def ratio(reference: float | None, reduced: float | None) -> float | None:
+        return reference / reduced if reference and reduced else None
+
+    return [
+        {
+            **row,
+            "reference_over_hcm": ratio(row["reference"], row["hcm"]),
+            "reference_over_hcm_paper": ratio(row["reference_paper"], row["hcm_paper"]),
+        }
+        for row in _rows(runs, TABLE_3)
+    ]

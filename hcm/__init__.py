@@ -5,15 +5,7 @@ compression-restitution and stick-slip events, generalized-alpha in time, in fli
 collocation.
 """
 
-from hcm.parameters import (
-    Drive,
-    Finger,
-    ParameterError,
-    Phalanx,
-    Settings,
-    Surface,
-    Tip,
-)
+from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
 from hcm.posture import Posture
 from hcm.result import Event, History, Statistics, Status, Summary, TapResult
 from hcm.rigid_start import RigidStart

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hcm.beam.chain import Floats
+from hcm.arrays import Floats
 from hcm.compiled import kernel_with
 from hcm.loop import COLUMNS
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.beam.chain import Chain, Probe
 from hcm.beam.element import kinetic_energy, polynomial, strain_energy
 from hcm.compiled import kernel
-
-Floats = NDArray[np.float64]
 
 
 @kernel

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.compiled import kernel
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
@@ -29,10 +30,7 @@ from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.step_size import REPEATS, accept, event_tolerances
-from hcm.integrators.workspace import Motion
-from hcm.state import Clock, Plan, account
-
-Floats = NDArray[np.float64]
+from hcm.state import Clock, Motion, Plan, account
 
 # Why the loop came back.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG = 0, 1, 2, 3, 4
@@ -110,11 +108,7 @@ def write_row(
     row[8] = stress_at_probe(q, chain, probe)
     row[9], row[10], row[11] = kinetic, strain, gravity
     row[12] = stored_energy(x, gap, contact, law)
-    row[13], row[14], row[15] = (
-        clock.friction_loss,
-        clock.restitution_loss,
-        clock.drive_work,
-    )
+    row[13], row[14], row[15] = (clock.friction_loss, clock.restitution_loss, clock.drive_work)
     row[16] = 3 * contact.normal + contact.tangential
     for w in range(chain.hinge.size):
         for c in range(2):

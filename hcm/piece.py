@@ -6,15 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hcm.arrays import Floats
 from hcm.audit import largest_imbalance
-from hcm.beam.chain import Floats
 from hcm.contact.events import TOUCH
 from hcm.contact.law import Contact, PlainContact
-from hcm.integrators.workspace import Motion
 from hcm.loop import PlainClock, Record
 from hcm.result import EVENT_KINDS, Event
 from hcm.start import Beginning
-from hcm.state import Clock
+from hcm.state import Clock, Motion
 
 
 class Piece(NamedTuple):

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.beam.chain import Chain
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

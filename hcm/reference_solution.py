@@ -14,10 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import OdeSolution, solve_ivp
 
-from hcm.beam.chain import Chain, Law, build_chain, contact_law
+from hcm.arrays import Floats
+from hcm.beam.chain import Chain, build_chain
 from hcm.beam.minimal_coordinates import (
     Coordinates,
     bordered_acceleration,
@@ -26,11 +26,10 @@ from hcm.beam.minimal_coordinates import (
     rate,
 )
 from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, Contact, contact_force
+from hcm.contact.law import FLIGHT, FREE, Contact, ContactLaw, contact_force, contact_law
 from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
 from hcm.result import EVENT_KINDS, Event
 
-Floats = NDArray[np.float64]
 Slots = tuple[float, float, float, float]
 
 # More transitions than this mean chatter, which has no end at any tolerance.
@@ -92,7 +91,7 @@ class Truth:
     phases: tuple[Phase, ...]
     evaluations: int
     chain: Chain
-    law: Law
+    law: ContactLaw
     mapping: Coordinates
 
     def time_of(self, kind: str) -> float:
@@ -159,7 +158,7 @@ def solve(
 
 def solve_chain(
     chain: Chain,
-    law: Law,
+    law: ContactLaw,
     start: Start,
     rtol: float,
     atol: float,
@@ -226,7 +225,7 @@ def solve_chain(
     )  # fmt: skip
 
 
-def _tolerance(mapping: Coordinates, chain: Chain, law: Law, atol: float) -> Floats:
+def _tolerance(mapping: Coordinates, chain: Chain, law: ContactLaw, atol: float) -> Floats:
     """Absolute tolerances of y: a velocity's is the position's per contact time sqrt(mass/k)."""
     mass = float(chain.mass[:, ::2, ::2].sum())
     period = (mass / law.k) ** 0.5
@@ -261,7 +260,7 @@ class _Falling:
 
 def _event_functions(
     begin: float, start: Floats, soon: Floats, origin: Floats, mapping: Coordinates, chain: Chain,
-    contact: Contact, law: Law,
+    contact: Contact, law: ContactLaw,
 ) -> list[_Falling]:  # fmt: skip
     m = mapping.place.size
     x, y = (int(mapping.source[chain.tip + c]) for c in range(2))

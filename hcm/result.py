@@ -9,9 +9,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.posture import Posture
-
-Floats = NDArray[np.float64]
 
 
 class Status(Enum):

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcm.beam.chain import Chain, Floats
+from hcm.arrays import Floats
+from hcm.beam.chain import Chain
 from hcm.compiled import kernel
 from hcm.parameters import Finger, ParameterError
 

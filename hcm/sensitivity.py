@@ -19,9 +19,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.parameters import Settings
-from hcm.result import Event, Floats, History, Status, Summary, TapResult
+from hcm.result import Event, History, Status, Summary, TapResult
 
 FOLDED = 0.5
 COARSER, TIGHTER = 10.0, 0.1

@@ -9,38 +9,21 @@ from collections.abc import Callable
 import numpy as np
 
 from hcm import loop as tap
-from hcm.beam.chain import build_chain, build_probe, contact_law
-from hcm.contact.law import FLIGHT, Contact
+from hcm.beam.chain import build_chain, build_probe
+from hcm.contact.law import FLIGHT, Contact, contact_law
 from hcm.flight import rigid_flight
 from hcm.flight.rigid_chain import rods
 from hcm.flight.rigid_flight import TOUCHED, fly
 from hcm.integrators.gauss_tableau import STAGES, with_collocation
-from hcm.integrators.workspace import Integrator, Motion, coefficients, motion, workspace
-from hcm.parameters import (
-    GAUSS,
-    Drive,
-    Finger,
-    ParameterError,
-    Settings,
-    Surface,
-    Tip,
-    check_scene,
-)
+from hcm.integrators.workspace import Integrator, coefficients, workspace
+from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip, check_scene
 from hcm.piece import first_piece, next_piece
 from hcm.posture import postures
-from hcm.result import (
-    Event,
-    History,
-    Statistics,
-    Status,
-    Summary,
-    TapResult,
-    history_of,
-)
+from hcm.result import Event, History, Statistics, Status, Summary, TapResult, history_of
 from hcm.rigid_start import RigidStart, rigid_motion
 from hcm.sensitivity import LARGEST_CHANGE, change, factors, repetition
 from hcm.start import after_flight, at_once
-from hcm.state import Clock, Plan
+from hcm.state import Clock, Motion, Plan, motion
 from hcm.summary import summarize
 from hcm.workload import check_size, most_steps
 
@@ -135,8 +118,7 @@ def simulate(
     updates = chain.first.size * (STAGES if collocation else 1)
     per_call = 1 + UPDATES_A_CALL // updates
     frames = tap.FrameTable(
-        np.array(settings.frame_times, dtype=float),
-        np.empty((len(settings.frame_times), n)),
+        np.array(settings.frame_times, dtype=float), np.empty((len(settings.frame_times), n))
     )
     if settings.frame_times:
         frames.q[:] = np.nan

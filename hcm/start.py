@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcm.beam.chain import Floats, Probe
+from hcm.arrays import Floats
+from hcm.beam.chain import Probe
 from hcm.beam.equations import fill_chords
 from hcm.compiled import kernel
 from hcm.contact.events import NORMAL, transition
@@ -15,10 +16,10 @@ from hcm.flight import rigid_chain
 from hcm.flight.rigid_chain import Rods, clearance
 from hcm.flight.rigid_flight import TOUCHED, Fall
 from hcm.integrators.generalized_alpha import initial_acceleration
-from hcm.integrators.workspace import Integrator, Motion
+from hcm.integrators.workspace import Integrator
 from hcm.loop import COLUMNS, FrameTable, hermite, write_row
 from hcm.rigid_start import place
-from hcm.state import Clock, Plan
+from hcm.state import Clock, Motion, Plan
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 

@@ -1,4 +1,4 @@
-"""Scalars that travel with the state, and the account of losses and works of an accepted step."""
+"""The state that steps are taken from: the motion, and the scalars that travel with it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcm.beam.chain import Chain, Law
+from hcm.arrays import Floats
+from hcm.beam.chain import Chain
+from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turned_angle
 from hcm.compiled import kernel
-from hcm.contact.law import Contact, contact_force, hysteresis_loss, particle_position
-from hcm.integrators.workspace import Motion
+from hcm.contact.law import Contact, ContactLaw, contact_force, hysteresis_loss, particle_position
+
+
+class Motion(NamedTuple):
+    """State of the integrators: q, v, bordered acceleration (q.., lam) and a, each (n,).
+
+    chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
+    acceleration over the step that led here, which only predicts the next acceleration; after a
+    step of collocation a is its mean acceleration, which does the same.
+    """
+
+    q: Floats
+    v: Floats
+    acceleration: Floats
+    a: Floats
+    chords: Floats
+    jerk: Floats
 
 
 class Plan(NamedTuple):
@@ -56,6 +73,14 @@ class Clock(NamedTuple):
     force: float
 
 
+def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
+    """A state with coordinates q and velocities v (n,), accelerations zero."""
+    chords = np.empty((chain.first.size, 2))
+    fill_chords(q, chain, chords)
+    n = q.size
+    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n))
+
+
 @kernel
 def account(
     clock: Clock,
@@ -64,7 +89,7 @@ def account(
     new: Motion,
     chain: Chain,
     contact: Contact,
-    law: Law,
+    law: ContactLaw,
 ) -> Clock:
     """Advance the clock by an accepted step and add its losses and works.
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.compiled import kernel_with
 from hcm.contact.law import SLIP
-from hcm.result import Event, Floats, History, Summary
+from hcm.result import Event, History, Summary
 
 
 @kernel_with()

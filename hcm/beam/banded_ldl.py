@@ -19,14 +19,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.compiled import kernel
 
 # w: four coordinates a node, neighbours at most seven places apart (hcm.beam.chain).
 HALF_BANDWIDTH = 7
 
-Floats = NDArray[np.float64]
 
 # A pivot smaller than this share of the sum of its row's entries leaves no accuracy: the matrix
 # counts as singular.

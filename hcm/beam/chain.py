@@ -17,14 +17,11 @@ import sys
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats, Ints
 from hcm.beam.element import UNIT_MASS, fill_matrices
 from hcm.compiled import kernel_with
-from hcm.parameters import Drive, Finger, Phalanx, Surface, Tip
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hcm.parameters import Drive, Finger, Phalanx
 
 
 class Chain(NamedTuple):
@@ -72,27 +69,6 @@ class Probe(NamedTuple):
     abscissa: Floats
     youngs_modulus: float
     radius: float
-
-
-class Law(NamedTuple):
-    """Constants of the lumped contact: k (N/m), e*, eta^-2, mu and H (m)."""
-
-    k: float
-    restitution: float
-    tangential_ratio: float
-    mu: float
-    height: float
-
-
-def contact_law(surface: Surface, tip: Tip) -> Law:
-    """Gather the contact's constants from the surface and the tip."""
-    return Law(
-        float(tip.normal_stiffness),
-        float(tip.restitution),
-        float(tip.tangential_ratio),
-        float(surface.friction),
-        float(surface.height),
-    )
 
 
 def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:

@@ -14,11 +14,9 @@ q_e = (r_1, r'_1, r_2, r'_2), X before Y.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.compiled import kernel
-
-Floats = NDArray[np.float64]
 
 Four = tuple[float, float, float, float]
 Six = tuple[float, float, float, float, float, float]

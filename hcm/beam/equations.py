@@ -13,16 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
-from hcm.beam.chain import Chain, Law
+from hcm.beam.chain import Chain
 from hcm.beam.element import inertia, internal_force, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import inlined, kernel
-from hcm.contact.law import Contact, contact_force, contact_tangent
-
-Floats = NDArray[np.float64]
+from hcm.contact.law import Contact, ContactLaw, contact_force, contact_tangent
 
 
 @kernel
@@ -50,7 +48,7 @@ def residual_from_chords(
     acceleration: Floats,
     chain: Chain,
     contact: Contact,
-    law: Law,
+    law: ContactLaw,
     out: Floats,
 ) -> None:
     """Write M q.. + Phi_q^T lam + K q - Q - tau - F_c (N, N m) and Phi_q q.. (m/s^2) to `out` (n,).
@@ -102,7 +100,7 @@ def residual_from_chords(
 
 @njit(cache=True)
 def residual(
-    q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: Law, out: Floats
+    q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: ContactLaw, out: Floats
 ) -> None:
     """`residual_from_chords` with the chords of q's own positions."""
     chords = np.empty((chain.first.size, 2))
@@ -178,7 +176,7 @@ def add_coupling(
 
 @kernel
 def tangent(
-    q: Floats, weight: float, chain: Chain, contact: Contact, law: Law, rows: Floats
+    q: Floats, weight: float, chain: Chain, contact: Contact, law: ContactLaw, rows: Floats
 ) -> float:
     """Write the bordered matrix [M + weight d(K q - tau - F_c)/dq, Phi_q^T; Phi_q, 0] to `rows`.
 
@@ -211,11 +209,7 @@ def tangent(
     rows[w + tip, w] -= weight * dtx
     rows[w + tip + 1, w] -= weight * dny
     for hinge in range(chain.hinge.size):
-        lam, inner, outer = (
-            chain.hinge[hinge],
-            chain.hinge_inner[hinge],
-            chain.hinge_outer[hinge],
-        )
+        lam, inner, outer = (chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge])
         for c in range(2):
             rows[w + outer + c, lam - outer + w] += chain.scale[lam]
             if inner >= 0:

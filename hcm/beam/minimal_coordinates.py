@@ -15,15 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from hcm.beam.chain import Chain, Law
+from hcm.arrays import Floats, Ints
+from hcm.beam.chain import Chain
 from hcm.beam.equations import residual
-from hcm.contact.law import Contact, contact_force, particle_velocity
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hcm.contact.law import Contact, ContactLaw, contact_force, particle_velocity
 
 
 class Coordinates(NamedTuple):
@@ -78,7 +75,7 @@ def expand(z: Floats, source: Ints) -> Floats:
 
 @njit(cache=True)
 def acceleration(
-    q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: Law
+    q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
 ) -> Floats:
     """Independent accelerations z.. (m,) at the bordered coordinates q (n,)."""
     source = coordinates.source
@@ -93,7 +90,12 @@ def acceleration(
 
 @njit(cache=True)
 def rate(
-    y: Floats, origin: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: Law
+    y: Floats,
+    origin: Floats,
+    coordinates: Coordinates,
+    chain: Chain,
+    contact: Contact,
+    law: ContactLaw,
 ) -> Floats:
     """dy/dt of y = (z - origin, z., int F_n dt, -int F_t dX_P): m, m, 1 and 1 values."""
     m = coordinates.place.size
@@ -111,7 +113,7 @@ def rate(
 
 @njit(cache=True)
 def bordered_acceleration(
-    q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: Law
+    q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
 ) -> Floats:
     """Bordered (q.., lam), (n,); lam from the balance of the hinges' outer nodes."""
     full = expand(acceleration(q, coordinates, chain, contact, law), coordinates.source)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 
-from hcm.beam.chain import Law
 from hcm.compiled import kernel
 from hcm.contact.law import (
     COMPRESSION,
@@ -24,6 +23,7 @@ from hcm.contact.law import (
     SLIP,
     STICK,
     Contact,
+    ContactLaw,
     contact_force,
     has_tangential_element,
     normal_slope,
@@ -40,7 +40,9 @@ Triple = tuple[float, float, float]
 
 
 @kernel
-def event_values(x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law) -> Triple:
+def event_values(
+    x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
+) -> Triple:
     """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
     if contact.normal == FLIGHT:
         return gap - contact.gap_ref, math.inf, math.inf
@@ -57,7 +59,14 @@ def event_values(x: float, gap: float, vt: float, vn: float, contact: Contact, l
 
 @kernel
 def event_rates(
-    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact, law: Law
+    x: float,
+    gap: float,
+    vt: float,
+    vn: float,
+    at: float,
+    an: float,
+    contact: Contact,
+    law: ContactLaw,
 ) -> Triple:
     """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
     if contact.normal == FLIGHT:
@@ -78,7 +87,7 @@ def event_rates(
 
 @kernel
 def transition(
-    slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
+    slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
 ) -> tuple[Contact, int]:
     """The contact's next mode at an event, and the event's kind. Forces are continuous."""
     if slot == NORMAL and contact.normal == FLIGHT:
@@ -104,10 +113,7 @@ def transition(
         )
     if contact.tangential == STICK:
         sign = -math.copysign(1.0, ft)
-        return (
-            Contact(contact.normal, SLIP, sign, contact.force_ref, contact.gap_ref, x),
-            TO_SLIP,
-        )
+        return (Contact(contact.normal, SLIP, sign, contact.force_ref, contact.gap_ref, x), TO_SLIP)
     particle = particle_position(x, gap, contact, law)
     return (
         Contact(contact.normal, STICK, 0.0, contact.force_ref, contact.gap_ref, particle),

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from hcm.beam.chain import Law
 from hcm.compiled import kernel
+from hcm.parameters import Surface, Tip
 
 FLIGHT, COMPRESSION, RESTITUTION = 0, 1, 2
 FREE, STICK, SLIP = 0, 1, 2
@@ -41,6 +41,31 @@ class Contact(NamedTuple):
     particle: float
 
 
+# Before the first touch, wherever the tip is.
+IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+
+
+class ContactLaw(NamedTuple):
+    """Constants of the law: k (N/m), e*, eta^-2, mu and the surface's H (m)."""
+
+    k: float
+    restitution: float
+    tangential_ratio: float
+    mu: float
+    height: float
+
+
+def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
+    """Gather the contact's constants from the surface and the tip."""
+    return ContactLaw(
+        float(tip.normal_stiffness),
+        float(tip.restitution),
+        float(tip.tangential_ratio),
+        float(surface.friction),
+        float(surface.height),
+    )
+
+
 PlainContact = tuple[int, int, float, float, float, float]
 
 
@@ -51,7 +76,7 @@ def plain_contact(c: Contact) -> PlainContact:
 
 
 @kernel
-def normal_slope(contact: Contact, law: Law) -> float:
+def normal_slope(contact: Contact, law: ContactLaw) -> float:
     """k_n = -dF_n/du_Y of the current branch, N/m."""
     if contact.normal == COMPRESSION:
         return law.k
@@ -61,13 +86,13 @@ def normal_slope(contact: Contact, law: Law) -> float:
 
 
 @kernel
-def has_tangential_element(law: Law) -> bool:
+def has_tangential_element(law: ContactLaw) -> bool:
     """Whether a tangential force can arise at all: mu > 0 and eta^-2 > 0."""
     return law.mu > 0.0 and law.tangential_ratio > 0.0
 
 
 @kernel
-def contact_force(x: float, gap: float, contact: Contact, law: Law) -> tuple[float, float]:
+def contact_force(x: float, gap: float, contact: Contact, law: ContactLaw) -> tuple[float, float]:
     """(F_t, F_n) on the tip, N, at X_C = x and u_Y = gap."""
     if contact.normal == FLIGHT:
         return 0.0, 0.0
@@ -80,7 +105,7 @@ def contact_force(x: float, gap: float, contact: Contact, law: Law) -> tuple[flo
 
 
 @kernel
-def contact_tangent(contact: Contact, law: Law) -> tuple[float, float, float]:
+def contact_tangent(contact: Contact, law: ContactLaw) -> tuple[float, float, float]:
     """(dF_t/dX, dF_t/dY, dF_n/dY), N/m, constant within a mode."""
     slope = normal_slope(contact, law)
     if contact.tangential == STICK:
@@ -91,7 +116,7 @@ def contact_tangent(contact: Contact, law: Law) -> tuple[float, float, float]:
 
 
 @kernel
-def particle_position(x: float, gap: float, contact: Contact, law: Law) -> float:
+def particle_position(x: float, gap: float, contact: Contact, law: ContactLaw) -> float:
     """X_P = X_C - u_X, m; X_C itself where there is no tangential element."""
     if contact.tangential == STICK:
         return contact.particle
@@ -102,7 +127,7 @@ def particle_position(x: float, gap: float, contact: Contact, law: Law) -> float
 
 
 @kernel
-def particle_velocity(vt: float, vn: float, contact: Contact, law: Law) -> float:
+def particle_velocity(vt: float, vn: float, contact: Contact, law: ContactLaw) -> float:
     """V_P, m/s, from the tip's velocity (vt, vn)."""
     if contact.tangential == STICK:
         return 0.0
@@ -113,7 +138,7 @@ def particle_velocity(vt: float, vn: float, contact: Contact, law: Law) -> float
 
 
 @kernel
-def stored_energy(x: float, gap: float, contact: Contact, law: Law) -> float:
+def stored_energy(x: float, gap: float, contact: Contact, law: ContactLaw) -> float:
     """Recoverable energy of both elements, F_n^2 e*^2/(2 k) + F_t^2 eta^2/(2 k), J."""
     ft, fn = contact_force(x, gap, contact, law)
     energy = 0.5 * fn * fn * law.restitution**2 / law.k
@@ -123,7 +148,7 @@ def stored_energy(x: float, gap: float, contact: Contact, law: Law) -> float:
 
 
 @kernel
-def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: Law) -> float:
+def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: ContactLaw) -> float:
     """Energy that the normal element can't give back, between two gaps of one branch, J.
 
     Compression stores (F1^2 - F0^2)/(2 k), of which the share e*^2 is recoverable; restitution

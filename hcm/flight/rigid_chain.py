@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcm.beam.chain import Floats
+from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.parameters import Drive, Finger, Surface
 

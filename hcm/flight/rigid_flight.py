@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcm.beam.chain import Floats
+from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcm.beam.chain import Floats
+from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.flight.rigid_chain import Rods, rates
 

@@ -16,7 +16,7 @@ from hcm.compiled import kernel
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
 from hcm.contact.law import Contact
 from hcm.integrators.step import AnyIntegrator, take_step
-from hcm.integrators.workspace import Motion
+from hcm.state import Motion
 
 TRIALS = 80
 TIME_RESOLUTION = 1e-15

@@ -37,7 +37,7 @@ from hcm.integrators.newton import (
     largest_in_units,
     largest_size,
 )
-from hcm.integrators.workspace import Motion
+from hcm.state import Motion
 
 
 @inlined

@@ -17,16 +17,14 @@ moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
 from hcm.compiled import kernel
 from hcm.contact.law import Contact
 from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
-
-Floats = NDArray[np.float64]
 
 
 @kernel

@@ -12,17 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from hcm.arrays import Complexes, Floats, Ints
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, storage
-from hcm.beam.chain import Chain, Law
+from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
-from hcm.contact.law import FLIGHT, FREE, Contact
+from hcm.contact.law import FLIGHT, FREE, Contact, ContactLaw
 from hcm.integrators.workspace import Coefficients, Integrator, Workspace
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 STAGES = 5
 
@@ -121,13 +117,13 @@ class GaussIntegrator(NamedTuple):
 
     co: Coefficients
     chain: Chain
-    law: Law
+    law: ContactLaw
     work: Workspace
     tableau: Tableau
     gauss: GaussWork
 
 
-def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
+def gauss_work(stages: int, chain: Chain, law: ContactLaw) -> GaussWork:
     """Allocate for `stages` stages, the mass matrix factorized."""
     n, elements, phalanges = chain.scale.size, chain.first.size, chain.hinge.size
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2

@@ -11,8 +11,8 @@ frequency. The equations of motion hold at the step's end with q..1 and lam1 as 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
 from hcm.beam.chain import Chain
 from hcm.beam.equations import move_chords, residual_from_chords, tangent
@@ -26,9 +26,8 @@ from hcm.integrators.newton import (
     largest_in_units,
     largest_size,
 )
-from hcm.integrators.workspace import Coefficients, Integrator, Motion
-
-Floats = NDArray[np.float64]
+from hcm.integrators.workspace import Coefficients, Integrator
+from hcm.state import Motion
 
 
 @inlined
@@ -81,10 +80,7 @@ def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integra
 def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
            increment: Floats) -> None:  # fmt: skip
     """Fill new.a, new.q, new.v and new.chords from new.acceleration (eqs. 27-28)."""
-    new_part, old_part = (
-        (1.0 - co.alpha_f) / (1.0 - co.alpha_m),
-        co.alpha_f / (1.0 - co.alpha_m),
-    )
+    new_part, old_part = ((1.0 - co.alpha_f) / (1.0 - co.alpha_m), co.alpha_f / (1.0 - co.alpha_m))
     carried = co.alpha_m / (1.0 - co.alpha_m)
     q0, q1 = h * h * (0.5 - co.beta), h * h * co.beta
     v0, v1 = h * (1.0 - co.gamma), h * co.gamma

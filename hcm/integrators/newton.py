@@ -6,12 +6,9 @@ Both integrators of the reduced model iterate with factors of an earlier tangent
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats, Ints
 from hcm.compiled import kernel, kernel_with
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 ITERATIONS = 20
 # Kept factors are given up once an iteration shrinks the change by less than this factor.

@@ -15,7 +15,8 @@ from numba.extending import overload
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import gauss, generalized_alpha
 from hcm.integrators.gauss_tableau import GaussIntegrator
-from hcm.integrators.workspace import Integrator, Motion
+from hcm.integrators.workspace import Integrator
+from hcm.state import Motion
 
 AnyIntegrator = Integrator | GaussIntegrator
 

@@ -6,14 +6,12 @@ import math
 
 import numpy as np
 
-from hcm.beam.chain import Law
 from hcm.compiled import kernel
 from hcm.contact.events import Triple
-from hcm.contact.law import FLIGHT, STICK, Contact, normal_slope
+from hcm.contact.law import FLIGHT, STICK, Contact, ContactLaw, normal_slope
 from hcm.integrators.event_search import NO_EVENT, first_event, overshot
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
-from hcm.integrators.workspace import Motion
-from hcm.state import Clock, Plan
+from hcm.state import Clock, Motion, Plan
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40
@@ -31,7 +29,7 @@ CALM = 2.0
 
 
 @kernel
-def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> Triple:
+def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: ContactLaw) -> Triple:
     """Round-off of each event function: metres or m/s, N, and m/s or N."""
     force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
     speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force

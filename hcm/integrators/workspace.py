@@ -1,18 +1,15 @@
-"""What the integrator keeps: coefficients, state, factors and scratch, and how they are made."""
+"""What the integrator keeps: coefficients, factors and scratch, and how they are made."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats, Ints
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
-from hcm.beam.chain import Chain, Law
-from hcm.beam.equations import fill_chords
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from hcm.beam.chain import Chain
+from hcm.contact.law import ContactLaw
 
 
 class Coefficients(NamedTuple):
@@ -28,22 +25,6 @@ class Coefficients(NamedTuple):
     tolerance: float
     error: float
     reuse: bool
-
-
-class Motion(NamedTuple):
-    """State of the integrator: q, v, bordered acceleration (q.., lam) and a, each (n,).
-
-    chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
-    acceleration over the step that led here, which only predicts the next acceleration; after a
-    step of collocation a is its mean acceleration, which does the same.
-    """
-
-    q: Floats
-    v: Floats
-    acceleration: Floats
-    a: Floats
-    chords: Floats
-    jerk: Floats
 
 
 class Workspace(NamedTuple):
@@ -72,7 +53,7 @@ class Integrator(NamedTuple):
 
     co: Coefficients
     chain: Chain
-    law: Law
+    law: ContactLaw
     work: Workspace
 
 
@@ -90,14 +71,6 @@ def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -
         abs(beta + 0.5 * (alpha_m - alpha_f) - 1 / 6),
         reuse,
     )
-
-
-def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
-    """A state with coordinates q and velocities v (n,), accelerations zero."""
-    chords = np.empty((chain.first.size, 2))
-    fill_chords(q, chain, chords)
-    n = q.size
-    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n))
 
 
 def workspace(n: int) -> Workspace:

@@ -3,21 +3,19 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import hcm
 from hcm import loop as tap
+from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
-from hcm.beam.chain import Chain, Law, Probe, build_chain
-from hcm.contact.law import Contact
+from hcm.beam.chain import Chain, Probe, build_chain
+from hcm.contact.law import Contact, ContactLaw
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
-from hcm.integrators.workspace import Integrator, Motion, coefficients, motion, workspace
+from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import Start
 from hcm.result import EVENT_KINDS, Event
-from hcm.state import Clock, Plan
-
-Floats = NDArray[np.float64]
+from hcm.state import Clock, Motion, Plan, motion
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
@@ -84,7 +82,7 @@ class Run:
 
 def integrate(
     chain: Chain,
-    law: Law,
+    law: ContactLaw,
     start: Start,
     step: float,
     *,

@@ -5,15 +5,15 @@ import pytest
 
 import hcm
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, storage
-from hcm.beam.chain import Law, build_chain
+from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual, tangent
-from hcm.contact.law import COMPRESSION, RESTITUTION, SLIP, STICK, Contact
+from hcm.contact.law import COMPRESSION, RESTITUTION, SLIP, STICK, Contact, ContactLaw
 from hcm.integrators.generalized_alpha import solve_linear
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from tests.hcm.cases import dense_of
 
 W = HALF_BANDWIDTH
-LAW = Law(1e6, 0.8, 0.75, 0.5, 0.1)
+LAW = ContactLaw(1e6, 0.8, 0.75, 0.5, 0.1)
 
 
 def rows_of(dense: np.ndarray) -> np.ndarray:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hcm.beam.chain import Law
-from hcm.contact.law import COMPRESSION, FREE, SLIP, Contact
+from hcm.contact.law import COMPRESSION, FREE, SLIP, Contact, ContactLaw
 from hcm.reference_solution import Start, solve_chain
 from tests.hcm.cases import integrate, point_mass
 from tests.hcm.closed_forms import block_on_belt, oblique_impact
@@ -21,7 +20,7 @@ def order_of(errors: list[float]) -> float:
 @pytest.mark.parametrize("restitution", [0.4, 0.8, 1.0])
 def test_mass_on_the_bilinear_spring(restitution: float) -> None:
     """Separation at pi/(2 w) (1 + e*), rebound -e* v, impulse m v (1 + e*), peak v sqrt(k m)."""
-    speed, law = 1.6, Law(K, restitution, 0.75, 0.0, 0.0)
+    speed, law = 1.6, ContactLaw(K, restitution, 0.75, 0.0, 0.0)
     chain, start = point_mass(MASS, (0.0, 0.0), (0.3, -speed))
     truth = solve_chain(chain, law, start, 1e-12, 1e-16)
     end = np.pi / (2 * OMEGA) * (1 + restitution)
@@ -68,7 +67,7 @@ def test_oblique_impact(ratio: float, mu: float, vt: float, restitution: float) 
     kinds = [kind for _, kind in exact.events]
     times = np.array([time for time, _ in exact.events])
     chain, start = point_mass(MASS, (0.0, 0.0), (vt, -1.0))
-    law = Law(K, restitution, ratio, mu, 0.0)
+    law = ContactLaw(K, restitution, ratio, mu, 0.0)
     truth = solve_chain(chain, law, start, 1e-11, 1e-16)
     assert [e.kind for e in truth.events] == kinds
     # the largest error measured is 1.1e-14 s
@@ -86,7 +85,7 @@ def test_oblique_impact(ratio: float, mu: float, vt: float, restitution: float) 
 def test_reverse_slip() -> None:
     """Slip forward, stick, and slip back before separation: the spring returns its pull."""
     chain, start = point_mass(MASS, (0.0, 0.0), (0.4, -1.0))
-    run = integrate(chain, Law(K, 1.0, 1.5, 0.5, 0.0), start, 1e-6)
+    run = integrate(chain, ContactLaw(K, 1.0, 1.5, 0.5, 0.0), start, 1e-6)
     particle = run["particle_velocity"]
     assert particle.max() > 0.01
     assert particle.min() < -0.01
@@ -103,11 +102,11 @@ def test_an_event_that_starts_at_zero_and_comes_back_within_a_step() -> None:
     step = 4e-6
     assert 0.1 * step < slip[0] < 0.9 * step
     chain, start = point_mass(MASS, (0.0, 0.0), (vt, -1.0))
-    run = integrate(chain, Law(K, 1.0, ratio, mu, 0.0), start, step)
+    run = integrate(chain, ContactLaw(K, 1.0, ratio, mu, 0.0), start, step)
     assert run.kinds() == [kind for _, kind in exact.events]
     # g rises and falls with (h w)^2 of mu F_n, as small as the method's own error in it
     assert 0 < run.time_of("stick_to_slip") < step
-    exact_truth = solve_chain(chain, Law(K, 1.0, ratio, mu, 0.0), start, 1e-12, 1e-18)
+    exact_truth = solve_chain(chain, ContactLaw(K, 1.0, ratio, mu, 0.0), start, 1e-12, 1e-18)
     assert exact_truth.time_of("stick_to_slip") == pytest.approx(slip[0], rel=1e-4)
 
 
@@ -115,14 +114,14 @@ def test_simultaneous_events() -> None:
     """V_P and v_n vanish in the same instant: V_t = mu |V_n| with eta^2 < 1."""
     exact = oblique_impact(MASS, K, 1.0, 1.5, 0.5, 0.5, -1.0)
     chain, start = point_mass(MASS, (0.0, 0.0), (0.5, -1.0))
-    run = integrate(chain, Law(K, 1.0, 1.5, 0.5, 0.0), start, 5e-7)
+    run = integrate(chain, ContactLaw(K, 1.0, 1.5, 0.5, 0.0), start, 5e-7)
     assert sorted(run.kinds()) == sorted(kind for _, kind in exact.events)
     turn, stick = run.time_of("compression_to_restitution"), run.time_of("slip_to_stick")
     assert abs(turn - stick) < 1e-12
     assert np.diff(run["time"]).min() >= 0
     np.testing.assert_allclose(run.motion.v[4:6], exact.velocity, atol=1e-5)
     # round-off decides which comes first, and may add a pair or two within its reach
-    truth = solve_chain(chain, Law(K, 1.0, 1.5, 0.5, 0.0), start, 1e-11, 1e-16)
+    truth = solve_chain(chain, ContactLaw(K, 1.0, 1.5, 0.5, 0.0), start, 1e-11, 1e-16)
     assert len(truth.events) < 20
     np.testing.assert_allclose(truth.end.velocities[4:6], exact.velocity, atol=1e-9)
 
@@ -139,7 +138,7 @@ def belt_case(step: float):
     )  # fmt: skip
     slipping = Contact(COMPRESSION, SLIP, 1.0, 0.0, 0.0, 0.0)
     start = Start(start.coordinates, start.velocities, 0.0, slipping)
-    return exact, integrate(chain, Law(K, 1.0, ratio, mu, 0.0), start, step, end_time=3e-3)
+    return exact, integrate(chain, ContactLaw(K, 1.0, ratio, mu, 0.0), start, step, end_time=3e-3)
 
 
 def tangential(events) -> list[tuple[float, str]]:
@@ -165,7 +164,7 @@ def test_a_block_at_rest_stays_at_rest() -> None:
     resting = Contact(COMPRESSION, FREE, 0.0, 0.0, 0.0, 0.0)
     start = Start(start.coordinates, start.velocities, 0.0, resting)
     for restitution in (1.0, 0.5):
-        law = Law(K, restitution, 0.75, 0.0, 0.0)
+        law = ContactLaw(K, restitution, 0.75, 0.0, 0.0)
         run = integrate(chain, law, start, 1e-6, end_time=1e-3)
         assert run.clock.time == pytest.approx(1e-3, rel=1e-9)
         assert len(run.table) < 12_000

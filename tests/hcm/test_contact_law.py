@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcm.beam.chain import Law
 from hcm.contact.events import (
     LIFT_OFF,
     NORMAL,
@@ -30,6 +29,7 @@ from hcm.contact.law import (
     SLIP,
     STICK,
     Contact,
+    ContactLaw,
     contact_force,
     contact_tangent,
     hysteresis_loss,
@@ -42,8 +42,8 @@ K = 0.78e6
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
 
-def law_with(restitution: float, mu: float = 0.5, ratio: float = 0.75) -> Law:
-    return Law(K, restitution, ratio, mu, 0.0)
+def law_with(restitution: float, mu: float = 0.5, ratio: float = 0.75) -> ContactLaw:
+    return ContactLaw(K, restitution, ratio, mu, 0.0)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

@@ -7,11 +7,12 @@ import pytest
 from scipy.integrate import quad
 
 import hcm
-from hcm.beam.chain import Law, build_chain, contact_law
+from hcm.beam.chain import build_chain
+from hcm.contact.law import ContactLaw, contact_law
 from hcm.reference_solution import Start
 from tests.hcm.cases import HARD, SOFT, SOFT_TIP, SURFACE, finger, integrate, straight_links
 
-NOWHERE = Law(1.0, 1.0, 0.75, 0.0, 100.0)
+NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 100.0)
 G = 9.8
 
 

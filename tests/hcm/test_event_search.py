@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hcm.beam.chain import Law
-from hcm.contact.law import COMPRESSION, STICK, Contact
+from hcm.contact.law import COMPRESSION, STICK, Contact, ContactLaw
 from hcm.integrators.event_search import dip
 from hcm.reference_solution import Start
 from tests.hcm.cases import SOFT_TIP, integrate, point_mass
@@ -13,11 +12,11 @@ MASS, K = 0.01, SOFT_TIP.normal_stiffness
 PULL = 1e4  # m/s^2, turns the mass round like a bounce
 
 
-def grazing(depth: float, step: float, law: Law | None = None):
+def grazing(depth: float, step: float, law: ContactLaw | None = None):
     """Parabola Y = -depth + PULL (t - 1 ms)^2/2 over the surface Y = 0: constant acceleration."""
     height = 0.5 * PULL * 1e-6 - depth
     chain, start = point_mass(MASS, (0.0, height), (0.5, -PULL * 1e-3), force=(0.0, MASS * PULL))
-    return integrate(chain, law or Law(K, 1.0, 0.75, 0.5, 0.0), start, step, end_time=2e-3)
+    return integrate(chain, law or ContactLaw(K, 1.0, 0.75, 0.5, 0.0), start, step, end_time=2e-3)
 
 
 @pytest.mark.parametrize("step", [3e-4, 7e-4])
@@ -55,7 +54,7 @@ def test_no_event_fires_twice() -> None:
     """Bounces under gravity: each tap gives its three events once, at rising times."""
     gravity, drop = 1e4, 1e-3
     chain, start = point_mass(MASS, (0.0, drop), (0.0, 0.0), force=(0.0, -MASS * gravity))
-    law = Law(K, 1.0, 0.75, 0.0, 0.0)
+    law = ContactLaw(K, 1.0, 0.75, 0.0, 0.0)
     run = integrate(chain, law, start, 1e-6, taps=4)
     tap = ["contact", "compression_to_restitution", "separation"]
     assert run.kinds() == tap * 4
@@ -76,7 +75,7 @@ def test_bounces_that_die_out_are_passed() -> None:
     """
     gravity, drop = 1e4, 1e-3
     chain, start = point_mass(MASS, (0.0, drop), (0.1, 0.0), force=(0.0, -MASS * gravity))
-    law = Law(K, 0.5, 0.75, 0.3, 0.0)
+    law = ContactLaw(K, 0.5, 0.75, 0.3, 0.0)
     run = integrate(chain, law, start, 1e-6, taps=1000, end_time=8e-3, rows=60_000)
     assert run.clock.time == pytest.approx(8e-3, rel=1e-9)
     assert np.isfinite(run.table).all()
@@ -100,6 +99,6 @@ def test_chatter_is_passed() -> None:
     )
     edge = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
     start = Start(start.coordinates, start.velocities, 0.0, edge)
-    run = integrate(chain, Law(K, 1.0, 0.75, mu, 0.0), start, 1e-6, end_time=1e-3)
+    run = integrate(chain, ContactLaw(K, 1.0, 0.75, mu, 0.0), start, 1e-6, end_time=1e-3)
     assert run.clock.time == pytest.approx(1e-3, rel=1e-9)
     assert abs(run.motion.q[4] - stretch) < 1e-12

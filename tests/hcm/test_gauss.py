@@ -9,21 +9,30 @@ from scipy.linalg import eigh
 
 import hcm
 from hcm.beam.banded_ldl import storage
-from hcm.beam.chain import Chain, Law, contact_law
+from hcm.beam.chain import Chain
 from hcm.beam.equations import residual, tangent
 from hcm.beam.minimal_coordinates import minimal_coordinates
-from hcm.contact.law import COMPRESSION, FLIGHT, FREE, SLIP, Contact
+from hcm.contact.law import (
+    COMPRESSION,
+    FLIGHT,
+    FREE,
+    SLIP,
+    Contact,
+    ContactLaw,
+    contact_law,
+)
 from hcm.energy import energies
 from hcm.integrators.gauss import step
 from hcm.integrators.gauss_tableau import STAGES, GaussIntegrator, tableau, with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
-from hcm.integrators.workspace import Integrator, Motion, coefficients, motion, workspace
+from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import Start, solve_chain
+from hcm.state import Motion, motion
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, dense_of, finger, integrate, straight_links
 from validation.studies.bench import truths
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
-NOWHERE = Law(1.0, 1.0, 0.75, 0.0, 100.0)
+NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 100.0)
 STILL = hcm.Drive(gravity=0.0)
 ANGLES, SPINS = np.radians([255.0, 240.0, 200.0]), np.array([12.0, 14.0, 40.0])
 TIGHT = 1e-13

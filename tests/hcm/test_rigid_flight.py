@@ -8,9 +8,9 @@ import pytest
 from scipy.integrate import quad
 
 import hcm
-from hcm.beam.chain import build_chain, contact_law
+from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
-from hcm.contact.law import FLIGHT, FREE, Contact
+from hcm.contact.law import FLIGHT, FREE, Contact, contact_law
 from hcm.flight.rigid_chain import Rods, clearance, rates, reactions, rods
 from hcm.flight.rigid_flight import ENDED, TOUCHED, Fall, fly
 from hcm.rigid_start import rigid_motion

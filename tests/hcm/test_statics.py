@@ -9,14 +9,14 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 import hcm
 from hcm.beam.banded_ldl import storage
-from hcm.beam.chain import Law, build_chain
+from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual, tangent
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
-from hcm.contact.law import FLIGHT, FREE, Contact
+from hcm.contact.law import FLIGHT, FREE, Contact, ContactLaw
 from tests.hcm.cases import dense_of
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
-LAW = Law(1.0, 1.0, 0.75, 0.0, 10.0)
+LAW = ContactLaw(1.0, 1.0, 0.75, 0.0, 10.0)
 
 # P L^2/(E I): w/L, u/L as design.md, section 5, prints them
 PRINTED = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.beam.chain import contact_law
+from hcm.contact.law import contact_law
 from hcm.reference_solution import Start
 from tests.hcm.cases import (
     HARD,

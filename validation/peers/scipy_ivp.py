@@ -14,10 +14,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import hcm
-from hcm.beam.chain import Floats, build_chain, contact_law
+from hcm.arrays import Floats
+from hcm.beam.chain import build_chain
 from hcm.beam.minimal_coordinates import expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TOUCH, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, Contact
+from hcm.contact.law import FLIGHT, FREE, Contact, contact_law
 
 MOST_PHASES = 200
 LONGEST_FLIGHT_S = 2.0

@@ -8,8 +8,8 @@ collocation.
 from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
 from hcm.posture import Posture
 from hcm.result import Event, History, Statistics, Status, Summary, TapResult
-from hcm.rigid_start import RigidStart
 from hcm.simulate import simulate
+from hcm.start import RigidStart
 
 __all__ = [
     "Drive",

@@ -7,134 +7,23 @@ and a run can be interrupted.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
-
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.compiled import kernel
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
-from hcm.contact.law import (
-    FLIGHT,
-    Contact,
-    PlainContact,
-    contact_force,
-    particle_velocity,
-    plain_contact,
-    stored_energy,
-)
-from hcm.energy import energies, stress_at_probe
+from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.step import AnyIntegrator
-from hcm.integrators.step_size import REPEATS, accept, event_tolerances
-from hcm.state import Clock, Motion, Plan, account
+from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
+from hcm.record import Record, fill_frames, write_row
+from hcm.state import Clock, Motion, Plan, advance_clock
 
 # Why the loop came back.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG = 0, 1, 2, 3, 4
-
-COLUMNS = (
-    "time",
-    "normal_force",
-    "tangential_force",
-    "tip_x",
-    "tip_y",
-    "tip_vx",
-    "tip_vy",
-    "particle_velocity",
-    "stress_R",
-    "kinetic",
-    "strain",
-    "gravity",
-    "contact_energy",
-    "friction_loss",
-    "restitution_loss",
-    "drive_work",
-    "mode",
-)
 # After this many events without an advance in time, a whole step is taken in the current mode:
 # chatter is then resolved to the step, and the loop always moves on.
 INSTANT_EVENTS = 8
-
-
-# The fields of a clock.
-PlainClock = tuple[float, float, float, int, int, int, int, int, float, float, float, float, float]
-
-
-class EventTable(NamedTuple):
-    """Located events: time (m,) s, kind (m,), nodal coordinates q and their rates v (m, n)."""
-
-    time: Floats
-    kind: NDArray[np.int64]
-    q: Floats
-    v: Floats
-
-
-class FrameTable(NamedTuple):
-    """Times at which the posture is wanted, (m,) s in rising order, and the postures q (m, n)."""
-
-    time: Floats
-    q: Floats
-
-
-class Record(NamedTuple):
-    """What a call of `advance` fills.
-
-    rows : (m, len(COLUMNS)), one an accepted step. reactions : (m, 2 P). events, frames.
-    """
-
-    rows: Floats
-    reactions: Floats
-    events: EventTable
-    frames: FrameTable
-
-
-@kernel
-def write_row(
-    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact,
-    integrator: AnyIntegrator, probe: Probe,
-) -> None:  # fmt: skip
-    """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
-    chain, law = integrator.chain, integrator.law
-    q, v, tip = motion.q, motion.v, chain.tip
-    x, gap = q[tip], q[tip + 1] + law.height
-    ft, fn = contact_force(x, gap, contact, law)
-    kinetic, strain, gravity = energies(q, v, chain)
-    row[0], row[1], row[2] = clock.time, fn, ft
-    row[3], row[4], row[5], row[6] = x, q[tip + 1], v[tip], v[tip + 1]
-    row[7] = particle_velocity(v[tip], v[tip + 1], contact, law)
-    row[8] = stress_at_probe(q, chain, probe)
-    row[9], row[10], row[11] = kinetic, strain, gravity
-    row[12] = stored_energy(x, gap, contact, law)
-    row[13], row[14], row[15] = (clock.friction_loss, clock.restitution_loss, clock.drive_work)
-    row[16] = 3 * contact.normal + contact.tangential
-    for w in range(chain.hinge.size):
-        for c in range(2):
-            reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]
-
-
-@kernel
-def hermite(s: float, h: float, q0: float, v0: float, q1: float, v1: float) -> float:
-    """The cubic from (q0, v0) to (q1, v1), h later, at a share s of that time."""
-    p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
-    bend = (1.0 - s) * v0 - s * v1
-    return (1.0 - p) * q0 + p * q1 + h * r * bend
-
-
-@kernel
-def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
-    """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
-    for m in range(frames.time.size):
-        if frames.time[m] <= clock.time:
-            continue
-        # as the next step's search will see its start: a time between is in one of the two
-        if frames.time[m] > clock.time + h:
-            return
-        s = min((frames.time[m] - clock.time) / h, 1.0)
-        for i in range(old.q.size):
-            frames.q[m, i] = hermite(s, h, old.q[i], old.v[i], new.q[i], new.v[i])
 
 
 @kernel
@@ -171,39 +60,46 @@ def advance(
     undamped: AnyIntegrator,
     probe: Probe,
     record: Record,
-) -> tuple[Contact, Clock, int, int, int]:
+) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
     `old` holds the state and is overwritten. `undamped` is the integrator with xi = 1, for flights
-    after a tap if `plan.undamped`. Returns the contact, the clock, the number of rows and
-    of events written, and why the loop came back.
+    after a tap if `plan.undamped`. Returns the fields of the contact and of the clock, the number
+    of rows and of events written, and why the loop came back.
+
+    Fields, not named tuples: numba makes a named tuple by calling its class, where an interrupt
+    that came while the loop ran is raised, and a result that holds two of them crashes the process.
     """
     chain, law, work = integrator.chain, integrator.law, integrator.work
     rows, reactions, events, frames = record
-    n_rows, n_events = 0, 0
+    n_rows, n_events, code = 0, 0, RUNNING
     while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:
         in_flight = contact.normal == FLIGHT
         remaining = plan.end_time - clock.time
         if remaining <= 1e-12 * clock.time:
-            return contact, clock, n_rows, n_events, DONE
+            code = DONE
+            break
         elapsed = clock.time - clock.phase_start
         if in_flight and elapsed > plan.max_flight_time:
-            return contact, clock, n_rows, n_events, FLIGHT_TOO_LONG
+            code = FLIGHT_TOO_LONG
+            break
         if not in_flight and elapsed > plan.max_contact_time:
-            return contact, clock, n_rows, n_events, CONTACT_TOO_LONG
+            code = CONTACT_TOO_LONG
+            break
         h = min(clock.step, remaining)
         rebound = plan.undamped and in_flight and clock.taps > 0
         method = undamped if rebound else integrator
         tolerance = event_tolerances(contact, clock, plan, law)
         chatter = clock.instant >= INSTANT_EVENTS
-        h, slot, trials, repeats, growth = accept(
+        h, slot, trials, repeats, growth = accepted_step(
             h, in_flight, rebound, chatter, clock.speed, tolerance, plan, contact, old, new, method
         )
         if repeats > REPEATS:
-            return contact, clock, n_rows, n_events, NEWTON_FAILED
+            code = NEWTON_FAILED
+            break
         if h > 0.0:
             fill_frames(clock, h, old, new, frames)
-            clock = account(clock, h, old, new, chain, contact, law)
+            clock = advance_clock(clock, h, old, new, chain, contact, law)
             copy_motion(new, old)
         tip = chain.tip
         x, gap = old.q[tip], old.q[tip + 1] + law.height
@@ -237,35 +133,6 @@ def advance(
             write_row(rows[n_rows], reactions[n_rows], old, clock, contact, integrator, probe)
             n_rows += 1
         if kind == LIFT_OFF and taps >= plan.taps:
-            return contact, clock, n_rows, n_events, DONE
-    return contact, clock, n_rows, n_events, RUNNING
-
-
-@kernel
-def run(
-    old: Motion,
-    new: Motion,
-    contact: Contact,
-    clock: Clock,
-    plan: Plan,
-    integrator: AnyIntegrator,
-    undamped: AnyIntegrator,
-    probe: Probe,
-    record: Record,
-) -> tuple[PlainContact, PlainClock, int, int, int]:
-    """`advance` for Python: the fields of contact and clock as plain tuples.
-
-    Numba makes a named tuple by calling its class, where a pending interrupt is raised: two of them
-    in one result are then a crash of the process, plain tuples a KeyboardInterrupt.
-    """
-    c, k, n_rows, n_events, code = advance(
-        old, new, contact, clock, plan, integrator, undamped, probe, record
-    )
-    return (
-        plain_contact(c),
-        (
-            k.time, k.phase_start, k.step, k.taps, k.instant, k.rejected, k.trials,
-            k.chatter_steps, k.friction_loss, k.restitution_loss, k.drive_work, k.speed, k.force,
-        ),
-        n_rows, n_events, code,
-    )  # fmt: skip
+            code = DONE
+            break
+    return contact[:], clock[:], n_rows, n_events, code

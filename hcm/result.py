@@ -52,6 +52,12 @@ _ADVICE = {
     " solver.hcm.flight_step and solver.hcm.contact_step",
 }
 
+# Columns of the table that the compiled loop writes; `History` holds them under units' names.
+COLUMNS = (
+    "time", "normal_force", "tangential_force", "tip_x", "tip_y", "tip_vx", "tip_vy",
+    "particle_velocity", "stress_R", "kinetic", "strain", "gravity", "contact_energy",
+    "friction_loss", "restitution_loss", "drive_work", "mode",
+)  # fmt: skip
 EVENT_KINDS = (
     "contact",
     "compression_to_restitution",
@@ -114,7 +120,7 @@ class History:
 def history_of(table: Floats, reactions: Floats) -> History:
     """A history as views of the loop's tables.
 
-    table : (n, 17) in the order of `tap.COLUMNS`. reactions : (n, 2 P).
+    table : (n, len(COLUMNS)) in the order of `COLUMNS`. reactions : (n, 2 P).
     """
     return History(
         time_s=table[:, 0],

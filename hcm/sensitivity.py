@@ -33,7 +33,7 @@ LARGEST_CHANGE = 0.01
 
 
 @kernel
-def closest(time: Floats, tip: Floats, end: float) -> float:
+def smallest_square(time: Floats, tip: Floats, end: float) -> float:
     """Smallest |x|^2 of the tip's positions (m, 2) up to time `end`."""
     smallest = np.inf
     for i in range(time.size):
@@ -47,7 +47,7 @@ def folded(history: History, summary: Summary, length: float) -> bool:
     """Whether the tip came close to the fixed hinge before the first contact."""
     if summary.contact_time_s is None:
         return False
-    near = closest(history.time_s, history.tip_position_m, summary.contact_time_s)
+    near = smallest_square(history.time_s, history.tip_position_m, summary.contact_time_s)
     return bool(near < (FOLDED * length) ** 2)
 
 
@@ -69,7 +69,7 @@ def grazes(history: History, events: tuple[Event, ...], summary: Summary) -> boo
     return False
 
 
-def factors(
+def tolerance_factors(
     history: History, events: tuple[Event, ...], summary: Summary, length: float
 ) -> tuple[float, ...]:
     """Factors of the tolerances at which a run is to be repeated; none if it need not be."""
@@ -78,8 +78,10 @@ def factors(
     return (TIGHTER,) if grazes(history, events, summary) else ()
 
 
-def repetition(settings: Settings, tolerances: float, own: Summary, most_steps: int) -> Settings:
-    """Settings of the repetition: one tap, tolerances changed by a factor, not repeated itself.
+def repetition_settings(
+    settings: Settings, factor: float, own: Summary, most_steps: int
+) -> Settings:
+    """Settings of the repetition: one tap, tolerances times `factor`, not repeated itself.
 
     Steps that no tolerance bounds are changed as its third root would: the error's order is 2.
     A first tap that an end time cut short is repeated as far as that and a little further, for it
@@ -90,15 +92,15 @@ def repetition(settings: Settings, tolerances: float, own: Summary, most_steps: 
     end_time = None
     if settings.end_time is not None and own.contact_duration_s is None:
         end_time = settings.end_time * (1.0 + LARGEST_CHANGE)
-    steps = tolerances ** (1 / 3)
+    steps = factor ** (1 / 3)
     more_steps = max(settings.max_steps, min(4 * settings.max_steps, most_steps))
     return replace(
         settings,
         flight_step=settings.flight_step * (1.0 if settings.flight_tolerance else steps),
         contact_step=settings.contact_step * (1.0 if settings.contact_tolerance else steps),
-        flight_tolerance=tolerances * settings.flight_tolerance,
-        contact_tolerance=tolerances * settings.contact_tolerance,
-        max_steps=settings.max_steps if tolerances > 1 else more_steps,
+        flight_tolerance=factor * settings.flight_tolerance,
+        contact_tolerance=factor * settings.contact_tolerance,
+        max_steps=settings.max_steps if factor > 1 else more_steps,
         max_flight_time=max(settings.max_flight_time, 2.0 * (own.contact_time_s or 0.0)),
         taps=1,
         end_time=end_time,
@@ -107,19 +109,21 @@ def repetition(settings: Settings, tolerances: float, own: Summary, most_steps: 
     )
 
 
-def change(own: Summary, other: TapResult) -> tuple[str, float]:
+def largest_change(own: Summary, other: TapResult) -> tuple[str, float]:
     """The number of the first tap that changes most, and by which share; inf without a tap.
 
     Of a tap that an end time cut short only the arrival counts: what of its force falls before a
     given time changes with any delay.
     """
-    told = other.summary
-    if other.status is not Status.COMPLETED or told.tip_velocity_at_contact_m_per_s is None:
+    if (
+        other.status is not Status.COMPLETED
+        or other.summary.tip_velocity_at_contact_m_per_s is None
+    ):
         ending = other.status if other.status is not Status.COMPLETED else Status.NOT_REACHED
         return f"the tap ({ending.value} then)", float("inf")
     assert own.tip_velocity_at_contact_m_per_s is not None
     velocity = np.array(own.tip_velocity_at_contact_m_per_s)
-    apart = float(np.abs(velocity - told.tip_velocity_at_contact_m_per_s).max())
+    apart = float(np.abs(velocity - other.summary.tip_velocity_at_contact_m_per_s).max())
     changes = {"the velocity at contact": apart / max(abs(float(velocity[1])), 1e-300)}
     compared = [("contact_time_s", "the time of contact")]
     if own.contact_duration_s is not None:
@@ -128,7 +132,7 @@ def change(own: Summary, other: TapResult) -> tuple[str, float]:
             ("normal_impulse_N_s", "the normal impulse"),
         ]
     for name, words in compared:
-        a, b = getattr(own, name), getattr(told, name)
+        a, b = getattr(own, name), getattr(other.summary, name)
         changes[words] = abs(b - a) / max(abs(a), 1e-300)
     largest = max(changes, key=lambda words: changes[words])
     return largest, changes[largest]

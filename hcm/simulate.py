@@ -5,25 +5,27 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from hcm import loop as tap
-from hcm.beam.chain import build_chain, build_probe
+from hcm import loop
+from hcm.arrays import Floats
+from hcm.beam.chain import Chain, Probe, build_chain, build_probe
 from hcm.contact.law import FLIGHT, Contact, contact_law
-from hcm.flight import rigid_flight
-from hcm.flight.rigid_chain import rods
-from hcm.flight.rigid_flight import TOUCHED, fly
+from hcm.flight.rigid_chain import build_rods
+from hcm.flight.rigid_flight import integrate_flight
 from hcm.integrators.gauss_tableau import STAGES, with_collocation
+from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip, check_scene
-from hcm.piece import first_piece, next_piece
 from hcm.posture import postures
+from hcm.record import FrameTable, Segment, empty_record, next_segment
 from hcm.result import Event, History, Statistics, Status, Summary, TapResult, history_of
-from hcm.rigid_start import RigidStart, rigid_motion
-from hcm.sensitivity import LARGEST_CHANGE, change, factors, repetition
-from hcm.start import after_flight, at_once
-from hcm.state import Clock, Motion, Plan, motion
+from hcm.sensitivity import LARGEST_CHANGE, largest_change, repetition_settings, tolerance_factors
+from hcm.start import BeamStart, RigidStart, rigid_motion, start_after_flight, start_in_flight
+from hcm.state import Clock, Motion, Plan, build_motion
 from hcm.summary import summarize
 from hcm.workload import check_size, most_steps
 
@@ -35,28 +37,19 @@ LARGEST_RESIDUAL = 0.1
 # What a rigid flight leaves out may change the tap by this share; the estimate is that of
 # `rigid_chain.reactions`, 8 to 200 times the change (measured on 9 scenes with steady flights).
 LARGEST_LEFT_OUT = 0.01
-TABLE_ROWS = 4096
+TABLE_ROWS, EVENT_ROWS = 4096, 256
 # Newton iterations allowed per step of `max_steps`, those of event searches and of repeated steps
 # included: a smooth motion takes 2 to 4.
 ITERATIONS_A_STEP = 20
 # Iterations times elements between two looks at the clock, about a second: progress is shown, and
 # an interrupt obeyed, that often.
 UPDATES_A_CALL = 4_000_000
-EVENT_ROWS = 256
 
 _STATUS = {
-    tap.DONE: Status.COMPLETED,
-    tap.NEWTON_FAILED: Status.NEWTON_FAILED,
-    tap.FLIGHT_TOO_LONG: Status.NOT_REACHED,
-    tap.CONTACT_TOO_LONG: Status.STILL_IN_CONTACT,
-}
-
-_FALL = {
-    rigid_flight.TOUCHED: Status.COMPLETED,
-    rigid_flight.ENDED: Status.COMPLETED,
-    rigid_flight.FULL: Status.WORK_LIMIT,
-    # only steps too long for the motion give no finite error however often they are shortened
-    rigid_flight.FAILED: Status.UNBALANCED,
+    loop.DONE: Status.COMPLETED,
+    loop.NEWTON_FAILED: Status.NEWTON_FAILED,
+    loop.FLIGHT_TOO_LONG: Status.NOT_REACHED,
+    loop.CONTACT_TOO_LONG: Status.STILL_IN_CONTACT,
 }
 
 
@@ -91,155 +84,216 @@ def simulate(
     check_scene(finger, surface, drive)
     check_size(finger, settings)
     started = time.perf_counter()
-    chain, rest = build_chain(finger, drive)
-    law, probe = contact_law(surface, tip), build_probe(finger)
-    n, phalanges = rest.size, len(finger.phalanges)
-    speed = np.zeros(n)
+    scene = _Scene(finger, surface, tip, drive)
+    model = _assemble(scene, settings, start)
+    motion = build_motion(model.chain, model.q, model.v)
+    if settings.flight == "rigid":
+        begun = _start_after_flight(scene, settings, start, model, motion)
+    else:
+        step = _first_step(settings)
+        consistent = settings.consistent_start
+        begun = start_in_flight(
+            model.start_s, step, consistent, motion, model.generalized_alpha, model.probe
+        )
+    segments, status = _take_steps(model, begun, motion, settings, progress)
+    last, clock = segments[-1], segments[-1].clock
+    events = tuple([event for segment in segments for event in segment.events])
+    history = history_of(
+        np.concatenate([segment.rows for segment in segments]),
+        np.concatenate([segment.reactions for segment in segments]),
+    )
+    summary = summarize(history, events, last.imbalance_J / max(last.kinetic_J, model.roundoff_J))
+    doubt = ""
+    if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
+        status = Status.TOO_FLEXIBLE
+        doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
+    if status is Status.COMPLETED and settings.repeat:
+        status, doubt = _repeated(scene, settings, progress, start, history, summary, events)
+    cost = model.generalized_alpha.work.cost
+    statistics = Statistics(
+        steps=last.steps,
+        newton_iterations=int(cost[0]),
+        factorizations=int(cost[1]),
+        rejected_steps=clock.rejected,
+        event_trials=clock.trials,
+        chatter_steps=clock.chatter_steps,
+        wall_time_s=time.perf_counter() - started,
+    )
+    frames = model.frames
+    reached = (frames.time >= model.start_s) & (frames.time <= clock.time)
+    return TapResult(
+        status,
+        _message(status, clock, statistics) + doubt,
+        history,
+        events,
+        statistics,
+        summary,
+        postures(
+            model.chain,
+            [event.time_s for event in events],
+            np.concatenate([segment.q for segment in segments]),
+            np.concatenate([segment.v for segment in segments]),
+        ),
+        postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),
+    )
+
+
+class _Scene(NamedTuple):
+    finger: Finger
+    surface: Surface
+    tip: Tip
+    drive: Drive
+
+
+@dataclass(frozen=True)
+class _Model:
+    """A scene and its settings as the compiled loop takes them.
+
+    integrator : that of the run, of which `generalized_alpha` is a part; undamped with xi = 1.
+    q, v : (n,) bordered, where the run starts. iterations : Newton's between two looks at the
+    clock. roundoff_J : energy that a finger at rest gathers by round-off.
+    """
+
+    chain: Chain
+    probe: Probe
+    generalized_alpha: Integrator
+    integrator: AnyIntegrator
+    undamped: AnyIntegrator
+    plan: Plan
+    frames: FrameTable
+    start_s: float
+    q: Floats
+    v: Floats
+    iterations: int
+    roundoff_J: float
+
+
+def _assemble(scene: _Scene, settings: Settings, start: RigidStart | None) -> _Model:
+    finger, surface, tip, drive = scene
+    chain, q = build_chain(finger, drive)
+    v, start_s = np.zeros(q.size), 0.0
     if start is not None:
-        rest, speed = rigid_motion(finger, chain, start)
-        if (clearance := float(rest[chain.tip + 1]) + surface.height) <= 0:
+        q, v = rigid_motion(finger, chain, start)
+        start_s = float(start.time_s)
+        if (clearance := float(q[chain.tip + 1]) + surface.height) <= 0:
             raise ParameterError(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
                 " surface; it must start above it"
             )
-    begin = 0.0 if start is None else float(start.time_s)
-    old = motion(chain, rest, speed)
-    new = Motion(*[np.empty_like(part) for part in old])
-    # what a finger at rest gathers by round-off: measured up to 1e-20 of E A L at 40 elements of
-    # E = 1e12 Pa and 3000 steps; a light finger on a breeze of gravity moves with 1e-12
-    roundoff_J = 1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges)
-    work = workspace(n)
-    plan, most = _plan(settings), ITERATIONS_A_STEP * settings.max_steps
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
-    plain = Integrator(co, chain, law, work)
+    plain = Integrator(co, chain, contact_law(surface, tip), workspace(q.size))
     collocation = settings.flight_integrator == GAUSS
     integrator = with_collocation(plain) if collocation else plain
-    undamped = integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse))
-    updates = chain.first.size * (STAGES if collocation else 1)
-    per_call = 1 + UPDATES_A_CALL // updates
-    frames = tap.FrameTable(
-        np.array(settings.frame_times, dtype=float), np.empty((len(settings.frame_times), n))
+    times = np.array(settings.frame_times, dtype=float)
+    frames = FrameTable(times, np.full((times.size, q.size), np.nan))
+    frames.q[frames.time == start_s] = q
+    return _Model(
+        chain,
+        build_probe(finger),
+        plain,
+        integrator,
+        integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),
+        _plan(settings),
+        frames,
+        start_s,
+        q,
+        v,
+        1 + UPDATES_A_CALL // (chain.first.size * (STAGES if collocation else 1)),
+        # measured up to 1e-20 of E A L at 40 elements of E = 1e12 Pa and 3000 steps; a light finger
+        # on a breeze of gravity moves with 1e-12
+        1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges),
     )
-    if settings.frame_times:
-        frames.q[:] = np.nan
-        frames.q[frames.time == begin] = rest
-    status, code = Status.COMPLETED, tap.RUNNING
-    steps, at_touch = 0, False
-    consistent = settings.consistent_start
-    if settings.flight == "rigid":
-        links = rods(finger, surface, drive)
-        try:
-            fall = fly(links, start, plan, settings.max_steps)
-            begun = after_flight(links, fall, consistent, plan, old, plain, probe, frames)
-            steps, status = fall.time.size - 1, _FALL[fall.code]
-            at_touch = fall.code == TOUCHED
-        except KeyboardInterrupt:
-            old = motion(chain, rest, speed)  # where an unfinished flight left it is no state
-            begun = at_once(begin, plan.flight_step, consistent, old, plain, probe)
-            steps, at_touch, status = 0, False, Status.INTERRUPTED
-    else:
-        begun = at_once(begin, _first_step(settings), consistent, old, plain, probe)
-    if not begun.solved:
-        status = Status.NEWTON_FAILED
-    pieces = [first_piece(begun, steps, at_touch, old)]
+
+
+def _start_after_flight(
+    scene: _Scene, settings: Settings, start: RigidStart | None, model: _Model, motion: Motion
+) -> BeamStart:
+    """Start at the end of a flight as rods, or where it started if it is interrupted."""
+    integrator, probe, plan = model.generalized_alpha, model.probe, model.plan
+    state = np.zeros(2 * len(scene.finger.phalanges))
+    if start is not None:
+        state[:] = *start.angles, *start.rates
     try:
-        while status is Status.COMPLETED and code == tap.RUNNING:
-            last, spent = pieces[-1], int(work.cost[0])
+        rods = build_rods(scene.finger, scene.surface, scene.drive)
+        flight = integrate_flight(rods, state, model.start_s, plan, settings.max_steps)
+        return start_after_flight(
+            rods, flight, settings.consistent_start, plan, motion, integrator, probe, model.frames
+        )
+    except KeyboardInterrupt:
+        # where an unfinished flight left the motion is no state
+        motion = build_motion(model.chain, model.q, model.v)
+        begun = start_in_flight(
+            model.start_s, plan.flight_step, settings.consistent_start, motion, integrator, probe
+        )
+        return replace(begun, status=Status.INTERRUPTED)
+
+
+def _take_steps(
+    model: _Model, begun: BeamStart, motion: Motion, settings: Settings, progress: Progress | None
+) -> tuple[list[Segment], Status]:
+    """Call the compiled loop, which advances `motion`, until the run ends or is interrupted."""
+    new = Motion(*[np.empty_like(part) for part in motion])
+    segments, status, code = [begun.segment], begun.status, loop.RUNNING
+    cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
+    try:
+        while status is Status.COMPLETED and code == loop.RUNNING:
+            last, spent = segments[-1], int(cost[0])
             size = min(TABLE_ROWS, settings.max_steps - last.steps)
             if size <= 0 or spent >= most:
                 status = Status.WORK_LIMIT
                 break
-            plan = plan._replace(iterations=min(most, spent + per_call))
-            record = tap.Record(
-                np.empty((size, len(tap.COLUMNS))),
-                np.empty((size, 2 * phalanges)),
-                tap.EventTable(
-                    np.empty(EVENT_ROWS),
-                    np.empty(EVENT_ROWS, dtype=np.int64),
-                    np.empty((EVENT_ROWS, n)),
-                    np.empty((EVENT_ROWS, n)),
-                ),
-                frames,
+            plan = model.plan._replace(iterations=min(most, spent + model.iterations))
+            record = empty_record(size, EVENT_ROWS, model.chain, model.frames)
+            contact, clock, rows, events, code = loop.advance(
+                motion, new, last.contact, last.clock, plan, model.integrator, model.undamped,
+                model.probe, record,
+            )  # fmt: skip
+            first_row = begun.segment.rows[0]
+            segments.append(
+                next_segment(
+                    last, first_row, Contact(*contact), Clock(*clock), rows, events, record
+                )
             )
-            mode, counted, n_rows, n_events, code = tap.run(
-                old, new, last.contact, last.clock, plan, integrator, undamped, probe, record
-            )
-            pieces.append(next_piece(last, begun.rows[0], mode, counted, n_rows, n_events, record))
-            last, status = pieces[-1], _STATUS.get(code, Status.COMPLETED)
+            last, status = segments[-1], _STATUS.get(code, Status.COMPLETED)
             # a NaN compares false and is no balance
-            balanced = last.imbalance_J <= LARGEST_RESIDUAL * last.kinetic_J + roundoff_J
+            allowed = LARGEST_RESIDUAL * last.kinetic_J + model.roundoff_J
+            balanced = last.imbalance_J <= allowed
             if status is Status.COMPLETED and not balanced:
                 status = Status.UNBALANCED
             if progress is not None:
                 progress(*_fraction(last.clock, last.contact, settings))
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    last, clock = pieces[-1], pieces[-1].clock
-    events = tuple([event for piece in pieces for event in piece.events])
-    history = history_of(
-        np.concatenate([piece.rows for piece in pieces]),
-        np.concatenate([piece.reactions for piece in pieces]),
-    )
-    summary = summarize(history, events, last.imbalance_J / max(last.kinetic_J, roundoff_J))
-    doubt = ""
-    if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
-        status = Status.TOO_FLEXIBLE
-        doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
-    if status is Status.COMPLETED and settings.repeat:
-        status, doubt = _repeated(
-            finger, surface, tip, drive, settings, progress, start, history, summary, events
+    return segments, status
+
+
+def _message(status: Status, clock: Clock, statistics: Statistics) -> str:
+    if status is Status.COMPLETED:
+        return ""
+    message = f"{status.value} at t = {clock.time:.9g} s after {statistics.steps} steps"
+    if status is Status.WORK_LIMIT:
+        message += (
+            f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
+            f" the last of {clock.step:.2g} s)"
         )
-    statistics = Statistics(
-        steps=last.steps,
-        newton_iterations=int(work.cost[0]),
-        factorizations=int(work.cost[1]),
-        rejected_steps=clock.rejected,
-        event_trials=clock.trials,
-        chatter_steps=clock.chatter_steps,
-        wall_time_s=time.perf_counter() - started,
-    )
-    message = ""
-    if status is not Status.COMPLETED:
-        message = f"{status.value} at t = {clock.time:.9g} s after {last.steps} steps"
-        if status is Status.WORK_LIMIT:
-            message += (
-                f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
-                f" the last of {clock.step:.2g} s)"
-            )
-        message += doubt
-    reached = (frames.time >= begin) & (frames.time <= clock.time)
-    return TapResult(
-        status,
-        message,
-        history,
-        events,
-        statistics,
-        summary,
-        postures(
-            chain,
-            [event.time_s for event in events],
-            np.concatenate([piece.q for piece in pieces]),
-            np.concatenate([piece.v for piece in pieces]),
-        ),
-        postures(chain, frames.time[reached].tolist(), frames.q[reached]),
-    )
+    return message
 
 
 def _repeated(
-    finger: Finger, surface: Surface, tip: Tip, drive: Drive, settings: Settings,
-    progress: Progress | None, start: RigidStart | None, history: History, summary: Summary,
-    events: tuple[Event, ...],
+    scene: _Scene, settings: Settings, progress: Progress | None, start: RigidStart | None,
+    history: History, summary: Summary, events: tuple[Event, ...],
 ) -> tuple[Status, str]:  # fmt: skip
     """COMPLETED, or why a completed run can't be relied on, with what changes."""
-    for tolerances in factors(history, events, summary, finger.length):
-        again = repetition(settings, tolerances, summary, most_steps(finger))
-        other = simulate(finger, surface, tip, drive, again, progress, start)
+    finger = scene.finger
+    for factor in tolerance_factors(history, events, summary, finger.length):
+        again = repetition_settings(settings, factor, summary, most_steps(finger))
+        other = simulate(*scene, again, progress, start)
         if other.status is Status.INTERRUPTED:
             return Status.INTERRUPTED, " while it was repeated"
-        what, share = change(summary, other)
+        what, share = largest_change(summary, other)
         if share > LARGEST_CHANGE:
             by = f" by {100 * share:.2g} %" if share < math.inf else ""
-            return Status.UNREPEATABLE, f"; {tolerances:g} times the tolerances change {what}{by}"
+            return Status.UNREPEATABLE, f"; {factor:g} times the tolerances change {what}{by}"
     return Status.COMPLETED, ""
 
 

@@ -73,7 +73,7 @@ class Clock(NamedTuple):
     force: float
 
 
-def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
+def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
     """A state with coordinates q and velocities v (n,), accelerations zero."""
     chords = np.empty((chain.first.size, 2))
     fill_chords(q, chain, chords)
@@ -82,7 +82,13 @@ def motion(chain: Chain, q: Floats, v: Floats) -> Motion:
 
 
 @kernel
-def account(
+def initial_clock(time: float, step: float) -> Clock:
+    """A clock that has counted nothing yet."""
+    return Clock(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def advance_clock(
     clock: Clock,
     h: float,
     old: Motion,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hcm.parameters import Finger, ParameterError, Settings
+from hcm.result import COLUMNS
 
 # The largest memory that a run may come to need, bytes.
 MEMORY_LIMIT = 4 * 2**30
@@ -13,8 +14,8 @@ MEMORY_LIMIT = 4 * 2**30
 ELEMENT_BYTES = 20_000
 # s per element and step: three Newton iterations on a 2020s core.
 SECONDS_A_STEP = 1e-6
-# Columns of the history beside the two that each hinge adds; each value is held twice at the end.
-COLUMNS, COPIES = 17, 2
+# Each value of the history, two more of each hinge among them, is held twice at the end.
+COPIES = 2
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ def estimate(finger: Finger, settings: Settings) -> Estimate:
     steps = 1.0
     if settings.end_time is not None:
         steps = max(settings.end_time / max(settings.flight_step, settings.contact_step), 1.0)
-    row = 8 * (COLUMNS + 2 * len(finger.phalanges)) * COPIES
+    row = 8 * (len(COLUMNS) + 2 * len(finger.phalanges)) * COPIES
     frame = 8 * 4 * (elements + len(finger.phalanges)) * COPIES
     memory = ELEMENT_BYTES * elements + row * settings.max_steps + frame * len(settings.frame_times)
     return Estimate(elements, steps, float(memory), SECONDS_A_STEP * steps * elements)

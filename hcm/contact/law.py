@@ -66,15 +66,6 @@ def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
     )
 
 
-PlainContact = tuple[int, int, float, float, float, float]
-
-
-@kernel
-def plain_contact(c: Contact) -> PlainContact:
-    """The fields of a contact, for what goes from compiled code to Python (see `tap.run`)."""
-    return c.normal, c.tangential, c.slip_sign, c.force_ref, c.gap_ref, c.particle
-
-
 @kernel
 def normal_slope(contact: Contact, law: ContactLaw) -> float:
     """k_n = -dF_n/du_Y of the current branch, N/m."""

@@ -49,7 +49,7 @@ class Rods(NamedTuple):
     between: Floats
 
 
-def rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
+def build_rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
     """The finger's phalanges as rods; a torque that reacts takes from the phalanx before."""
     phalanges = finger.phalanges
     mass = np.array([p.density * p.area * p.length for p in phalanges])

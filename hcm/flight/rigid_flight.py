@@ -17,21 +17,20 @@ from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince
-from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip
+from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip_below_zero
 from hcm.integrators.step_size import REPEATS, SHRINK
-from hcm.rigid_start import RigidStart
 from hcm.state import Plan
 
-# How a call of `fall` ended.
+# How a flight, or a call of `take_steps`, ended.
 TOUCHED, ENDED, FULL, FAILED = 0, 1, 2, 3
-# A fall's share of its height that the touch is located to.
+# Share of the surface's depth that the touch is located to.
 LOCATED = 1e-15
 GROWTH = 4.0
 TABLE_ROWS = 256
 
 
-class Fall(NamedTuple):
-    """Rods from a state to the touch or the end.
+class RigidFlight(NamedTuple):
+    """The motion of rods from a state to the touch or the end.
 
     time : (m,) s. states : (m, 2 P) angles (rad) and rates (rad/s). accelerations : (m, P) rad/s^2.
     code : TOUCHED, ENDED, or FAILED. repeats, trials : steps taken again, and those of the search.
@@ -46,7 +45,9 @@ class Fall(NamedTuple):
 
 
 @kernel
-def touch(h: float, state: Floats, stages: Floats, chain: Rods, new: Floats) -> tuple[float, int]:
+def locate_touch(
+    h: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+) -> tuple[float, int]:
     """Length of the step that ends on the surface, `new` its state, inside a step that passes it.
 
     Newton's iteration on the tip's height, with bisection where it leaves the bracket.
@@ -65,7 +66,7 @@ def touch(h: float, state: Floats, stages: Floats, chain: Rods, new: Floats) -> 
 
 
 @kernel
-def kept(
+def controlled_step(
     h: float, tolerance: float, state: Floats, stages: Floats, chain: Rods, new: Floats
 ) -> tuple[float, float, int]:
     """Take a step of at most h that keeps the tolerance (m; 0: any finite one).
@@ -83,7 +84,7 @@ def kept(
 
 
 @kernel
-def fall(
+def take_steps(
     time: float,
     h: float,
     end: float,
@@ -110,19 +111,19 @@ def fall(
             return row, ENDED, repeats, trials, h
         h = min(h, longest, remaining)
         before, rate = clearance(state, chain)
-        h, change, again = kept(h, tolerance, state, stages, chain, new)
+        h, change, again = controlled_step(h, tolerance, state, stages, chain, new)
         repeats += again
         if again > REPEATS:
             return row, FAILED, repeats, trials, h
         after, late = clearance(new, chain)
         code, step = FULL, h
-        passed = dip(h, before, rate, after, late) if after > 0.0 else h
+        passed = dip_below_zero(h, before, rate, after, late) if after > 0.0 else h
         if passed > 0.0:
             if passed < h:
                 trials += 1
                 dormand_prince(passed, state, stages, chain, new)
             if clearance(new, chain)[0] <= 0.0:
-                step, used = touch(passed, state, stages, chain, new)
+                step, used = locate_touch(passed, state, stages, chain, new)
                 trials += used
                 code = TOUCHED
             else:
@@ -140,28 +141,26 @@ def fall(
     return rows.shape[0], FULL, repeats, trials, h
 
 
-def fly(chain: Rods, start: RigidStart | None, plan: Plan, most: int) -> Fall:
-    """Let the rods fall from `start` (None: from rest), to the plan's end, in `most` steps."""
-    links, begin = chain.length.size, 0.0
-    state, stages = np.zeros(2 * links), np.empty((STAGES, 2 * links))
-    if start is not None:
-        state[:links], state[links:], begin = start.angles, start.rates, float(start.time_s)
-    end = min(plan.end_time, begin + plan.max_flight_time)
+def integrate_flight(
+    rods: Rods, state: Floats, time: float, plan: Plan, most_steps: int
+) -> RigidFlight:
+    """Let the rods fall from `state` (2 P,) at `time`, s, to the touch or to the plan's end."""
+    links, state, stages = rods.length.size, state.copy(), np.empty((STAGES, state.size))
+    end = min(plan.end_time, time + plan.max_flight_time)
     tolerance = plan.flight_tolerance
     if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
-        tolerance = max(tolerance, LOCATED * float(chain.length.sum()))
-    rates(state, chain, stages[0])
-    tables = [np.array([[begin, *state.tolist(), *stages[0, links:].tolist()]])]
+        tolerance = max(tolerance, LOCATED * float(rods.length.sum()))
+    rates(state, rods, stages[0])
+    tables = [np.array([[time, *state.tolist(), *stages[0, links:].tolist()]])]
     steps, repeats, trials, h, code = 0, 0, 0, plan.flight_step, FULL
-    while code == FULL and steps < most:
-        rows = np.empty((min(TABLE_ROWS, most - steps), 1 + 3 * links))
-        time = float(tables[-1][-1, 0])
-        written, code, again, tried, h = fall(
-            time, h, end, plan.flight_step, tolerance, state, np.empty_like(state), stages, chain,
-            rows,
+    while code == FULL and steps < most_steps:
+        rows = np.empty((min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
+        written, code, again, tried, h = take_steps(
+            float(tables[-1][-1, 0]), h, end, plan.flight_step, tolerance, state,
+            np.empty_like(state), stages, rods, rows,
         )  # fmt: skip
         tables.append(rows[:written])
         steps, repeats, trials = steps + written, repeats + again, trials + tried
     table = np.concatenate(tables)
     states, accelerations = table[:, 1 : 1 + 2 * links], table[:, 1 + 2 * links :]
-    return Fall(table[:, 0], states, accelerations, code, repeats, trials)
+    return RigidFlight(table[:, 0], states, accelerations, code, repeats, trials)

@@ -53,7 +53,7 @@ def overshot(tolerance: Triple, motion: Motion, contact: Contact, integrator: An
 
 
 @kernel
-def dip(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
+def dip_below_zero(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
     """Time in (0, h) where the cubic Hermite interpolant has a minimum below zero, or 0."""
     if not (g0 > 0.0 and g1 > 0.0 and d0 < 0.0 and d1 > 0.0):
         return 0.0
@@ -150,7 +150,7 @@ def first_event(
                 continue
             high, g_high = h, g1[slot]
             if g_high >= -tolerance[slot]:
-                high = dip(h, g0[slot], d0[slot], g1[slot], d1[slot])
+                high = dip_below_zero(h, g0[slot], d0[slot], g1[slot], d1[slot])
                 if high == 0.0:
                     continue
                 total += 1

@@ -41,7 +41,7 @@ def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: ContactLaw
 
 
 @kernel
-def accept(
+def accepted_step(
     h: float,
     in_flight: bool,
     rebound: bool,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import hcm
-from hcm import loop as tap
+from hcm import loop
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain, Probe, build_chain
@@ -13,9 +13,10 @@ from hcm.contact.law import Contact, ContactLaw
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
+from hcm.record import FrameTable, empty_record, write_row
 from hcm.reference_solution import Start
-from hcm.result import EVENT_KINDS, Event
-from hcm.state import Clock, Motion, Plan, motion
+from hcm.result import COLUMNS, EVENT_KINDS, Event
+from hcm.state import Clock, Motion, Plan, build_motion, initial_clock
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
@@ -71,7 +72,7 @@ class Run:
     code: int
 
     def __getitem__(self, column: str) -> Floats:
-        return self.table[:, tap.COLUMNS.index(column)]
+        return self.table[:, COLUMNS.index(column)]
 
     def kinds(self) -> list[str]:
         return [e.kind for e in self.events]
@@ -98,31 +99,28 @@ def integrate(
     collocation : whether its flight is integrated by Gauss collocation.
     """
     n = chain.scale.size
-    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
+    old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
     plain = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
     integrator = with_collocation(plain) if collocation else plain
-    clock = Clock(start.time_s, start.time_s, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    clock = initial_clock(start.time_s, step)
     plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0)
     assert initial_acceleration(old, start.contact, plain)
-    table, reactions = (
-        np.empty((rows + 1, len(tap.COLUMNS))),
-        np.empty((rows + 1, 2 * chain.hinge.size)),
-    )
-    tap.write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
-    located = tap.EventTable(
-        np.empty(rows), np.empty(rows, dtype=np.int64), *np.empty((2, rows, n))
-    )
-    frames = tap.FrameTable(np.empty(0), np.empty((0, n)))
-    contact, clock, n_rows, n_events, code = tap.advance(
+    record = empty_record(rows + 1, rows, chain, FrameTable(np.empty(0), np.empty((0, n))))
+    table, reactions, located, _ = record
+    write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
+    contact, clock, n_rows, n_events, code = loop.advance(
         old, new, start.contact, clock, plan, integrator, integrator, probe,
-        tap.Record(table[1:], reactions[1:], located, frames),
+        record._replace(rows=table[1:], reactions=reactions[1:]),
     )  # fmt: skip
     events = tuple(
         Event(float(t), EVENT_KINDS[k])
         for t, k in zip(located.time[:n_events], located.kind[:n_events], strict=True)
     )
-    return Run(table[: n_rows + 1], reactions[: n_rows + 1], events, old, contact, clock, code)
+    return Run(
+        table[: n_rows + 1], reactions[: n_rows + 1], events, old, Contact(*contact),
+        Clock(*clock), code,
+    )  # fmt: skip
 
 
 # An anchor this much heavier than the mass moves uniformly, whatever pulls on it.

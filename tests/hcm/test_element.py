@@ -14,7 +14,7 @@ from hcm.beam.element import (
     strain_energy,
     tangent_stiffness,
 )
-from hcm.energy import stress_at_probe
+from hcm.beam.energy import stress_at_probe
 
 LENGTH, EA, EI, RHO_A = 0.008, 1.8e5, 2.5, 0.25
 MASS, BENDING = np.empty((4, 4)), np.empty((4, 4))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hcm.contact.law import COMPRESSION, STICK, Contact, ContactLaw
-from hcm.integrators.event_search import dip
+from hcm.integrators.event_search import dip_below_zero
 from hcm.reference_solution import Start
 from tests.hcm.cases import SOFT_TIP, integrate, point_mass
 
@@ -40,13 +40,13 @@ def test_a_miss_is_no_contact(step: float) -> None:
 def test_dip_of_a_cubic() -> None:
     """p = (t - 0.4)^2 - d over (0, 1): its minimum -d lies at 0.4."""
     g0, g1 = 0.16, 0.36
-    assert dip(1.0, g0 - 0.01, -0.8, g1 - 0.01, 1.2) == pytest.approx(0.4, rel=1e-12)
-    assert dip(1.0, g0 + 0.01, -0.8, g1 + 0.01, 1.2) == 0.0
+    assert dip_below_zero(1.0, g0 - 0.01, -0.8, g1 - 0.01, 1.2) == pytest.approx(0.4, rel=1e-12)
+    assert dip_below_zero(1.0, g0 + 0.01, -0.8, g1 + 0.01, 1.2) == 0.0
     # rates of the same sign at both ends: nothing to suspect
-    assert dip(1.0, 0.15, -0.8, 0.35, -0.1) == 0.0
+    assert dip_below_zero(1.0, 0.15, -0.8, 0.35, -0.1) == 0.0
     # a genuine cubic with a step other than 1: p = t^3 - t + 0.3 has its minimum at 1/sqrt(3)
     h = 0.9
-    found = dip(h, 0.3, -1.0, h**3 - h + 0.3, 3 * h * h - 1)
+    found = dip_below_zero(h, 0.3, -1.0, h**3 - h + 0.3, 3 * h * h - 1)
     assert found == pytest.approx(1 / np.sqrt(3), rel=1e-12)
 
 

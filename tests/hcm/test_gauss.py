@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 import hcm
 from hcm.beam.banded_ldl import storage
 from hcm.beam.chain import Chain
+from hcm.beam.energy import energies
 from hcm.beam.equations import residual, tangent
 from hcm.beam.minimal_coordinates import minimal_coordinates
 from hcm.contact.law import (
@@ -21,13 +22,12 @@ from hcm.contact.law import (
     ContactLaw,
     contact_law,
 )
-from hcm.energy import energies
 from hcm.integrators.gauss import step
 from hcm.integrators.gauss_tableau import STAGES, GaussIntegrator, tableau, with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import Start, solve_chain
-from hcm.state import Motion, motion
+from hcm.state import Motion, build_motion
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, dense_of, finger, integrate, straight_links
 from validation.studies.bench import truths
 
@@ -41,7 +41,7 @@ TIGHT = 1e-13
 def prepared(
     chain: Chain, start: Start, stages: int = STAGES, tolerance: float = TIGHT
 ) -> tuple[GaussIntegrator, Motion, Motion]:
-    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
+    old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
     plain = Integrator(coefficients(1.0, tolerance), chain, NOWHERE, workspace(chain.scale.size))
     assert initial_acceleration(old, IN_FLIGHT, plain)
     plain.work.cost[:] = 0
@@ -204,7 +204,7 @@ def test_a_step_back_returns(tumbling) -> None:
     """Symmetric: the step of -h undoes that of h, to the iteration's tolerance."""
     chain, start = straight_links(finger(SOFT), ANGLES, SPINS)
     integrator, old, new = prepared(chain, start)
-    back = motion(chain, start.coordinates, start.velocities)
+    back = build_motion(chain, start.coordinates, start.velocities)
     for _ in range(3):
         assert step(1e-4, IN_FLIGHT, old, new, integrator)
         assert step(-1e-4, IN_FLIGHT, new, back, integrator)

@@ -7,7 +7,7 @@ from hcm.contact.law import FLIGHT, FREE, Contact, ContactLaw, contact_law
 from hcm.integrators.generalized_alpha import change_step, initial_acceleration, local_error, step
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import solve_chain
-from hcm.state import motion
+from hcm.state import build_motion
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger, integrate, point_mass, straight_links
 
 IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
@@ -69,7 +69,7 @@ def test_events_converge_with_order_two(struck_links, xi: float) -> None:
 def oscillator(xi: float, tolerance: float, spring: float = 1.0):
     """Unit mass at x = 1 on a spring to the origin: q = cos(omega t)."""
     chain, start = point_mass(1.0, (1.0, 0.0), (0.0, 0.0), spring=spring)
-    old, new = (motion(chain, start.coordinates, start.velocities) for _ in range(2))
+    old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
     integrator = Integrator(coefficients(xi, tolerance), chain, NOWHERE, workspace(8))
     assert initial_acceleration(old, IN_FLIGHT, integrator)
     return integrator, old, new

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.piece import next_piece
+from hcm.record import next_segment
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
 Line = tuple[str, int]
@@ -18,7 +18,8 @@ VISIT = 3
 
 def tapped(interrupted: Line | None, lines: Counter[Line]) -> hcm.TapResult:
     """A tap, interrupted at a line's third visit; `lines` counts those of the loop's Python."""
-    codes = {hcm.simulate.__code__, next_piece.__code__}
+    loop = sys.modules["hcm.simulate"]._take_steps
+    codes = {loop.__code__, next_segment.__code__}
 
     def trace(frame: FrameType, event: str, _: Any) -> Any:
         if frame.f_code not in codes:
@@ -37,7 +38,7 @@ def tapped(interrupted: Line | None, lines: Counter[Line]) -> hcm.TapResult:
         sys.settrace(None)
 
 
-def test_an_interrupt_at_any_line_keeps_whole_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_at_any_line_keeps_whole_segments(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.modules["hcm.simulate"], "TABLE_ROWS", 40)
     lines: Counter[Line] = Counter()
     whole = tapped(None, lines)
@@ -49,7 +50,7 @@ def test_an_interrupt_at_any_line_keeps_whole_pieces(monkeypatch: pytest.MonkeyP
         history = result.history
         rows = len(history.time_s)
         assert result.status is hcm.Status.INTERRUPTED, line
-        assert rows in (41, 81, 121), line  # the first row, and pieces of 40
+        assert rows in (41, 81, 121), line  # the first row, and segments of 40
         assert np.array_equal(history.time_s, whole.history.time_s[:rows]), line
         assert np.array_equal(history.hinge_reactions_N, whole.history.hinge_reactions_N[:rows]), (
             line
@@ -61,13 +62,13 @@ def test_an_interrupt_at_any_line_keeps_whole_pieces(monkeypatch: pytest.MonkeyP
 
 def test_an_interrupted_rigid_flight_keeps_where_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
     module = sys.modules["hcm.simulate"]
-    land = module.after_flight
+    land = module.start_after_flight
 
     def interrupted(*arguments: Any) -> None:
         land(*arguments)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(module, "after_flight", interrupted)
+    monkeypatch.setattr(module, "start_after_flight", interrupted)
     start = hcm.RigidStart((0.1, 0.2, 0.3), (0.0, 1.0, 2.0), 0.01)
     settings = hcm.Settings(flight="rigid")
     result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings, start=start)

@@ -5,10 +5,10 @@ import pytest
 
 import hcm
 from hcm import reference_solution as truth
+from hcm.beam.energy import energies
 from hcm.beam.equations import residual
 from hcm.beam.minimal_coordinates import bordered_acceleration, expand, minimal_coordinates
 from hcm.contact.law import COMPRESSION, STICK, Contact, contact_law
-from hcm.energy import energies
 from tests.hcm.cases import (
     HARD,
     HARD_TIP,

@@ -5,7 +5,13 @@ from dataclasses import replace
 import pytest
 
 import hcm
-from hcm.sensitivity import LARGEST_CHANGE, change, factors, folded, repetition
+from hcm.sensitivity import (
+    LARGEST_CHANGE,
+    folded,
+    largest_change,
+    repetition_settings,
+    tolerance_factors,
+)
 from hcm.workload import check_size, most_steps
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
@@ -71,23 +77,23 @@ def test_the_papers_fingers_stay_stretched(name: str) -> None:
     result = hcm.simulate(**given)
     assert result.status is hcm.Status.COMPLETED
     length = given["finger"].length
-    assert factors(result.history, result.events, result.summary, length) == ()
+    assert tolerance_factors(result.history, result.events, result.summary, length) == ()
 
 
 def test_what_changes_is_named(one: hcm.TapResult) -> None:
-    assert change(one.summary, one)[1] == 0.0
+    assert largest_change(one.summary, one)[1] == 0.0
     stronger = replace(one, summary=replace(one.summary, normal_impulse_N_s=1.0))
-    assert change(one.summary, stronger)[0] == "the normal impulse"
+    assert largest_change(one.summary, stronger)[0] == "the normal impulse"
     vx, vy = one.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     faster = replace(one, summary=replace(
         one.summary, tip_velocity_at_contact_m_per_s=(vx - 0.1 * vy, vy)))  # fmt: skip
-    what, share = change(one.summary, faster)
+    what, share = largest_change(one.summary, faster)
     assert what == "the velocity at contact"
     assert share == pytest.approx(0.1)
     lost = replace(one, status=hcm.Status.NOT_REACHED)
-    assert change(one.summary, lost)[1] > LARGEST_CHANGE
+    assert largest_change(one.summary, lost)[1] > LARGEST_CHANGE
     early = replace(one, summary=replace(one.summary, tip_velocity_at_contact_m_per_s=None))
-    assert change(one.summary, early) == ("the tap (not reached then)", float("inf"))
+    assert largest_change(one.summary, early) == ("the tap (not reached then)", float("inf"))
 
 
 def test_a_tap_that_barely_ends_says_so() -> None:
@@ -103,14 +109,16 @@ def test_a_tap_that_barely_ends_says_so() -> None:
 
 def test_the_repetition_differs_in_any_case(one: hcm.TapResult) -> None:
     settings = hcm.Settings(flight_tolerance=0.0, end_time=1.0)
-    fixed = repetition(settings, 8.0, one.summary, 10**6)
+    fixed = repetition_settings(settings, 8.0, one.summary, 10**6)
     assert fixed.flight_step == pytest.approx(2 * settings.flight_step)
     assert fixed.contact_tolerance == 8 * settings.contact_tolerance
     assert fixed.end_time is None
     cut = replace(one.summary, contact_duration_s=None)
-    assert repetition(settings, 8.0, cut, 10**6).end_time == pytest.approx(1.0 + LARGEST_CHANGE)
+    assert repetition_settings(settings, 8.0, cut, 10**6).end_time == pytest.approx(
+        1.0 + LARGEST_CHANGE
+    )
     assert not fixed.repeat
-    tighter = repetition(hcm.Settings(), 0.1, one.summary, 10**6)
+    tighter = repetition_settings(hcm.Settings(), 0.1, one.summary, 10**6)
     assert tighter.flight_tolerance == 0.1 * hcm.Settings().flight_tolerance
 
 
@@ -120,8 +128,10 @@ def test_a_completed_run_is_not_refused_for_its_repetition(one: hcm.TapResult) -
     check_size(FINGER, hcm.Settings(max_steps=most))
     with pytest.raises(hcm.ParameterError):
         check_size(FINGER, hcm.Settings(max_steps=most + 1))
-    assert repetition(hcm.Settings(max_steps=most), 0.1, one.summary, most).max_steps == most
-    assert repetition(hcm.Settings(max_steps=10), 0.1, one.summary, most).max_steps == 40
+    assert (
+        repetition_settings(hcm.Settings(max_steps=most), 0.1, one.summary, most).max_steps == most
+    )
+    assert repetition_settings(hcm.Settings(max_steps=10), 0.1, one.summary, most).max_steps == 40
     result = _driven(0.04, 1.2, repeat=True, max_steps=most)
     assert result.status is hcm.Status.COMPLETED
 

@@ -11,12 +11,11 @@ import hcm
 from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
 from hcm.contact.law import FLIGHT, FREE, Contact, contact_law
-from hcm.flight.rigid_chain import Rods, clearance, rates, reactions, rods
-from hcm.flight.rigid_flight import ENDED, TOUCHED, Fall, fly
-from hcm.rigid_start import rigid_motion
+from hcm.flight.rigid_chain import Rods, build_rods, clearance, rates, reactions
+from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.simulate import LARGEST_LEFT_OUT
-from hcm.start import clock_at
-from hcm.state import Plan
+from hcm.start import rigid_motion
+from hcm.state import Plan, initial_clock
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 G = 9.8
@@ -28,9 +27,9 @@ def plan(tolerance: float, step: float = 0.01, end: float = math.inf) -> Plan:
     return Plan(step, 1e-6, 1, end, tolerance, 0.0, 2.0, 1.0)
 
 
-def one_rod(height: float, tolerance: float, step: float = 0.01) -> tuple[Rods, Fall]:
-    chain = rods(finger(SOFT, 1), hcm.Surface(height, 0.5), hcm.Drive())
-    return chain, fly(chain, hcm.RigidStart((0.0,), (0.0,)), plan(tolerance, step), 10_000)
+def one_rod(height: float, tolerance: float, step: float = 0.01) -> tuple[Rods, RigidFlight]:
+    chain = build_rods(finger(SOFT, 1), hcm.Surface(height, 0.5), hcm.Drive())
+    return chain, integrate_flight(chain, np.zeros(2), 0.0, plan(tolerance, step), 10_000)
 
 
 def test_a_falling_rod_keeps_its_energy_and_lands_in_time() -> None:
@@ -49,8 +48,11 @@ def test_a_falling_rod_keeps_its_energy_and_lands_in_time() -> None:
 
 
 def test_fixed_steps_converge_with_order_five() -> None:
-    chain = rods(finger(SOFT), hcm.Surface(0.1, 0.5), hcm.Drive())
-    end = [fly(chain, REST, plan(0.0, 0.08 / n, 0.08), 999).states[-1] for n in (32, 64, 640)]
+    chain = build_rods(finger(SOFT), hcm.Surface(0.1, 0.5), hcm.Drive())
+    end = [
+        integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 0.08 / n, 0.08), 999).states[-1]
+        for n in (32, 64, 640)
+    ]
     coarse, fine = (np.abs(state - end[2]).max() for state in end[:2])
     assert 4.6 < math.log2(coarse / fine) < 5.4
 
@@ -68,7 +70,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
     rng = np.random.default_rng(5)
     angles, spins = rng.uniform(-1.5, 1.5, 3), rng.uniform(-20, 20, 3)
     state, out = np.array([*angles, *spins]), np.empty(6)
-    rates(state, rods(body, SURFACE, drive), out)
+    rates(state, build_rods(body, SURFACE, drive), out)
 
     def velocity(turn: np.ndarray, spin: np.ndarray) -> np.ndarray:
         return rigid_motion(body, chain, hcm.RigidStart(tuple(turn), tuple(spin)))[1]
@@ -87,8 +89,8 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
 
 
 def test_reactions_carry_the_rods_beyond_them() -> None:
-    chain = rods(finger(SOFT), SURFACE, hcm.Drive((0.01, 0.0, 0.002)))
-    fall = fly(chain, REST, plan(0.0, 1e-4), 400)
+    chain = build_rods(finger(SOFT), SURFACE, hcm.Drive((0.01, 0.0, 0.002)))
+    fall = integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 1e-4), 400)
     pull = np.empty((3, 6))
     for row in range(3):
         reactions(fall.states[300 + row], fall.accelerations[300 + row], chain, pull[row])
@@ -200,8 +202,8 @@ def test_a_flight_without_a_touch_ends_as_an_elastic_one_does() -> None:
 
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:
     whole = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=RIGID)
-    chain = rods(finger(SOFT), SURFACE, hcm.Drive())
-    part = fly(chain, REST, plan(1e-13, 0.01, 0.1), 999)
+    chain = build_rods(finger(SOFT), SURFACE, hcm.Drive())
+    part = integrate_flight(chain, np.zeros(6), 0.0, plan(1e-13, 0.01, 0.1), 999)
     assert part.code == ENDED
     angles, spins = part.states[-1][:3], part.states[-1][3:]
     start = hcm.RigidStart(tuple(angles), tuple(spins), float(part.time[-1]))
@@ -217,6 +219,6 @@ def test_another_flight_is_refused_by_name() -> None:
 
 
 def test_a_clock_has_counted_nothing() -> None:
-    clock = clock_at(1.0, 2.0)
+    clock = initial_clock(1.0, 2.0)
     assert (clock.time, clock.phase_start, clock.step) == (1.0, 1.0, 2.0)
     assert not any(clock[3:])

@@ -1,0 +1,188 @@
+"""What a run writes down: the rows of its history and their energy audit, events, frames."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hcm.arrays import Floats, Ints
+from hcm.beam.chain import Chain, Probe
+from hcm.beam.energy import energies, stress_at_probe
+from hcm.compiled import kernel, kernel_with
+from hcm.contact.events import TOUCH
+from hcm.contact.law import Contact, contact_force, particle_velocity, stored_energy
+from hcm.integrators.step import AnyIntegrator
+from hcm.result import COLUMNS, EVENT_KINDS, Event
+from hcm.state import Clock, Motion
+
+# Energies held, then losses, lie between these two columns.
+KINETIC, DRIVE_WORK = COLUMNS.index("kinetic"), COLUMNS.index("drive_work")
+
+
+class EventTable(NamedTuple):
+    """Located events: time (m,) s, kind (m,), nodal coordinates q and their rates v (m, n)."""
+
+    time: Floats
+    kind: Ints
+    q: Floats
+    v: Floats
+
+
+class FrameTable(NamedTuple):
+    """Times at which the posture is wanted, (m,) s in rising order, and the postures q (m, n)."""
+
+    time: Floats
+    q: Floats
+
+
+class Record(NamedTuple):
+    """What a call of the compiled loop fills.
+
+    rows : (m, len(COLUMNS)), one an accepted step. reactions : (m, 2 P). events, frames.
+    """
+
+    rows: Floats
+    reactions: Floats
+    events: EventTable
+    frames: FrameTable
+
+
+def empty_record(rows: int, events: int, chain: Chain, frames: FrameTable) -> Record:
+    """Room for this many rows and events."""
+    n = chain.scale.size
+    return Record(
+        np.empty((rows, len(COLUMNS))),
+        np.empty((rows, 2 * chain.hinge.size)),
+        EventTable(np.empty(events), np.empty(events, dtype=np.int64), *np.empty((2, events, n))),
+        frames,
+    )
+
+
+@kernel
+def write_row(
+    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact,
+    integrator: AnyIntegrator, probe: Probe,
+) -> None:  # fmt: skip
+    """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
+    chain, law = integrator.chain, integrator.law
+    q, v, tip = motion.q, motion.v, chain.tip
+    x, gap = q[tip], q[tip + 1] + law.height
+    ft, fn = contact_force(x, gap, contact, law)
+    kinetic, strain, gravity = energies(q, v, chain)
+    row[0], row[1], row[2] = clock.time, fn, ft
+    row[3], row[4], row[5], row[6] = x, q[tip + 1], v[tip], v[tip + 1]
+    row[7] = particle_velocity(v[tip], v[tip + 1], contact, law)
+    row[8] = stress_at_probe(q, chain, probe)
+    row[9], row[10], row[11] = kinetic, strain, gravity
+    row[12] = stored_energy(x, gap, contact, law)
+    row[13], row[14], row[15] = clock.friction_loss, clock.restitution_loss, clock.drive_work
+    row[16] = 3 * contact.normal + contact.tangential
+    for w in range(chain.hinge.size):
+        for c in range(2):
+            reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]
+
+
+@kernel
+def hermite(s: float, h: float, q0: float, v0: float, q1: float, v1: float) -> float:
+    """The cubic from (q0, v0) to (q1, v1), h later, at a share s of that time."""
+    p, r = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
+    bend = (1.0 - s) * v0 - s * v1
+    return (1.0 - p) * q0 + p * q1 + h * r * bend
+
+
+@kernel
+def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
+    """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
+    for m in range(frames.time.size):
+        if frames.time[m] <= clock.time:
+            continue
+        # as the next step's search will see its start: a time between is in one of the two
+        if frames.time[m] > clock.time + h:
+            return
+        s = min((frames.time[m] - clock.time) / h, 1.0)
+        for i in range(old.q.size):
+            frames.q[m, i] = hermite(s, h, old.q[i], old.v[i], new.q[i], new.v[i])
+
+
+@kernel_with()
+def total_energy(row: Floats) -> float:
+    """Energy held and lost, less the drive's work, J."""
+    total = row[KINETIC]
+    for column in range(KINETIC + 1, DRIVE_WORK):
+        total += row[column]
+    return total - row[DRIVE_WORK]
+
+
+@kernel_with()
+def largest_imbalance(start: Floats, rows: Floats) -> tuple[float, float]:
+    """Largest kinetic energy and largest |energy balance| against `start`, J; NaN if any is NaN.
+
+    start : (len(COLUMNS),) the run's first row. rows : (m, len(COLUMNS)).
+    """
+    kinetic, largest = start[KINETIC], 0.0
+    first = total_energy(start)
+    for i in range(rows.shape[0]):
+        balance = abs(total_energy(rows[i]) - first)
+        if not math.isfinite(balance):
+            return kinetic, math.nan
+        kinetic, largest = max(kinetic, rows[i, KINETIC]), max(largest, balance)
+    return kinetic, largest
+
+
+class Segment(NamedTuple):
+    """Where a run stands after a call of the loop, and what that call has added to its history.
+
+    An interrupt leaves a segment whole or not at all.
+
+    steps, kinetic_J, imbalance_J : accepted steps, largest kinetic energy and largest |energy
+    balance| so far (NaN if any is). rows, reactions : (m, len(COLUMNS)) and (m, 2 P).
+    events, q, v : (k,), and the bordered coordinates at them and their rates, (k, n).
+    """
+
+    contact: Contact
+    clock: Clock
+    steps: int
+    kinetic_J: float
+    imbalance_J: float
+    rows: Floats
+    reactions: Floats
+    events: tuple[Event, ...]
+    q: Floats
+    v: Floats
+
+
+def first_segment(
+    contact: Contact, clock: Clock, rows: Floats, reactions: Floats, steps: int, touched: bool,
+    motion: Motion,
+) -> Segment:  # fmt: skip
+    """Where the beams start, at `motion`: at the first touch, or before any event."""
+    events = (Event(clock.time, EVENT_KINDS[TOUCH]),) if touched else ()
+    q, v = np.empty((2, len(events), motion.q.size))
+    q[:], v[:] = motion.q, motion.v
+    kinetic, imbalance = largest_imbalance(rows[0], rows)
+    return Segment(contact, clock, steps, kinetic, imbalance, rows, reactions, events, q, v)
+
+
+def next_segment(
+    before: Segment, first_row: Floats, contact: Contact, clock: Clock, steps: int, events: int,
+    record: Record,
+) -> Segment:  # fmt: skip
+    """What a call of the loop returned and wrote; `first_row` is the run's."""
+    rows, located = record.rows[:steps].copy(), record.events
+    kinetic, imbalance = largest_imbalance(first_row, rows)
+    times, kinds = located.time[:events].tolist(), located.kind[:events].tolist()
+    return Segment(
+        contact,
+        clock,
+        before.steps + steps,
+        max(before.kinetic_J, kinetic),
+        # a NaN compares false
+        max(before.imbalance_J, imbalance) if imbalance >= 0 else imbalance,
+        rows,
+        record.reactions[:steps].copy(),
+        tuple([Event(time, EVENT_KINDS[kind]) for time, kind in zip(times, kinds, strict=True)]),
+        located.q[:events].copy(),
+        located.v[:events].copy(),
+    )

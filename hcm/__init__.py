@@ -5,11 +5,11 @@ compression-restitution and stick-slip events, generalized-alpha in time, in fli
 collocation.
 """
 
+from hcm.model import RigidStart
 from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
 from hcm.posture import Posture
 from hcm.result import Event, History, Statistics, Status, Summary, TapResult
 from hcm.simulate import simulate
-from hcm.start import RigidStart
 
 __all__ = [
     "Drive",

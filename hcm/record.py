@@ -49,15 +49,16 @@ class Record(NamedTuple):
     frames: FrameTable
 
 
+def empty_rows(count: int, chain: Chain) -> tuple[Floats, Floats]:
+    """Room for rows and for the hinges' reactions."""
+    return np.empty((count, len(COLUMNS))), np.empty((count, 2 * chain.hinge.size))
+
+
 def empty_record(rows: int, events: int, chain: Chain, frames: FrameTable) -> Record:
     """Room for this many rows and events."""
-    n = chain.scale.size
-    return Record(
-        np.empty((rows, len(COLUMNS))),
-        np.empty((rows, 2 * chain.hinge.size)),
-        EventTable(np.empty(events), np.empty(events, dtype=np.int64), *np.empty((2, events, n))),
-        frames,
-    )
+    q, v = np.empty((2, events, chain.scale.size))
+    located = EventTable(np.empty(events), np.empty(events, dtype=np.int64), q, v)
+    return Record(*empty_rows(rows, chain), located, frames)
 
 
 @kernel

@@ -15,14 +15,17 @@ coarser run may well agree with it in error, so it is repeated with tighter tole
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from hcm.arrays import Floats
 from hcm.compiled import kernel
-from hcm.parameters import Settings
+from hcm.parameters import Finger, Settings
 from hcm.result import Event, History, Status, Summary, TapResult
+from hcm.workload import most_steps
 
 FOLDED = 0.5
 COARSER, TIGHTER = 10.0, 0.1
@@ -78,22 +81,20 @@ def tolerance_factors(
     return (TIGHTER,) if grazes(history, events, summary) else ()
 
 
-def repetition_settings(
-    settings: Settings, factor: float, own: Summary, most_steps: int
-) -> Settings:
+def repetition_settings(settings: Settings, factor: float, own: Summary, most: int) -> Settings:
     """Settings of the repetition: one tap, tolerances times `factor`, not repeated itself.
 
     Steps that no tolerance bounds are changed as its third root would: the error's order is 2.
     A first tap that an end time cut short is repeated as far as that and a little further, for it
     may come later; any other gets at least the flight that it took in the run itself (`own`), where
-    an end time lifts the limit. At most `most_steps` are asked for, so that a completed run is
+    an end time lifts the limit. At most `most` steps are asked for, so that a completed run is
     never refused for its repetition's sake.
     """
     end_time = None
     if settings.end_time is not None and own.contact_duration_s is None:
         end_time = settings.end_time * (1.0 + LARGEST_CHANGE)
     steps = factor ** (1 / 3)
-    more_steps = max(settings.max_steps, min(4 * settings.max_steps, most_steps))
+    more_steps = max(settings.max_steps, min(4 * settings.max_steps, most))
     return replace(
         settings,
         flight_step=settings.flight_step * (1.0 if settings.flight_tolerance else steps),
@@ -136,3 +137,22 @@ def largest_change(own: Summary, other: TapResult) -> tuple[str, float]:
         changes[words] = abs(b - a) / max(abs(a), 1e-300)
     largest = max(changes, key=lambda words: changes[words])
     return largest, changes[largest]
+
+
+def compare_repetitions(
+    simulate: Callable[[Settings], TapResult], finger: Finger, settings: Settings,
+    history: History, events: tuple[Event, ...], summary: Summary,
+) -> tuple[Status, str]:  # fmt: skip
+    """COMPLETED, or why a completed run can't be relied on, with what changes.
+
+    simulate : runs the same scene with other settings.
+    """
+    for factor in tolerance_factors(history, events, summary, finger.length):
+        other = simulate(repetition_settings(settings, factor, summary, most_steps(finger)))
+        if other.status is Status.INTERRUPTED:
+            return Status.INTERRUPTED, " while it was repeated"
+        what, share = largest_change(summary, other)
+        if share > LARGEST_CHANGE:
+            by = f" by {100 * share:.2g} %" if share < math.inf else ""
+            return Status.UNREPEATABLE, f"; {factor:g} times the tolerances change {what}{by}"
+    return Status.COMPLETED, ""

@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from hcm import loop
-from hcm.arrays import Floats
-from hcm.beam.chain import Chain, Probe, build_chain, build_probe
-from hcm.contact.law import FLIGHT, Contact, contact_law
-from hcm.flight.rigid_chain import build_rods
-from hcm.flight.rigid_flight import integrate_flight
-from hcm.integrators.gauss_tableau import STAGES, with_collocation
-from hcm.integrators.step import AnyIntegrator
-from hcm.integrators.workspace import Integrator, coefficients, workspace
-from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip, check_scene
+from hcm.contact.law import FLIGHT, Contact
+from hcm.integrators.gauss_tableau import STAGES
+from hcm.model import Model, RigidStart, build_model
+from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
-from hcm.record import FrameTable, Segment, empty_record, next_segment
-from hcm.result import Event, History, Statistics, Status, Summary, TapResult, history_of
-from hcm.sensitivity import LARGEST_CHANGE, largest_change, repetition_settings, tolerance_factors
-from hcm.start import BeamStart, RigidStart, rigid_motion, start_after_flight, start_in_flight
-from hcm.state import Clock, Motion, Plan, build_motion
+from hcm.record import Segment, empty_record, next_segment
+from hcm.result import Statistics, Status, TapResult, history_of
+from hcm.sensitivity import compare_repetitions
+from hcm.start import BeamStart, start_beams
+from hcm.state import Clock, Motion
 from hcm.summary import summarize
-from hcm.workload import check_size, most_steps
+from hcm.workload import check_size
 
 Progress = Callable[[float, str], None]
 
@@ -84,18 +76,9 @@ def simulate(
     check_scene(finger, surface, drive)
     check_size(finger, settings)
     started = time.perf_counter()
-    scene = _Scene(finger, surface, tip, drive)
-    model = _assemble(scene, settings, start)
-    motion = build_motion(model.chain, model.q, model.v)
-    if settings.flight == "rigid":
-        begun = _start_after_flight(scene, settings, start, model, motion)
-    else:
-        step = _first_step(settings)
-        consistent = settings.consistent_start
-        begun = start_in_flight(
-            model.start_s, step, consistent, motion, model.generalized_alpha, model.probe
-        )
-    segments, status = _take_steps(model, begun, motion, settings, progress)
+    model = build_model(finger, surface, tip, drive, settings, start)
+    begun = start_beams(model)
+    segments, status = _take_steps(model, begun, progress)
     last, clock = segments[-1], segments[-1].clock
     events = tuple([event for segment in segments for event in segment.events])
     history = history_of(
@@ -108,7 +91,11 @@ def simulate(
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
     if status is Status.COMPLETED and settings.repeat:
-        status, doubt = _repeated(scene, settings, progress, start, history, summary, events)
+
+        def again(changed: Settings) -> TapResult:
+            return simulate(finger, surface, tip, drive, changed, progress, start)
+
+        status, doubt = compare_repetitions(again, finger, settings, history, events, summary)
     cost = model.generalized_alpha.work.cost
     statistics = Statistics(
         steps=last.steps,
@@ -138,103 +125,16 @@ def simulate(
     )
 
 
-class _Scene(NamedTuple):
-    finger: Finger
-    surface: Surface
-    tip: Tip
-    drive: Drive
-
-
-@dataclass(frozen=True)
-class _Model:
-    """A scene and its settings as the compiled loop takes them.
-
-    integrator : that of the run, of which `generalized_alpha` is a part; undamped with xi = 1.
-    q, v : (n,) bordered, where the run starts. iterations : Newton's between two looks at the
-    clock. roundoff_J : energy that a finger at rest gathers by round-off.
-    """
-
-    chain: Chain
-    probe: Probe
-    generalized_alpha: Integrator
-    integrator: AnyIntegrator
-    undamped: AnyIntegrator
-    plan: Plan
-    frames: FrameTable
-    start_s: float
-    q: Floats
-    v: Floats
-    iterations: int
-    roundoff_J: float
-
-
-def _assemble(scene: _Scene, settings: Settings, start: RigidStart | None) -> _Model:
-    finger, surface, tip, drive = scene
-    chain, q = build_chain(finger, drive)
-    v, start_s = np.zeros(q.size), 0.0
-    if start is not None:
-        q, v = rigid_motion(finger, chain, start)
-        start_s = float(start.time_s)
-        if (clearance := float(q[chain.tip + 1]) + surface.height) <= 0:
-            raise ParameterError(
-                f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
-                " surface; it must start above it"
-            )
-    co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
-    plain = Integrator(co, chain, contact_law(surface, tip), workspace(q.size))
-    collocation = settings.flight_integrator == GAUSS
-    integrator = with_collocation(plain) if collocation else plain
-    times = np.array(settings.frame_times, dtype=float)
-    frames = FrameTable(times, np.full((times.size, q.size), np.nan))
-    frames.q[frames.time == start_s] = q
-    return _Model(
-        chain,
-        build_probe(finger),
-        plain,
-        integrator,
-        integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),
-        _plan(settings),
-        frames,
-        start_s,
-        q,
-        v,
-        1 + UPDATES_A_CALL // (chain.first.size * (STAGES if collocation else 1)),
-        # measured up to 1e-20 of E A L at 40 elements of E = 1e12 Pa and 3000 steps; a light finger
-        # on a breeze of gravity moves with 1e-12
-        1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges),
-    )
-
-
-def _start_after_flight(
-    scene: _Scene, settings: Settings, start: RigidStart | None, model: _Model, motion: Motion
-) -> BeamStart:
-    """Start at the end of a flight as rods, or where it started if it is interrupted."""
-    integrator, probe, plan = model.generalized_alpha, model.probe, model.plan
-    state = np.zeros(2 * len(scene.finger.phalanges))
-    if start is not None:
-        state[:] = *start.angles, *start.rates
-    try:
-        rods = build_rods(scene.finger, scene.surface, scene.drive)
-        flight = integrate_flight(rods, state, model.start_s, plan, settings.max_steps)
-        return start_after_flight(
-            rods, flight, settings.consistent_start, plan, motion, integrator, probe, model.frames
-        )
-    except KeyboardInterrupt:
-        # where an unfinished flight left the motion is no state
-        motion = build_motion(model.chain, model.q, model.v)
-        begun = start_in_flight(
-            model.start_s, plan.flight_step, settings.consistent_start, motion, integrator, probe
-        )
-        return replace(begun, status=Status.INTERRUPTED)
-
-
 def _take_steps(
-    model: _Model, begun: BeamStart, motion: Motion, settings: Settings, progress: Progress | None
+    model: Model, begun: BeamStart, progress: Progress | None
 ) -> tuple[list[Segment], Status]:
-    """Call the compiled loop, which advances `motion`, until the run ends or is interrupted."""
+    """Call the compiled loop until the run ends or is interrupted."""
+    settings, motion = model.settings, begun.motion
     new = Motion(*[np.empty_like(part) for part in motion])
     segments, status, code = [begun.segment], begun.status, loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
+    stages = STAGES if settings.flight_integrator == GAUSS else 1
+    per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     try:
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
@@ -242,7 +142,7 @@ def _take_steps(
             if size <= 0 or spent >= most:
                 status = Status.WORK_LIMIT
                 break
-            plan = model.plan._replace(iterations=min(most, spent + model.iterations))
+            plan = model.plan._replace(iterations=min(most, spent + per_call))
             record = empty_record(size, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
                 motion, new, last.contact, last.clock, plan, model.integrator, model.undamped,
@@ -277,46 +177,6 @@ def _message(status: Status, clock: Clock, statistics: Statistics) -> str:
             f" the last of {clock.step:.2g} s)"
         )
     return message
-
-
-def _repeated(
-    scene: _Scene, settings: Settings, progress: Progress | None, start: RigidStart | None,
-    history: History, summary: Summary, events: tuple[Event, ...],
-) -> tuple[Status, str]:  # fmt: skip
-    """COMPLETED, or why a completed run can't be relied on, with what changes."""
-    finger = scene.finger
-    for factor in tolerance_factors(history, events, summary, finger.length):
-        again = repetition_settings(settings, factor, summary, most_steps(finger))
-        other = simulate(*scene, again, progress, start)
-        if other.status is Status.INTERRUPTED:
-            return Status.INTERRUPTED, " while it was repeated"
-        what, share = largest_change(summary, other)
-        if share > LARGEST_CHANGE:
-            by = f" by {100 * share:.2g} %" if share < math.inf else ""
-            return Status.UNREPEATABLE, f"; {factor:g} times the tolerances change {what}{by}"
-    return Status.COMPLETED, ""
-
-
-def _first_step(settings: Settings) -> float:
-    """Half of the first step's loads are left out by a start from q.. = 0: keep it short."""
-    if settings.consistent_start or settings.flight_tolerance == 0.0:
-        return float(settings.flight_step)
-    return float(min(settings.flight_step, settings.contact_step))
-
-
-def _plan(settings: Settings) -> Plan:
-    endless = settings.end_time is not None
-    return Plan(
-        float(settings.flight_step),
-        float(settings.contact_step),
-        np.iinfo(np.int64).max if endless else settings.taps,
-        float(settings.end_time) if settings.end_time is not None else math.inf,
-        float(settings.flight_tolerance),
-        float(settings.contact_tolerance),
-        math.inf if endless else float(settings.max_flight_time),
-        float(settings.max_contact_time),
-        undamped=settings.flight_tolerance > 0.0 and settings.flight_integrator != GAUSS,
-    )
 
 
 def _fraction(clock: Clock, contact: Contact, settings: Settings) -> tuple[float, str]:

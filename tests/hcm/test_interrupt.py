@@ -61,7 +61,7 @@ def test_an_interrupt_at_any_line_keeps_whole_segments(monkeypatch: pytest.Monke
 
 
 def test_an_interrupted_rigid_flight_keeps_where_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = sys.modules["hcm.simulate"]
+    module = sys.modules["hcm.start"]
     land = module.start_after_flight
 
     def interrupted(*arguments: Any) -> None:

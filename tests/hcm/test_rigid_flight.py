@@ -13,8 +13,8 @@ from hcm.beam.equations import residual
 from hcm.contact.law import FLIGHT, FREE, Contact, contact_law
 from hcm.flight.rigid_chain import Rods, build_rods, clearance, rates, reactions
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
+from hcm.model import rigid_motion
 from hcm.simulate import LARGEST_LEFT_OUT
-from hcm.start import rigid_motion
 from hcm.state import Plan, initial_clock
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 

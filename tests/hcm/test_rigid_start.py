@@ -7,7 +7,7 @@ import pytest
 
 import hcm
 from hcm.beam.chain import build_chain
-from hcm.start import rigid_motion
+from hcm.model import rigid_motion
 
 SOFT = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 5),) * 3)
 SURFACE, TIP = hcm.Surface(0.1, 0.5), hcm.Tip(0.78e6)

@@ -77,7 +77,7 @@ def solve_impact(elements: int, rtol: float) -> TapQuantities:
     """The contact alone, from `impact_start`: a second at 5 elements, a half minute at 20."""
     from hcm import reference_solution as truth
     from hcm.beam.chain import build_chain
-    from hcm.start import rigid_motion
+    from hcm.model import rigid_motion
 
     given = arguments(elements)
     finger = given["finger"]

@@ -26,7 +26,7 @@ from hcm.beam.minimal_coordinates import (
     rate,
 )
 from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, Contact, ContactLaw, contact_force, contact_law
+from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, Contact, ContactLaw, contact_force, contact_law
 from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
 from hcm.result import EVENT_KINDS, Event
 
@@ -36,7 +36,6 @@ Slots = tuple[float, float, float, float]
 MAX_PHASES = 10_000
 # s; which way an event function that starts at zero goes is seen after this time.
 PROBE = 1e-9
-IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from hcm.arrays import Complexes, Floats, Ints
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, storage
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
-from hcm.contact.law import FLIGHT, FREE, Contact, ContactLaw
+from hcm.contact.law import IN_FLIGHT, ContactLaw
 from hcm.integrators.workspace import Coefficients, Integrator, Workspace
 
 STAGES = 5
@@ -129,7 +129,7 @@ def gauss_work(stages: int, chain: Chain, law: ContactLaw) -> GaussWork:
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2
     mass = storage(n)
     # without weight the matrix does not depend on q, nor on the contact
-    tangent(np.ones(n), 0.0, chain, Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), law, mass)
+    tangent(np.ones(n), 0.0, chain, IN_FLIGHT, law, mass)
     mass_factors = mass.copy()
     factorize(mass_factors)
     many = [np.zeros((stages, n)) for _ in range(5)]

@@ -23,6 +23,12 @@ HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
 SURFACE = hcm.Surface(height=0.1, friction=0.5)
 SOFT_TIP = hcm.Tip(0.78e6)
 HARD_TIP = hcm.Tip(5.15e6)
+# The soft finger's tap from rest by `hcm.reference_solution`: DOP853, rtol 1e-10, known to 1e-7.
+TRUTH = {
+    "contact_time_s": 0.13610709065870444,
+    "contact_duration_s": 0.13633946570634775 - 0.13610709065870444,
+    "peak_normal_force_N": 64.47781232119031,
+}
 
 
 def finger(phalanx: hcm.Phalanx, count: int = 3, **changes: float) -> hcm.Finger:

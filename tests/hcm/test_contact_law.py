@@ -23,8 +23,8 @@ from hcm.contact.events import (
 )
 from hcm.contact.law import (
     COMPRESSION,
-    FLIGHT,
     FREE,
+    IN_FLIGHT,
     RESTITUTION,
     SLIP,
     STICK,
@@ -39,7 +39,6 @@ from hcm.contact.law import (
 )
 
 K = 0.78e6
-IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
 
 def law_with(restitution: float, mu: float = 0.5, ratio: float = 0.75) -> ContactLaw:

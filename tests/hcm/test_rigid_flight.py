@@ -10,7 +10,7 @@ from scipy.integrate import quad
 import hcm
 from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
-from hcm.contact.law import FLIGHT, FREE, Contact, contact_law
+from hcm.contact.law import IN_FLIGHT, contact_law
 from hcm.flight.rigid_chain import Rods, build_rods, clearance, rates, reactions
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.model import rigid_motion
@@ -80,7 +80,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
     before = velocity(angles - step * spins, spins - step * out[3:])
     q, _ = rigid_motion(body, chain, hcm.RigidStart(tuple(angles), tuple(spins)))
     forces = np.empty_like(q)
-    contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+    contact = IN_FLIGHT
     residual(q, (later - before) / (2 * step), chain, contact, law, forces)
     for w in range(3):
         power = forces @ velocity(angles, np.eye(3)[w])

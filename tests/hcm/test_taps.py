@@ -37,7 +37,7 @@ def hard() -> hcm.TapResult:
 
 
 def test_soft_finger(soft: hcm.TapResult) -> None:
-    """design.md, section 5: values and the spread that two other solvers left them."""
+    """Values of two other solvers, and the spread between these."""
     summary = soft.summary
     assert soft.status is hcm.Status.COMPLETED
     assert kinds(soft) == WHOLE_TAP

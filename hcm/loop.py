@@ -51,16 +51,9 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
 
 @kernel
 def advance(
-    old: Motion,
-    new: Motion,
-    contact: Contact,
-    clock: Clock,
-    plan: Plan,
-    integrator: AnyIntegrator,
-    undamped: AnyIntegrator,
-    probe: Probe,
-    record: Record,
-) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:
+    old: Motion, new: Motion, contact: Contact, clock: Clock, plan: Plan, integrator: AnyIntegrator,
+    undamped: AnyIntegrator, probe: Probe, record: Record,
+) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:  # fmt: skip
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
     `old` holds the state and is overwritten. `undamped` is the integrator with xi = 1, for flights

@@ -124,7 +124,7 @@ def write_flight(
     """
     beams, law = integrator.chain, integrator.law
     links, tip, frame = rods.length.size, beams.tip, 0
-    contact, clock, fastest, work, shaken = IN_FLIGHT, initial_clock(time[0], 0.0), 0.0, 0.0, 0.0
+    contact, clock, fastest, work, left_out = IN_FLIGHT, initial_clock(time[0], 0.0), 0.0, 0.0, 0.0
     for m in range(time.size):
         if m > 0:
             h = time[m] - time[m - 1]
@@ -141,8 +141,8 @@ def write_flight(
                 frame += 1
         fill_rigid_motion(states[m], rods.length, beams, old.q, old.v)
         fill_chords(old.q, beams, old.chords)
-        left = rigid_chain.reactions(states[m], accelerations[m], rods, reactions[m])
-        shaken = max(shaken, left)
+        speed = rigid_chain.reactions(states[m], accelerations[m], rods, reactions[m])
+        left_out = max(left_out, speed)
         work = 0.0
         for w in range(links):
             old.acceleration[beams.hinge[w]] = reactions[m, 2 * w]
@@ -158,4 +158,4 @@ def write_flight(
     solved = write_first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
     )
-    return contact[:], fastest, work, solved, shaken
+    return contact[:], fastest, work, solved, left_out

@@ -13,54 +13,44 @@ from hcm.result import Event, History, Summary
 
 @kernel_with()
 def extremes(
-    time: Floats,
-    fn: Floats,
-    ft: Floats,
-    stress: Floats,
-    particle: Floats,
-    mode: NDArray[np.int8],
-    contact: float,
-    last: float,
-) -> tuple[int, int, int, int, int, float, float, float]:
-    """Rows [begin, end) of contact <= t <= last, those of the largest F_n, |F_t| and |stress| in
+    time: Floats, fn: Floats, ft: Floats, stress: Floats, particle: Floats, mode: NDArray[np.int8],
+    contact: float, last: float,
+) -> tuple[int, int, int, int, int, float, float, float]:  # fmt: skip
+    """Rows [first, end) of contact <= t <= last, those of the largest F_n, |F_t| and |stress| in
     them, int F_n dt (trapezoidal, N s), and the particle's lowest and highest velocity (m/s) while
     it slips.
-    """  # fmt: skip
-    begin, end = (
-        int(np.searchsorted(time, contact)),
-        int(np.searchsorted(time, last, side="right")),
-    )
-    pressed, dragged, stressed, impulse, back, forth = begin, begin, begin, 0.0, 0.0, 0.0
-    for i in range(begin, end):
-        if fn[i] > fn[pressed]:
-            pressed = i
-        if abs(ft[i]) > abs(ft[dragged]):
-            dragged = i
-        if abs(stress[i]) > abs(stress[stressed]):
-            stressed = i
+    """
+    first, end = int(np.searchsorted(time, contact)), int(np.searchsorted(time, last, side="right"))
+    largest_fn, largest_ft, largest_stress = first, first, first
+    impulse, lowest, highest = 0.0, 0.0, 0.0
+    for i in range(first, end):
+        if fn[i] > fn[largest_fn]:
+            largest_fn = i
+        if abs(ft[i]) > abs(ft[largest_ft]):
+            largest_ft = i
+        if abs(stress[i]) > abs(stress[largest_stress]):
+            largest_stress = i
         if mode[i] % 3 == SLIP:
-            back, forth = min(back, particle[i]), max(forth, particle[i])
-        if i > begin:
+            lowest, highest = min(lowest, particle[i]), max(highest, particle[i])
+        if i > first:
             impulse += 0.5 * (fn[i] + fn[i - 1]) * (time[i] - time[i - 1])
-    return begin, end, pressed, dragged, stressed, impulse, back, forth
+    return first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest
 
 
 @kernel_with()
-def vertex(time: Floats, force: Floats, begin: int, end: int, i: int) -> tuple[float, float]:
-    """Vertex of the parabola through row i of [begin, end), the largest, and its neighbours."""
-    if begin < i < end - 1:
+def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[float, float]:
+    """Vertex of the parabola through row i of [first, end), the largest, and its neighbours."""
+    if first < i < end - 1:
         left, right = time[i - 1] - time[i], time[i + 1] - time[i]
         if left < 0.0 < right:
-            slope_left, slope_right = (
-                (force[i] - force[i - 1]) / -left,
-                (force[i + 1] - force[i]) / right,
-            )
+            slope_left = (force[i] - force[i - 1]) / -left
+            slope_right = (force[i + 1] - force[i]) / right
             second = (slope_right - slope_left) / (right - left)
             if second < 0.0:
-                first = slope_left - second * left
-                shift = -first / (2.0 * second)
+                linear = slope_left - second * left
+                shift = -linear / (2.0 * second)
                 if left <= shift <= right:
-                    return time[i] + shift, force[i] - first * first / (4.0 * second)
+                    return time[i] + shift, force[i] - linear * linear / (4.0 * second)
     return time[i], force[i]
 
 
@@ -75,10 +65,10 @@ def summarize(history: History, events: tuple[Event, ...], energy_residual: floa
     time, fn, ft = history.time_s, history.normal_force_N, history.tangential_force_N
     last = float(time[-1]) if separation is None else separation
     stress = history.stress_R_Pa
-    begin, end, pressed, dragged, stressed, impulse, back, forth = extremes(
+    first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest = extremes(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
-    peak_time, peak = vertex(time, fn, begin, end, pressed)
+    peak_time, peak = vertex(time, fn, first, end, largest_fn)
     of_tap = [e for e in events if e.time_s <= last]
     kinds = [e.kind for e in of_tap]
     first_peak = None
@@ -86,7 +76,7 @@ def summarize(history: History, events: tuple[Event, ...], energy_residual: floa
         turn = of_tap[kinds.index("compression_to_restitution")].time_s
         # every event ends a step: it has a row of its own
         first_peak = float(fn[int(time.searchsorted(turn))])
-    vx, vy = history.tip_velocity_m_per_s[begin].tolist()
+    vx, vy = history.tip_velocity_m_per_s[first].tolist()
     slow = 1e-9 * max(abs(vx), abs(vy))
     return Summary(
         contact_time_s=contact,
@@ -94,13 +84,13 @@ def summarize(history: History, events: tuple[Event, ...], energy_residual: floa
         peak_normal_force_N=peak,
         peak_normal_force_time_s=peak_time - contact,
         first_peak_normal_force_N=first_peak,
-        peak_tangential_force_N=float(ft[dragged]),
+        peak_tangential_force_N=float(ft[largest_ft]),
         contact_duration_s=None if separation is None else separation - contact,
         normal_impulse_N_s=impulse,
         compression_to_restitution=kinds.count("compression_to_restitution"),
         stick_to_slip=kinds.count("stick_to_slip"),
         slip_to_stick=kinds.count("slip_to_stick"),
-        reverse_slip=back < -slow and forth > slow,
-        peak_stress_R_Pa=float(stress[stressed]),
+        reverse_slip=lowest < -slow and highest > slow,
+        peak_stress_R_Pa=float(stress[largest_stress]),
         energy_residual=energy_residual,
     )

@@ -128,7 +128,7 @@ def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: 
 
     counts : (P,) elements. given : (P, 5) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m).
     """
-    element, place, begin = 0, 0, 0.0
+    element, place, arc = 0, 0, 0.0
     for w in range(counts.size):
         el, per_length = given[w, 0], given[w, 1]
         chain.hinge[w], chain.hinge_outer[w] = place, place + 2
@@ -138,7 +138,7 @@ def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: 
         force, moment = per_length * gravity * el / 2.0, per_length * gravity * el**2 / 12.0
         for i in range(counts[w] + 1):
             node = place + 2 + 4 * i
-            rest[node], rest[node + 2] = -(begin + el * i), -1.0
+            rest[node], rest[node + 2] = -(arc + el * i), -1.0
             chain.scale[node + 2] = chain.scale[node + 3] = 1.0 / el
             if i == counts[w]:
                 break
@@ -151,7 +151,7 @@ def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: 
         chain.weight[place + 5] -= moment
         place += 4 * counts[w] + 6
         chain.weight[place - 1] += moment
-        begin += given[w, 4]
+        arc += given[w, 4]
 
 
 # Smallest eigenvalue of an element mass matrix over the mass, in units of 1 and 1/l.

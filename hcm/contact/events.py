@@ -36,13 +36,13 @@ NORMAL, SEPARATION, TANGENTIAL = 0, 1, 2
 # Kinds of located events.
 TOUCH, TO_RESTITUTION, TO_COMPRESSION, TO_SLIP, TO_STICK, LIFT_OFF = 0, 1, 2, 3, 4, 5
 
-Triple = tuple[float, float, float]
+SlotValues = tuple[float, float, float]
 
 
 @kernel
 def event_values(
     x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
-) -> Triple:
+) -> SlotValues:
     """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
     if contact.normal == FLIGHT:
         return gap - contact.gap_ref, math.inf, math.inf
@@ -67,7 +67,7 @@ def event_rates(
     an: float,
     contact: Contact,
     law: ContactLaw,
-) -> Triple:
+) -> SlotValues:
     """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
     if contact.normal == FLIGHT:
         return vn, 0.0, 0.0

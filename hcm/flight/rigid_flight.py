@@ -1,9 +1,9 @@
 """The first flight of a finger that neither bends nor stretches, to the moment of first contact.
 
-Nothing but gravity and the joint torques loads a finger in flight: from rest it stays straight to
-1e-5 of its length, and the vibration that its release excites moves the soft tap's peak force by
-1e-4. Where that is below the error asked for, the thin rods of `hcm.flight.rigid_chain` fall
-instead, and the beams take over, unstrained, at the touch.
+Only gravity and the joint torques load a finger in flight: from rest it stays straight to 1e-5 of
+its length, and the vibration that its release excites moves the soft tap's peak force by 1e-4.
+Where that is below the error asked for, the thin rods of `hcm.flight.rigid_chain` fall instead, and
+the beams take over, unstrained, at the touch.
 """
 
 from __future__ import annotations
@@ -85,17 +85,9 @@ def controlled_step(
 
 @kernel
 def take_steps(
-    time: float,
-    h: float,
-    end: float,
-    longest: float,
-    tolerance: float,
-    state: Floats,
-    new: Floats,
-    stages: Floats,
-    chain: Rods,
-    rows: Floats,
-) -> tuple[int, int, int, int, float]:
+    time: float, h: float, end: float, longest: float, tolerance: float, state: Floats, new: Floats,
+    stages: Floats, chain: Rods, rows: Floats,
+) -> tuple[int, int, int, int, float]:  # fmt: skip
     """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (m, 1 + 3 P) are full.
 
     `stages` (7, 2 P) begin with the state's rates, here and when it returns.
@@ -110,20 +102,20 @@ def take_steps(
         if remaining <= 1e-12 * time:
             return row, ENDED, repeats, trials, h
         h = min(h, longest, remaining)
-        before, rate = clearance(state, chain)
-        h, change, again = controlled_step(h, tolerance, state, stages, chain, new)
-        repeats += again
-        if again > REPEATS:
+        gap, speed = clearance(state, chain)
+        h, change, repeated = controlled_step(h, tolerance, state, stages, chain, new)
+        repeats += repeated
+        if repeated > REPEATS:
             return row, FAILED, repeats, trials, h
-        after, late = clearance(new, chain)
+        end_gap, end_speed = clearance(new, chain)
         code, step = FULL, h
-        passed = dip_below_zero(h, before, rate, after, late) if after > 0.0 else h
-        if passed > 0.0:
-            if passed < h:
+        below = dip_below_zero(h, gap, speed, end_gap, end_speed) if end_gap > 0.0 else h
+        if below > 0.0:
+            if below < h:
                 trials += 1
-                dormand_prince(passed, state, stages, chain, new)
+                dormand_prince(below, state, stages, chain, new)
             if clearance(new, chain)[0] <= 0.0:
-                step, used = locate_touch(passed, state, stages, chain, new)
+                step, used = locate_touch(below, state, stages, chain, new)
                 trials += used
                 code = TOUCHED
             else:
@@ -155,12 +147,12 @@ def integrate_flight(
     steps, repeats, trials, h, code = 0, 0, 0, plan.flight_step, FULL
     while code == FULL and steps < most_steps:
         rows = np.empty((min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
-        written, code, again, tried, h = take_steps(
+        written, code, repeated, tried, h = take_steps(
             float(tables[-1][-1, 0]), h, end, plan.flight_step, tolerance, state,
             np.empty_like(state), stages, rods, rows,
         )  # fmt: skip
         tables.append(rows[:written])
-        steps, repeats, trials = steps + written, repeats + again, trials + tried
+        steps, repeats, trials = steps + written, repeats + repeated, trials + tried
     table = np.concatenate(tables)
     states, accelerations = table[:, 1 : 1 + 2 * links], table[:, 1 + 2 * links :]
     return RigidFlight(table[:, 0], states, accelerations, code, repeats, trials)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 
 from hcm.compiled import kernel
-from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, Triple, event_rates, event_values
+from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, SlotValues, event_rates, event_values
 from hcm.contact.law import Contact
 from hcm.integrators.step import AnyIntegrator, take_step
 from hcm.state import Motion
@@ -27,7 +27,7 @@ NO_EVENT = -1
 
 
 @kernel
-def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Triple:
+def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> SlotValues:
     """Event functions of a motion's tip."""
     law, c = integrator.law, integrator.chain.tip
     q, v = motion.q, motion.v
@@ -35,7 +35,7 @@ def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Tr
 
 
 @kernel
-def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Triple:
+def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> SlotValues:
     """Rates of the event functions of a motion's tip."""
     law, c = integrator.law, integrator.chain.tip
     q, v, a = motion.q, motion.v, motion.acceleration
@@ -43,7 +43,9 @@ def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Tri
 
 
 @kernel
-def overshot(tolerance: Triple, motion: Motion, contact: Contact, integrator: AnyIntegrator) -> int:
+def overshot(
+    tolerance: SlotValues, motion: Motion, contact: Contact, integrator: AnyIntegrator
+) -> int:
     """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
     values = values_at(motion, contact, integrator)
     for slot in (SEPARATION, TANGENTIAL, NORMAL):
@@ -71,16 +73,9 @@ def dip_below_zero(h: float, g0: float, d0: float, g1: float, d1: float) -> floa
 
 @kernel
 def locate(
-    slot: int,
-    high: float,
-    g_low: float,
-    g_high: float,
-    tolerance: float,
-    contact: Contact,
-    old: Motion,
-    new: Motion,
-    integrator: AnyIntegrator,
-) -> tuple[float, int]:
+    slot: int, high: float, g_low: float, g_high: float, tolerance: float, contact: Contact,
+    old: Motion, new: Motion, integrator: AnyIntegrator,
+) -> tuple[float, int]:  # fmt: skip
     """Bracketing search (Illinois, with bisection when it stalls) for the slot's zero in [0, high].
 
     Returns the bracket's end just past the event (0 when it fires at once) and the trials used;
@@ -127,7 +122,7 @@ def locate(
 @kernel
 def first_event(
     h: float,
-    tolerance: Triple,
+    tolerance: SlotValues,
     contact: Contact,
     old: Motion,
     new: Motion,

@@ -38,7 +38,7 @@ def error_of_step(
     raise NotImplementedError
 
 
-def _by_collocation(integrator: Any) -> bool:
+def _with_collocation(integrator: Any) -> bool:
     return getattr(integrator, "instance_class", None) is GaussIntegrator
 
 
@@ -46,16 +46,16 @@ def _by_collocation(integrator: Any) -> bool:
 def _take_step(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> Callable[..., bool]:
     plain, collocation = generalized_alpha.step, gauss.step
 
-    def alone(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
+    def by_generalized_alpha(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
         return plain(h, contact, old, new, integrator)
 
-    def both(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
+    def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
         if contact.normal == FLIGHT:
             return collocation(h, contact, old, new, integrator)
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
         return plain(h, contact, old, new, parts)
 
-    return both if _by_collocation(integrator) else alone
+    return by_mode if _with_collocation(integrator) else by_generalized_alpha
 
 
 @overload(error_of_step, inline="always")
@@ -64,13 +64,15 @@ def _error_of_step(
 ) -> Callable[..., tuple[float, float]]:
     plain, collocation = generalized_alpha.local_error, gauss.local_error
 
-    def alone(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
+    def by_generalized_alpha(
+        h: Any, contact: Any, old: Any, new: Any, integrator: Any
+    ) -> tuple[float, float]:
         return plain(h, old, new, integrator), 3.0
 
-    def both(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
+    def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
         if contact.normal == FLIGHT:
             return collocation(h, integrator), integrator.tableau.c.size + 1.0
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
         return plain(h, old, new, parts), 3.0
 
-    return both if _by_collocation(integrator) else alone
+    return by_mode if _with_collocation(integrator) else by_generalized_alpha

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hcm.compiled import kernel
-from hcm.contact.events import Triple
+from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, STICK, Contact, ContactLaw, normal_slope
 from hcm.integrators.event_search import NO_EVENT, first_event, overshot
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
@@ -29,7 +29,7 @@ CALM = 2.0
 
 
 @kernel
-def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: ContactLaw) -> Triple:
+def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: ContactLaw) -> SlotValues:
     """Round-off of each event function: metres or m/s, N, and m/s or N."""
     force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
     speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
@@ -42,18 +42,9 @@ def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: ContactLaw
 
 @kernel
 def accepted_step(
-    h: float,
-    in_flight: bool,
-    rebound: bool,
-    chatter: bool,
-    speed: float,
-    tolerance: Triple,
-    plan: Plan,
-    contact: Contact,
-    old: Motion,
-    new: Motion,
-    integrator: AnyIntegrator,
-) -> tuple[float, int, int, int, float]:
+    h: float, in_flight: bool, rebound: bool, chatter: bool, speed: float, tolerance: SlotValues,
+    plan: Plan, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator,
+) -> tuple[float, int, int, int, float]:  # fmt: skip
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
     Through chatter the step is whole, and what it has passed fires at its end.

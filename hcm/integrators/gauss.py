@@ -1,4 +1,4 @@
-"""One step of Gauss collocation, for a finger in flight (`collocation` has the coefficients).
+"""One step of Gauss collocation, for a finger in flight (`gauss_tableau` has the coefficients).
 
     Q_i = q0 + c_i h v0 + h^2 B_i,   B_i = sum_j abar_ij A_j,   abar = a a,
     M A_i + Phi_q^T lam_i - F(Q_i) = 0,   Phi_q A_i = 0,
@@ -7,7 +7,7 @@
 order 2 s, symplectic (a quadratic invariant stays to round-off, energy does not drift), symmetric,
 stable at any step (Hairer, Lubich and Wanner 2006, sections II.1.3, IV.2.1, VI.4).
 
-The stages are solved for by Newton's iteration (`stage_systems`).
+The stages are solved for by Newton's iteration (`gauss_systems`).
 """
 
 from __future__ import annotations

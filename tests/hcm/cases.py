@@ -146,7 +146,7 @@ def point_mass(
 
     One element of unit length carries no axial stiffness. Its bending stiffness acts on slopes
     minus chord; with slopes held by inertia it is a linear spring between its nodes, the same in
-    every direction: 2 (near + far)/l^2 of `add_internal_force`, unstretched where the chord is the
+    every direction: 2 (near + far)/l^2 of `internal_force`, unstretched where the chord is the
     slope. The anchor is its first node.
     """
     near = spring / 3.0

@@ -98,5 +98,5 @@ def test_the_cache_notices_an_edited_callee(tmp_path: Path, folder: str) -> None
 
 def test_every_kernel_is_stamped_with_the_files_that_it_is_compiled_from() -> None:
     package = Path(hcm.__file__).parent
-    loop = hcm.loop.run._cache._cache_file._source_stamp  # type: ignore[attr-defined]
+    loop = hcm.loop.advance._cache._cache_file._source_stamp  # type: ignore[attr-defined]
     assert loop == hcm.compiled.source_stamp(package / "loop.py")

@@ -9,15 +9,12 @@
 """
 
 from reference_fem.contact.lumped import LumpedContact
-from reference_fem.contact.lumped_result import LumpedTapResult
-from reference_fem.contact.lumped_tap import simulate_lumped
 from reference_fem.dynamics.restart import Restart, RestartError
-from reference_fem.impact_state import impact_state, touch_angle
-from reference_fem.result import ForceRecord, History, Snapshot, Summary, TapResult
+from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
+from reference_fem.rigid_flight import impact_state, touch_angle
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.simulate import simulate
-from reference_fem.status import Status
 
 __all__ = [
     "ChainState",
@@ -25,7 +22,6 @@ __all__ = [
     "ForceRecord",
     "History",
     "LumpedContact",
-    "LumpedTapResult",
     "Material",
     "Restart",
     "RestartError",
@@ -37,6 +33,5 @@ __all__ = [
     "TapResult",
     "impact_state",
     "simulate",
-    "simulate_lumped",
     "touch_angle",
 ]

@@ -81,7 +81,7 @@ def cautions(
     strain = float(history.strain_energy_J.max())
     elastic = history.strain_energy_J + history.contact_energy_J
     springs = _share(float(history.contact_energy_J.max()), float(elastic.max()))
-    if springs > SPRINGS:
+    if springs > SPRINGS and isinstance(settings.contact, str):
         found.append(
             f"the contact's springs hold {100 * springs:.3g} % of the elastic energy, so the "
             f"penalty sets force and duration: raise {_stiffness_key(settings)} or use "

@@ -6,23 +6,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 import meshes
 from reference_fem import elements
+from reference_fem.arrays import Array, Index
 from reference_fem.contact.law import ContactLaw
-from reference_fem.contact.laws import TouchingSurface, contact_law
+from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements import ElementKernel, hex8
 from reference_fem.elements.plane_stress_thickness import chord_thickness
 from reference_fem.joints.hinges import Hinges, build_hinges
 from reference_fem.joints.torques import Couple, build_couple
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface
-from reference_fem.stable_step import stable_step
+from reference_fem.stable_step import coupled_step, stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -156,20 +153,23 @@ def build_model(
     copies = 2 if symmetry.size else 1
     torques = np.array(drive.torques_for(count)) / copies
     contact = contact_law(
-        TouchingSurface(
-            points=points,
-            cells=cells,
+        TouchingBody(
+            mesh=mesh,
             facets=_wanted(mesh.facet_sets, "surface", "facet"),
+            mass=mass,
+            copies=copies,
             cell_volume=kernel.cell_volume,
             cell_bulk_modulus=bulk,
-            plane_modulus=materials[-1].plane_strain_modulus,
+            material=materials[-1],
             radius=float(radius[bodies[-1]][0]),
-            impedance=materials[-1].density * materials[-1].bar_speed,
         ),
         settings,
     )
     skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry, contact.damping)
+    step_s = settings.step_factor * limit
+    if contact.coupled_eigenvalue:
+        step_s = coupled_step(step_s, settings.step_factor, contact.coupled_eigenvalue)
     hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)
     return Model(
         points=points,
@@ -198,7 +198,7 @@ def build_model(
         skin=skin,
         surface=surface,
         gravity=drive.gravity,
-        step_s=settings.step_factor * limit,
+        step_s=step_s,
         transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
         grain_s=_smallest_size(points, cells[skin]) / materials[-1].bar_speed,
     )

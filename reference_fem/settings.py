@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from reference_fem.contact.lumped import LumpedContact
+
 Flight = Literal["rigid", "explicit"]
 FLIGHTS: tuple[str, ...] = ("rigid", "explicit")
 Contact = Literal["penalty", "surface", "impulse"]
@@ -147,7 +149,8 @@ class Settings:
     contact
         Contact law. "penalty": springs at the nodes, as stiff as the elements behind them.
         "surface": a penalty pressure integrated over the surface, of a stiffness that does not
-        depend on the mesh. "impulse": no penetration, by forward-increment multipliers.
+        depend on the mesh. "impulse": no penetration, by forward-increment multipliers. A
+        `LumpedContact`: the reduced model's law, at one point (see `contact.lumped_point`).
     penalty_factor
         f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact_stiffness`).
     surface_factor
@@ -196,7 +199,7 @@ class Settings:
         Naming the key, its value and what is allowed.
     """
 
-    contact: Contact = "penalty"
+    contact: Contact | LumpedContact = "penalty"
     penalty_factor: float = 0.1
     surface_factor: float = 1000.0
     contact_damping: float = 0.2
@@ -243,7 +246,7 @@ class Settings:
             raise ValueError(
                 f"threads = {self.threads}: must be a whole number, at least 1, or left out"
             )
-        if self.contact not in CONTACTS:
+        if not isinstance(self.contact, LumpedContact) and self.contact not in CONTACTS:
             raise ValueError(
                 f"contact = {self.contact!r}: must be one of {', '.join(map(repr, CONTACTS))}"
             )

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
 import numba
-import numpy as np
-from numpy.typing import NDArray
 
 import meshes
-from reference_fem.dynamics.loop import resume, run
+from reference_fem.arrays import Progress
+from reference_fem.dynamics.loop import Attendance, explicit_tap, resume_tap
+from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
 from reference_fem.model import Model, build_model
-from reference_fem.result import TapResult
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
+from reference_fem.result import Status, TapResult
+from reference_fem.rigid_chain import ChainState, chain_and_start, pose
+from reference_fem.rigid_flight import landing, surface_gap
 from reference_fem.settings import Drive, Material, Settings, Surface
-from reference_fem.status import Status
 from reference_fem.summary import Cost, summarize
 from reference_fem.workload import check_work
-
-Array = NDArray[np.float64]
 
 # A force evaluation of this many cells takes about a millisecond on one thread.
 THREADED_CELLS = 8000
@@ -35,7 +33,7 @@ def simulate(
     surface: Surface,
     drive: Drive,
     settings: Settings | None = None,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Progress | None = None,
     start: ChainState | None = None,
     restart: Restart | None = None,
 ) -> TapResult:
@@ -82,8 +80,9 @@ def simulate(
             file = RestartFile(restart, identity(**inputs, settings=given, start=start))
         archive = None if file is None else file.read()
         model = build_model(mesh, materials, surface, drive, settings)
-        if file is not None and archive is not None:
-            return resume(model, settings, archive, progress, started, file)
+        attendance = Attendance(progress, file, started)
+        if archive is not None:
+            return resume_tap(model, settings, archive, attendance)
         chain, begin = chain_and_start(model.chain, start)
         clearance = surface_gap(model, chain)(begin.angles)
         if clearance <= 0.0:
@@ -96,7 +95,7 @@ def simulate(
             if progress is not None:
                 progress(0.0, "rigid flight")
             try:
-                landed = _land(model, chain, begin, settings)
+                landed = landing(model, chain, begin, settings)
             except KeyboardInterrupt:
                 stopped = Status.INTERRUPTED
                 message = f"interrupted in the rigid flight: {stopped.advice}"
@@ -111,46 +110,10 @@ def simulate(
             begin = landed
         check_work(model, settings, begin.time_s)
         displacement, velocity = pose(chain, begin, model.points, model.body_of_point)
-        return run(
-            model,
-            settings,
-            displacement,
-            velocity,
-            begin.time_s,
-            progress,
-            started,
-            origin,
-            begin.angles,
-            file,
+        loop_state = first_loop_state(
+            model, displacement, velocity, begin.time_s, origin, begin.angles
         )
-
-
-def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
-    """Lowest surface node's height above the plane, as a function of the angles."""
-    nodes = model.contact.nodes
-    points, bodies = model.points[nodes], model.body_of_point[nodes]
-
-    def gap(angles: Array) -> float:
-        still = ChainState(angles, np.zeros_like(angles), 0.0)
-        displacement, _ = pose(chain, still, points, bodies)
-        return float(np.min(points[:, 1] + displacement[:, 1])) + model.surface.height
-
-    return gap
-
-
-def _land(
-    model: Model, chain: RigidChain, begin: ChainState, settings: Settings
-) -> ChainState | None:
-    """Rigid state `lead_steps` before the surface is reached; None if it never is."""
-    end = begin.time_s + settings.max_flight_time_s
-    if settings.end_time_s is not None:
-        end = min(end, settings.end_time_s)
-    if end <= begin.time_s:
-        return None
-    state_at, contact = fly(chain, begin, surface_gap(model, chain), end)
-    if contact is None:
-        return None
-    return state_at(max(begin.time_s, contact - settings.lead_steps * model.step_s))
+        return explicit_tap(model, settings, loop_state, attendance)
 
 
 def _patience(settings: Settings) -> float:

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements import ElementKernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Lanczos steps: on the finger's meshes the largest frequency is found to 1e-3 after 20.
 ITERATIONS = 24
@@ -69,6 +66,14 @@ def _step_of(
             "empty elements and the material for wrong units"
         )
     return 2.0 / highest
+
+
+def coupled_step(step_s: float, factor: float, eigenvalue: float) -> float:
+    """Δt' = factor 2/ω', ω'² = (2 factor/Δt)² + λ, s: the step once springs are added to a mesh.
+
+    λ is the largest eigenvalue of M⁻¹K_c of these springs alone (see `frequency_bound`).
+    """
+    return 2.0 * factor / float(np.hypot(2.0 * factor / step_s, np.sqrt(eigenvalue)))
 
 
 def frequency_bound(

@@ -37,8 +37,9 @@ def summarize(
     """Scalars of the first tap.
 
     - contact time: where the lowest node's gap crosses zero, linear between two steps
-    - end: the last step with F_n > 0 of the first tap (`separation_s`); None while it lasts,
-      and then the duration is None and the other scalars cover what there was
+    - end: the last step with F_n > 0 of the first tap (`separation_s`; the lumped law's lies
+      between two steps); None while it lasts, and then the duration is None and the other
+      scalars cover what there was
     - peaks: over every step; the first peak is the first turning point of F_n (`transitions`)
     - impulse: ∫ F_n dt, trapezoid over every step
     - stress at R: the reading of largest magnitude during the tap, signed
@@ -50,7 +51,7 @@ def summarize(
     tip_velocity
         Of the pole at the first touch.
     separation_s
-        Absolute time of the first tap's last touch.
+        Absolute time of the first tap's end.
     energy_residual
         Largest |balance error| over the largest kinetic energy.
     """

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from reference_fem.arrays import Array, Index
 
 # Points per direction. A patch's rim crosses facets; the force then follows it in steps of one
 # point's share.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.contact.law import (
     AREA,
@@ -15,41 +15,18 @@ from reference_fem.contact.law import (
     GAP,
     NORMAL,
     TANGENTIAL,
+    ContactLaw,
     Memory,
     Motion,
 )
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
-class ImpulseContact:
+class ImpulseContact(ContactLaw):
     """Nodes may not be below the surface at the end of a step.
 
-    Attributes
-    ----------
-    nodes, area : (k,)
+    Its stiffness is zero: the method leaves the stable step as it is.
     """
-
-    nodes: Index
-    area: Array
-
-    @property
-    def stiffness(self) -> Array:
-        """None: the method leaves the stable step as it is."""
-        return np.zeros(self.nodes.size)
-
-    @property
-    def damping(self) -> Array:
-        """None."""
-        return np.zeros(self.nodes.size)
-
-    @property
-    def sites(self) -> int:
-        """One entry of history per node."""
-        return self.nodes.size
 
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `impulse_forces`."""
@@ -72,14 +49,14 @@ def impulse_forces(
     Nothing penetrates, and the stable step stays that of the body. A node that arrives loses its
     normal kinetic energy, m v²/2, as in a plastic impact; that is a share of order h of the energy
     under the contact patch, and the energy balance shows it (1e-5 on the finger). That loss is all
-    the damping that friction's flutter needs (see `surface_contact`). On the finger's meshes
+    the damping that friction's flutter needs (see `surface`). On the finger's meshes
     impulse and duration agree to 0.2 %, the peak force to 0.5 %, with "surface" of factor 1000, in
     half the steps.
 
     Parameters
     ----------
     motion, memory
-        See `contact_law`; one site a node, without an anchor.
+        See `law`; one site a node, without an anchor.
     nodes, area : (k,)
     residual : (n_points, dim)
         All forces on the surface's nodes but contact, internal minus external, without gravity.

@@ -1,30 +1,30 @@
 """What the explicit loop asks of a contact law, and the columns of its log.
 
-Contract for whoever adds a law (one file each, chosen by name in `contact_laws`):
+Contract for whoever adds a law (one file each, chosen by name in `laws`):
 
 1. A frozen object, built once per mesh; forces and stiffness are those of the mesh as given.
 2. `apply` adds the contact forces of t_n to a residual that already holds everything else which
    acts on the surface's nodes, and commits the history: explicit steps accept every evaluation.
-3. History lives in the arrays that are handed in (`touching`, `anchor`, `spring_force`), so that
-   a saved state restarts to the same bits.
-4. `stiffness` and `damping` bound the law's own node by node; they enter the stable step.
+3. History lives in the arrays that are handed in (`Memory`), so that a saved state restarts to the
+   same bits.
+4. `stiffness`, `damping` and `coupled_eigenvalue` bound the law's own; they enter the stable step.
 5. Energies come from gaps and slips, never from the work of the sum of forces.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from reference_fem.arrays import Array, Flags, Index
 
 # Columns of one row of the contact log: sums over the mesh as given, but for GAP, the height of
 # the lowest node (m), and EXCESS, the largest |f_t| - μ f_n of a site (N). DISSIPATION is that of
-# friction, DAMPING what dashpots take; both are increments of one step (J).
+# friction, DAMPING what dashpots and hysteresis of the normal force take; both are increments of
+# one step (J).
 NORMAL, TANGENTIAL, GAP, AREA, EXCESS, SPRING_ENERGY, DISSIPATION, DAMPING = range(8)
 COLUMNS = 8
 
@@ -67,30 +67,65 @@ class Memory(NamedTuple):
     anchor: Array
     spring_force: Array
 
+    def copy(self) -> Memory:
+        """Arrays of its own."""
+        return Memory(self.touching.copy(), self.anchor.copy(), self.spring_force.copy())
 
-class ContactLaw(Protocol):
-    """See the module's docstring."""
 
-    @property
-    def nodes(self) -> Index:
-        """Nodes (k,) that may touch."""
+@dataclass(frozen=True)
+class ContactLaw(ABC):
+    """See the module's docstring.
 
-    @property
-    def stiffness(self) -> Array:
-        """Bound (k,) on the contact stiffness of each node, N/m."""
+    Attributes
+    ----------
+    nodes : (k,)
+        Nodes that may touch.
+    area : (k,)
+        Tributary reference area of each node, m²; infinite where there is no pressure to tell.
+    stiffness : (k,)
+        Bound on the contact stiffness of each node, N/m.
+    """
+
+    nodes: Index
+    area: Array
+    stiffness: Array
 
     @property
     def damping(self) -> Array:
-        """Bound (k,) on the contact damping of each node, N s/m."""
+        """Bound (k,) on the contact damping of each node, N s/m; here none."""
+        return np.zeros(self.nodes.size)
 
     @property
-    def area(self) -> Array:
-        """Tributary reference area (k,) of each node, m²."""
+    def coupled_eigenvalue(self) -> float:
+        """Largest eigenvalue of M⁻¹K_c of springs that tie nodes to each other, rad²/s²."""
+        return 0.0
 
     @property
     def sites(self) -> int:
-        """Number s of entries in the history."""
+        """Number s of entries in the history: here one per node."""
+        return self.nodes.size
 
+    def new_memory(self, displacement: Array, _angle: float) -> Memory:
+        """History of a surface that has not touched yet.
+
+        Parameters
+        ----------
+        displacement : (n_points, dim)
+        _angle
+            Rotation of the last phalanx so far, to within half a turn, rad.
+        """
+        shape = self.sites, displacement.shape[1] - 1
+        return Memory(np.zeros(self.sites, dtype=np.bool_), np.zeros(shape), np.zeros(shape))
+
+    def touching_points(self, position: Array) -> Array:
+        """Points (n, 2 | 3) whose height is the gap, from positions (k, 2 | 3) of `nodes`, m."""
+        return position
+
+    def separation_s(self, times: Array, _forces: Array) -> float:
+        """When contact ended, s, from times and F_n of the last two steps with F_n > 0."""
+        return float(times[-1])
+
+    @abstractmethod
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """Subtract the contact forces from the residual (n_points, dim), N.
 

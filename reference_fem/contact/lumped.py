@@ -18,16 +18,27 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.contact.friction import return_map
+from reference_fem.contact.law import (
+    DAMPING,
+    DISSIPATION,
+    EXCESS,
+    NORMAL,
+    SPRING_ENERGY,
+    ContactLaw,
+    Memory,
+    Motion,
+)
+from reference_fem.contact.law import GAP as LOG_GAP
+from reference_fem.contact.law import TANGENTIAL as LOG_TANGENTIAL
+from reference_fem.contact.lumped_point import LumpedPoint
 
-Array = NDArray[np.float64]
-
-# Places of the law's memory ...
+# Places of the law's memory, and of the point's rotation at the last evaluation after it, ...
 TOUCHING, FORCE, GAP, START_GAP, ANCHOR, TANGENTIAL = range(6)
-MEMORY = 6
+MEMORY = TURN = 6
 # ... and of the energies that one evaluation reports: stored now, and lost in this step.
 STORED, FRICTION_LOSS, HYSTERESIS_LOSS = range(3)
 ENERGIES = 3
@@ -93,6 +104,84 @@ class LumpedContact:
             self.tangential_ratio,
             self.hertz_force or 0.0,
         )
+
+
+@dataclass(frozen=True)
+class LumpedLaw(ContactLaw):
+    """The law on one point of the mesh, which stands for the whole surface.
+
+    Its history's `anchor` is (1, MEMORY + 1): the memory of `lumped_force`, then the point's
+    rotation θ, which counts full turns.
+
+    Attributes
+    ----------
+    point, constants
+    copies
+        2 for a half model, else 1: the constants are those of the full body.
+    """
+
+    point: LumpedPoint
+    constants: LumpedContact
+    copies: int
+
+    @classmethod
+    def on(cls, point: LumpedPoint, copies: int, constants: LumpedContact) -> LumpedLaw:
+        """The law on a point; its nodes carry forces, no pressure and no stiffness of their own."""
+        nothing, all_of_it = np.zeros(point.nodes.size), np.full(point.nodes.size, np.inf)
+        return cls(point.nodes, all_of_it, nothing, point, constants, copies)
+
+    @property
+    def coupled_eigenvalue(self) -> float:
+        """k_max/m (1 + m R²/J), rad²/s².
+
+        The springs act on the mean: K_c = k w wᵀ, whose largest eigenvalue in M⁻¹K_c is
+        k Σ w_i²/m_i = k/m for mass weights, m = Σ m_i; a rolling sphere's tangential spring turns
+        the section, of inertia J, as well.
+        """
+        section = self.point.section
+        mass = self.copies * float(section.masses.sum())
+        inertia = self.copies * float(section.masses @ (section.arms**2).sum(axis=1))
+        return self.constants.stiffest * (1.0 / mass + self.point.radius**2 / inertia)
+
+    def new_memory(self, displacement: Array, angle: float) -> Memory:
+        """See `ContactLaw`."""
+        anchor = np.zeros((1, MEMORY + 1))
+        anchor[0, TURN] = self.point.position(displacement, angle)[2]
+        return Memory(np.zeros(1, dtype=np.bool_), anchor, np.zeros((1, 0)))
+
+    def touching_points(self, position: Array) -> Array:
+        """C alone, (1, 2); where it is along X matters to no gap: the mean's."""
+        x, y = (float(self.point.weights @ axis) for axis in position.T[:2].copy())
+        return np.array([[x, y - self.point.radius]])
+
+    def separation_s(self, times: Array, forces: Array) -> float:
+        """Where F_n = 0 on the line through the last two steps: one point lets go at once."""
+        fall = forces[1] - forces[0]
+        if not fall < 0.0:
+            return float(times[-1])
+        return float(times[0] - forces[0] * (times[1] - times[0]) / fall)
+
+    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
+        """See `lumped_force`."""
+        own = memory.anchor[0]
+        x, y, turn = self.point.position(motion.displacement, own[TURN])
+        v_x, v_y = self.point.velocity(motion.velocity, (turn - own[TURN]) / motion.step)
+        gap, energies = y + motion.height, np.zeros(ENERGIES)
+        tangential, normal = lumped_force(
+            x, gap, v_x, v_y, *self.constants.constants, motion.friction, own[:MEMORY], energies
+        )
+        own[TURN] = turn
+        memory.touching[0] = normal > 0.0
+        self.point.load(
+            tangential / self.copies, normal / self.copies, motion.displacement, residual
+        )
+        row[:] = 0.0
+        row[NORMAL], row[LOG_TANGENTIAL] = normal, tangential
+        row[EXCESS] = max(0.0, abs(tangential) - motion.friction * normal)
+        row[SPRING_ENERGY] = energies[STORED]
+        row[DISSIPATION], row[DAMPING] = energies[FRICTION_LOSS], energies[HYSTERESIS_LOSS]
+        row /= self.copies
+        row[LOG_GAP] = gap
 
 
 @njit(cache=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.contact.friction import drag, first_touch
 from reference_fem.contact.law import (
@@ -17,41 +17,15 @@ from reference_fem.contact.law import (
     NORMAL,
     SPRING_ENERGY,
     TANGENTIAL,
+    ContactLaw,
     Memory,
     Motion,
 )
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
-class PenaltyContact:
-    """Springs between nodes and the surface; its stiffness: `contact_stiffness`.
-
-    Attributes
-    ----------
-    nodes : (k,)
-    stiffness : (k,)
-        Penalty stiffness k_i of the mesh as given (a half model's is half), N/m.
-    area : (k,)
-        Tributary reference area A_i of the mesh as given, m².
-    """
-
-    nodes: Index
-    stiffness: Array
-    area: Array
-
-    @property
-    def damping(self) -> Array:
-        """None."""
-        return np.zeros(self.nodes.size)
-
-    @property
-    def sites(self) -> int:
-        """One entry of history per node."""
-        return self.nodes.size
+class PenaltyContact(ContactLaw):
+    """Springs k_i between nodes and the surface, stuck or sliding on it (see `stiffness`)."""
 
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `contact_forces`."""
@@ -83,7 +57,7 @@ def contact_forces(
     Parameters
     ----------
     motion, memory
-        See `contact_law`; one site a node.
+        See `law`; one site a node.
     nodes, stiffness, area : (k,)
     residual : (n_points, dim)
         Internal minus external force, N; changed in place.

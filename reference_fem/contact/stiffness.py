@@ -3,20 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from meshes.facets import local_facets
+from reference_fem.arrays import Array, Index
 from reference_fem.contact.penalty import PenaltyContact
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-# Local faces of gmsh's and VTK's quadrilateral and hexahedron, by the number of local nodes.
-_FACES = {
-    4: np.array([[0, 1], [1, 2], [2, 3], [3, 0]]),
-    8: np.array(
-        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-    ),
-}
 
 
 def adjoining_cells(cells: Index, facets: Index) -> Index:
@@ -27,7 +17,7 @@ def adjoining_cells(cells: Index, facets: Index) -> Index:
     ValueError
         If a facet is no face of exactly one cell.
     """
-    local = _FACES[cells.shape[1]]
+    local = local_facets(3 if cells.shape[1] == 8 else 2)
     touched = np.flatnonzero(np.isin(cells, np.unique(facets)).any(axis=1))
     faces = np.sort(cells[touched][:, local].reshape(-1, local.shape[1]), axis=1)
     owner = np.repeat(touched, local.shape[0])

@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.contact.facet_quadrature import FacetQuadrature
 from reference_fem.contact.friction import drag, first_touch
@@ -28,23 +28,18 @@ from reference_fem.contact.law import (
     NORMAL,
     SPRING_ENERGY,
     TANGENTIAL,
+    ContactLaw,
     Memory,
     Motion,
 )
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
-class SurfaceContact:
+class SurfaceContact(ContactLaw):
     """p = max(0, -κ g - c g') at quadrature points of the facets below the surface.
 
     Attributes
     ----------
-    nodes, stiffness, area : (k,)
-        Nodes of the facets; Σ κ w N_i and Σ w N_i.
     quadrature
         Facets, shape functions and weights.
     modulus
@@ -53,9 +48,6 @@ class SurfaceContact:
         c, Pa s/m.
     """
 
-    nodes: Index
-    stiffness: Array
-    area: Array
     quadrature: FacetQuadrature
     modulus: float
     viscosity: float
@@ -94,7 +86,7 @@ def surface_contact(
     (N_q·x)² <= Σ_i N_qi x_i²: the diagonal of the row sums bounds it (Jensen).
     """
     nodes, area = quadrature.nodal_area()
-    return SurfaceContact(nodes, modulus * area, area, quadrature, modulus, viscosity)
+    return SurfaceContact(nodes, area, modulus * area, quadrature, modulus, viscosity)
 
 
 def contact_modulus(factor: float, plane_modulus: float, radius: float) -> float:
@@ -132,7 +124,7 @@ def surface_forces(
     Parameters
     ----------
     motion, memory
-        See `contact_law`; one site a point, tangential forces are tractions times w_q, N.
+        See `law`; one site a point, tangential forces are tractions times w_q, N.
     facets : (n_facets, n)
     shape : (q, n)
     weight : (n_facets, q)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import prange
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array
 from reference_fem.compiled import njit
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, parallel=True)

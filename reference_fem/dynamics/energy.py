@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.contact.law import (
     AREA,
@@ -20,8 +20,6 @@ from reference_fem.contact.law import (
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.model import Model
+from reference_fem.result import Status
 from reference_fem.settings import Settings
-from reference_fem.status import Status
 
 Failure = tuple[Status, str]
 

@@ -3,170 +3,172 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Progress
 from reference_fem.cautions import cautions
-from reference_fem.contact.penalty import NORMAL
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import failure
-from reference_fem.dynamics.loop_state import Position, Tap, pack, unpack
-from reference_fem.dynamics.next_touch import next_touch_s
+from reference_fem.dynamics.loop_state import Arrays, LoopState, pack, unpack
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
 from reference_fem.dynamics.state import State
-from reference_fem.dynamics.step import Block, advance, lowest_gap, start_state
+from reference_fem.dynamics.step import advance, lowest_gap
+from reference_fem.dynamics.tap import Tap, ending, tap_after
 from reference_fem.model import Model
-from reference_fem.result import TapResult
+from reference_fem.result import ForceRecord, Status, TapResult
 from reference_fem.settings import Settings
-from reference_fem.status import Status
 from reference_fem.summary import Cost, summarize
-
-Array = NDArray[np.float64]
-Progress = Callable[[float, str], None]
 
 # Steps of a block in flight: contact is out of reach for longer than that.
 FLIGHT_BLOCK = 1000
 # Speed that the surface may gain within a flight block, m/s: a generous bound on its reach.
 SPEED_MARGIN = 1.0
-# Steps without contact that a separation takes at least.
-LEAST_WAIT = 10
-# A body that comes down again within this many durations of its contact is still in the same tap.
-SAME_TAP = 2.0
 
 
-def run(
-    model: Model,
-    settings: Settings,
-    displacement: Array,
-    velocity: Array,
-    time_s: float,
-    progress: Progress | None = None,
-    started: float | None = None,
-    origin_energy_J: float | None = 0.0,
-    angles: Array | None = None,
-    restart: RestartFile | None = None,
-) -> TapResult:
-    """Explicit run from u and v at `time_s` to the end of the tap.
+@dataclass(frozen=True)
+class Attendance:
+    """Who is told of a run as it goes on.
 
-    Ends where the surface has not been touched for 10 % of the contact so far, a quarter of an
-    axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
-    chatter at the start and at the end), and will not be for twice as long as the contact so far
-    (see `departure`); with `settings.end_time_s`, at that time.
-
-    Parameters
+    Attributes
     ----------
-    displacement, velocity : (n_points, dim)
+    progress
+        Called after each block.
+    restart
+        File that is written to after each block that finds it due.
     started
         `time.perf_counter()` of the caller's start, for the wall time.
-    origin_energy_J
-        Total energy that the balance is measured from: 0 for a body that set out from the mesh's
-        rest position at rest; None takes the start of this run.
-    angles : (phalanges,)
-        Rotations so far, which count full turns; see `start_state`.
-    restart
-        Written to as the run goes on.
     """
-    state = start_state(model, displacement, velocity, time_s, angles)
-    position = Position(state, start_s=time_s, origin_energy_J=origin_energy_J)
-    return follow(model, settings, position, None, progress, started, restart)
+
+    progress: Progress | None = None
+    restart: RestartFile | None = None
+    started: float = field(default_factory=time.perf_counter)
 
 
-def resume(
-    model: Model,
-    settings: Settings,
-    archive: Mapping[str, NDArray[Any]],
-    progress: Progress | None,
-    started: float | None,
-    restart: RestartFile,
+def resume_tap(
+    model: Model, settings: Settings, archive: Arrays, attendance: Attendance
 ) -> TapResult:
     """Continue the run that `archive` was written by."""
     recorder = Recorder(settings.max_samples, settings.snapshots)
-    recorder.restore(
-        {k.removeprefix("recorder."): a for k, a in archive.items() if k.startswith("recorder.")}
-    )
-    position = unpack(archive)
-    return follow(model, settings, position, recorder, progress, started, restart)
+    held = {k.removeprefix("recorder."): a for k, a in archive.items() if k.startswith("recorder.")}
+    recorder.restore(held)
+    return explicit_tap(model, settings, unpack(archive), attendance, recorder)
 
 
-def follow(
+def explicit_tap(
     model: Model,
     settings: Settings,
-    position: Position,
+    loop_state: LoopState,
+    attendance: Attendance | None = None,
     recorder: Recorder | None = None,
-    progress: Progress | None = None,
-    started: float | None = None,
-    restart: RestartFile | None = None,
 ) -> TapResult:
-    """Run from `position` to the end of the tap; see `run`."""
-    started = time.perf_counter() if started is None else started
-    if recorder is None:
-        recorder = Recorder(settings.max_samples, settings.snapshots)
-    state, time_s, tap = position.state, position.start_s, position.tap
-    largest_kinetic, largest_error = position.largest_kinetic_J, position.largest_error_J
-    audits, origin = position.audits, position.origin_energy_J
+    """Explicit run from `loop_state` to the end of the first tap or `settings.end_time_s`.
+
+    A tap's end: see `tap.tap_after`.
+
+    Parameters
+    ----------
+    recorder
+        Of the run that this one continues.
+    """
+    attendance = attendance or Attendance()
+    recorder = recorder or Recorder(settings.max_samples, settings.snapshots)
+    now = loop_state
     interval = settings.output_interval or audit_interval(model)
     status, message = Status.INTERRUPTED, ""
     try:
         while True:
-            search = _in_reach(model, state)
+            state, search = now.state, _in_reach(model, now.state)
             after, block = advance(model, state, interval if search else FLIGHT_BLOCK, search)
-            taken = sample(model, state, block, origin or 0.0)
-            if origin is None:
-                origin = taken.energy_balance_J
-                taken = sample(model, state, block, origin)
-            found = failure(model, settings, state, block, taken, largest_kinetic, audits)
-            audits += 1
+            taken = sample(model, state, block, now.origin_energy_J or 0.0)
+            if now.origin_energy_J is None:
+                now = replace(now, origin_energy_J=taken.energy_balance_J)
+                taken = sample(model, state, block, taken.energy_balance_J)
+            found = failure(model, settings, state, block, taken, now.largest_kinetic_J, now.audits)
             if taken.finite:
                 recorder.add(model, state, block, taken)
-                largest_kinetic = max(largest_kinetic, taken.kinetic_energy_J)
-                largest_error = max(largest_error, abs(taken.energy_balance_J))
+                now = replace(
+                    now,
+                    largest_kinetic_J=max(now.largest_kinetic_J, taken.kinetic_energy_J),
+                    largest_error_J=max(now.largest_error_J, abs(taken.energy_balance_J)),
+                )
             if found is not None:
                 status, message = found
                 break
-            tap = _follow(model, tap, state, block)
-            state = after
-            ending = _ending(settings, tap, state, time_s)
-            if ending is not None:
-                status, message = ending
+            tap = tap_after(model, now.tap, state, block)
+            now = replace(now, state=after, tap=tap, audits=now.audits + 1)
+            ends = ending(settings, tap, after.time_s, now.start_s)
+            if ends is not None:
+                status, message = ends
                 break
-            if restart is not None and restart.due:
-                spent = position.spent_s + time.perf_counter() - started
-                here = Position(
-                    state, time_s, tap, largest_kinetic, largest_error, origin, audits, spent
-                )
-                held = {f"recorder.{name}": a for name, a in recorder.archive().items()}
-                restart.write(pack(here) | held)
-            if progress is not None:
-                progress(*_progress(model, settings, tap, state, time_s))
+            _tell(model, settings, now, attendance, recorder)
     except KeyboardInterrupt:
-        message = f"interrupted at step {state.step}, t = {state.time_s:.6g} s"
-    forces, history = recorder.forces(), recorder.history()
+        message = f"interrupted at step {now.state.step}, t = {now.state.time_s:.6g} s"
+    if status.advice:
+        message = f"{message}: {status.advice}"
+    if attendance.restart is not None and attendance.restart.problem:
+        message = f"{message}; {attendance.restart.problem}"
+    return _result(model, settings, now, attendance, recorder, status, message)
+
+
+def _tell(
+    model: Model,
+    settings: Settings,
+    now: LoopState,
+    attendance: Attendance,
+    recorder: Recorder,
+) -> None:
+    """Write the restart file if it is due, and report."""
+    restart, progress = attendance.restart, attendance.progress
+    if restart is not None and restart.due:
+        spent = now.spent_s + time.perf_counter() - attendance.started
+        held = {f"recorder.{name}": a for name, a in recorder.archive().items()}
+        restart.write(pack(replace(now, spent_s=spent)) | held)
+    if progress is not None:
+        progress(*_progress(model, settings, now.tap, now.state, now.start_s))
+
+
+def _result(
+    model: Model,
+    settings: Settings,
+    now: LoopState,
+    attendance: Attendance,
+    recorder: Recorder,
+    status: Status,
+    message: str,
+) -> TapResult:
+    """What the run has to show."""
+    forces, history, tap = recorder.forces(), recorder.history(), now.tap
     cost = Cost(
-        wall_time_s=position.spent_s + time.perf_counter() - started,
-        steps=state.step,
+        wall_time_s=now.spent_s + time.perf_counter() - attendance.started,
+        steps=now.state.step,
         elements=model.copies * len(model.cells),
         time_step_s=model.step_s,
     )
+    kinetic, error = now.largest_kinetic_J, now.largest_error_J
     summary = summarize(
         forces,
         history,
         model.surface.friction,
         tap.tip_velocity,
-        tap.last_touch_s if tap.over else None,
-        largest_error / largest_kinetic if largest_kinetic > 0.0 else None,
+        _separation_s(model, forces, tap.last_touch_s) if tap.over else None,
+        error / kinetic if kinetic > 0.0 else None,
         cost,
     )
-    if status.advice:
-        message = f"{message}: {status.advice}"
-    if restart is not None and restart.problem:
-        message = f"{message}; {restart.problem}"
     snapshots = recorder.snapshots(model)
     doubts = cautions(forces, history, snapshots, model, settings)
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
+
+
+def _separation_s(model: Model, forces: ForceRecord, last_touch_s: float | None) -> float | None:
+    """When the first tap ended, as its contact law tells from the last two steps, s."""
+    if last_touch_s is None:
+        return None
+    last = int(np.searchsorted(forces.time_s, last_touch_s))
+    steps = slice(max(last - 1, 0), last + 1)
+    return model.contact.separation_s(forces.time_s[steps], forces.normal_force_N[steps])
 
 
 def audit_interval(model: Model) -> int:
@@ -179,55 +181,6 @@ def _in_reach(model: Model, state: State) -> bool:
     gap = lowest_gap(model, state.displacement)
     speed = float(np.max(-state.velocity[model.contact.nodes, 1], initial=0.0)) + SPEED_MARGIN
     return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s
-
-
-def _follow(model: Model, tap: Tap, state: State, block: Block) -> Tap:
-    """The tap after a block."""
-    touched = np.flatnonzero(block.log[:, NORMAL] > 0.0)
-    if tap.over:
-        return tap
-    first, last, velocity = tap.first_touch_s, tap.last_touch_s, tap.tip_velocity
-    if touched.size:
-        if first is None:
-            first = state.time_s + touched[0] * model.step_s
-            # The body is still untouched at the block's start, a few steps before.
-            x, y = block.velocity[model.pole, :2]
-            velocity = (float(x), float(y))
-        last = state.time_s + touched[-1] * model.step_s
-    if first is None or last is None:
-        return tap
-    now = state.time_s + (len(block.log) - 1) * model.step_s
-    wait = max(0.1 * (last - first), 0.25 * model.transit_s, LEAST_WAIT * model.step_s)
-    over = now - last > wait
-    if over:
-        soon = SAME_TAP * max(last - first, model.transit_s)
-        over = next_touch_s(model, state.displacement, block.velocity) > soon
-    return Tap(first, last, over, velocity)
-
-
-def _ending(
-    settings: Settings, tap: Tap, state: State, start_s: float
-) -> tuple[Status, str] | None:
-    """How the run ends here, if it does."""
-    now, end = state.time_s, settings.end_time_s
-    if tap.first_touch_s is None:
-        late = end is not None and now >= end
-        flies = settings.flight == "explicit"
-        # After a rigid flight the surface is a few steps away.
-        waited = settings.max_flight_time_s if flies else settings.max_contact_time_s
-        if late or now - start_s > waited:
-            return Status.NOT_REACHED, f"no contact up to t = {now:.6g} s"
-        return None
-    if (end is not None and now >= end) or (end is None and tap.over):
-        if tap.over:
-            return Status.COMPLETED, f"completed at t = {now:.6g} s"
-        return Status.STILL_IN_CONTACT, f"in contact at the end time, t = {now:.6g} s"
-    if not tap.over and now - tap.first_touch_s > settings.max_contact_time_s:
-        return (
-            Status.STILL_IN_CONTACT,
-            f"in contact for {now - tap.first_touch_s:.3g} s, at t = {now:.6g} s",
-        )
-    return None
 
 
 def _progress(

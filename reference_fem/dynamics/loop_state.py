@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_fem.arrays import Array
+from reference_fem.contact.law import Memory
 from reference_fem.dynamics.state import State
+from reference_fem.dynamics.step import start_state
+from reference_fem.dynamics.tap import Tap
+from reference_fem.model import Model
 
 Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Tap:
-    """What is known of the first tap so far: absolute times and the pole's velocity."""
-
-    first_touch_s: float | None = None
-    last_touch_s: float | None = None
-    over: bool = False
-    tip_velocity: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True)
-class Position:
+class LoopState:
     """Where the loop stands between two blocks; with the recorder, all that it needs to go on.
 
     Attributes
@@ -36,7 +31,8 @@ class Position:
     largest_kinetic_J, largest_error_J
         Of the audits so far.
     origin_energy_J
-        What the balance is measured from; None until the first audit.
+        What the balance is measured from: 0 for a body that set out from the mesh's rest position
+        at rest; None takes the first audit of the run.
     audits
         Number of audits so far.
     spent_s
@@ -45,7 +41,7 @@ class Position:
 
     state: State
     start_s: float
-    tap: Tap = Tap()
+    tap: Tap
     largest_kinetic_J: float = 0.0
     largest_error_J: float = 0.0
     origin_energy_J: float | None = 0.0
@@ -53,44 +49,57 @@ class Position:
     spent_s: float = 0.0
 
 
-def pack(position: Position) -> dict[str, NDArray[Any]]:
-    """The position's numbers and arrays by name; what is None is left out."""
-    return _packed(position, "")
+def first_loop_state(
+    model: Model,
+    displacement: Array,
+    velocity: Array,
+    time_s: float,
+    origin_energy_J: float | None = 0.0,
+    angles: Array | None = None,
+) -> LoopState:
+    """Before the first block, from u and v (n_points, dim) at `time_s`; see `start_state`."""
+    state = start_state(model, displacement, velocity, time_s, angles)
+    return LoopState(state, time_s, Tap(), origin_energy_J=origin_energy_J)
 
 
-def unpack(arrays: Arrays) -> Position:
-    """The position that `pack` made `arrays` from."""
-    position: Position = _unpacked(Position, arrays, "")
-    return position
+def pack(loop_state: LoopState) -> dict[str, NDArray[Any]]:
+    """The loop state's numbers and arrays by name; what is None is left out."""
+    return _packed(loop_state, "")
 
 
-# The dataclasses inside a position.
-_NESTED: dict[str, type] = {"state": State, "tap": Tap}
+def unpack(arrays: Arrays) -> LoopState:
+    """The loop state that `pack` made `arrays` from."""
+    loop_state: LoopState = _unpacked(LoopState, arrays, "")
+    return loop_state
 
 
-def _packed(value: State | Tap | Position, prefix: str) -> dict[str, NDArray[Any]]:
+# What is inside a loop state in parts of its own.
+_NESTED: dict[str, type] = {"state": State, "tap": Tap, "memory": Memory}
+
+
+def _packed(value: object, prefix: str) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {}
-    for field in fields(value):
-        item = getattr(value, field.name)
-        if field.name in _NESTED:
-            arrays |= _packed(item, f"{prefix}{field.name}.")
+    for name in get_type_hints(type(value)):
+        item = getattr(value, name)
+        if name in _NESTED:
+            arrays |= _packed(item, f"{prefix}{name}.")
         elif item is not None:
-            arrays[prefix + field.name] = np.asarray(item)
+            arrays[prefix + name] = np.asarray(item)
     return arrays
 
 
 def _unpacked(kind: type, arrays: Arrays, prefix: str) -> Any:
     values: dict[str, Any] = {}
-    for field in fields(kind):
-        name = prefix + field.name
-        if field.name in _NESTED:
-            values[field.name] = _unpacked(_NESTED[field.name], arrays, f"{name}.")
+    for field in get_type_hints(kind):
+        name = prefix + field
+        if field in _NESTED:
+            values[field] = _unpacked(_NESTED[field], arrays, f"{name}.")
         elif name not in arrays:
-            values[field.name] = None
+            values[field] = None
         elif arrays[name].ndim == 0:
-            values[field.name] = arrays[name].item()
+            values[field] = arrays[name].item()
         else:
-            values[field.name] = arrays[name]
+            values[field] = arrays[name]
     if kind is Tap and values["tip_velocity"] is not None:
         values["tip_velocity"] = tuple(values["tip_velocity"].tolist())
     return kind(**values)

@@ -9,14 +9,14 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_fem.contact.penalty import GAP, NORMAL, TANGENTIAL
+from reference_fem.arrays import Array
+from reference_fem.contact.law import GAP, NORMAL, TANGENTIAL
 from reference_fem.dynamics.energy import Sample
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from reference_fem.arrays import Array
+from reference_fem.contact.law import Memory
 
 
 @dataclass(frozen=True)
@@ -26,10 +24,8 @@ class State:
         u at t_n.
     velocity : (n_points, dim)
         v at t_n - Δt/2.
-    touching : (s,)
-        Sites of the contact law in contact at the last evaluation.
-    anchor, spring_force : (s, dim - 1)
-        Friction history: anchors (m) and tangential forces (N) of the last evaluation.
+    memory
+        History of the contact law after the last evaluation.
     dissipation_J
         Friction dissipation up to the last evaluation.
     damping_J
@@ -42,9 +38,7 @@ class State:
     time_s: float
     displacement: Array
     velocity: Array
-    touching: NDArray[np.bool_]
-    anchor: Array
-    spring_force: Array
+    memory: Memory
     dissipation_J: float
     damping_J: float
     face_angles: Array

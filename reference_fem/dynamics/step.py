@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
-from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
+from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Motion
 from reference_fem.dynamics.central_difference import first_leapfrog, half_kick, leapfrog
 from reference_fem.dynamics.state import State
 from reference_fem.joints.hinges import hinge_reactions
 from reference_fem.model import Model
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,7 @@ class Block:
     Attributes
     ----------
     log : (steps, COLUMNS)
-        Contact at t_n, t_{n+1}, ... (see `contact_law`); DISSIPATION and DAMPING accumulate from
+        Contact at t_n, t_{n+1}, ... (see `contact.law`); DISSIPATION and DAMPING accumulate from
         the start of the run. All zero, and GAP infinite, where contact was not searched for.
     velocity : (n_points, dim)
         v at t_n, synchronous with the displacement of the state that went in.
@@ -69,24 +66,16 @@ def start_state(
     ValueError
         If the surface already cuts into the body.
     """
-    sites = model.contact.sites
-    dim = model.points.shape[1]
+    near = np.zeros(model.touching_body + 1) if angles is None else angles
     state = State(
         step=0,
         time_s=time_s,
         displacement=np.array(displacement, dtype=np.float64, order="C"),
         velocity=np.array(velocity, dtype=np.float64, order="C"),
-        touching=np.zeros(sites, dtype=np.bool_),
-        anchor=np.zeros((sites, dim - 1)),
-        spring_force=np.zeros((sites, dim - 1)),
+        memory=model.contact.new_memory(displacement, near[model.touching_body]),
         dissipation_J=0.0,
         damping_J=0.0,
-        face_angles=np.array(
-            [
-                c.angle(displacement, 0.0 if angles is None else angles[c.phalanx])
-                for c in model.couples
-            ]
-        ),
+        face_angles=np.array([c.angle(displacement, near[c.phalanx]) for c in model.couples]),
     )
     gap = lowest_gap(model, state.displacement)
     if gap < 0.0:
@@ -99,13 +88,14 @@ def start_state(
     _less_external(model, state, residual, False, np.zeros(COLUMNS))
     back = np.empty_like(residual)
     half_kick(state.velocity, residual, model.inverse_mass, model.gravity, -model.step_s, back)
-    return State(**{**vars(state), "velocity": back})
+    return replace(state, velocity=back)
 
 
 def lowest_gap(model: Model, displacement: Array) -> float:
-    """Height of the lowest surface node above the plane, m."""
+    """Height of the lowest point that may touch above the plane, m."""
     nodes = model.contact.nodes
-    return float(np.min(model.points[nodes, 1] + displacement[nodes, 1]) + model.surface.height)
+    points = model.contact.touching_points(model.points[nodes] + displacement[nodes])
+    return float(np.min(points[:, 1]) + model.surface.height)
 
 
 def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State, Block]:
@@ -119,14 +109,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     A driven face must not turn by half a turn or more within a block: the drive work counts its
     turns from one block to the next.
     """
-    first = State(
-        **{
-            **vars(state),
-            "touching": state.touching.copy(),
-            "anchor": state.anchor.copy(),
-            "spring_force": state.spring_force.copy(),
-        }
-    )
+    first = replace(state, memory=state.memory.copy())
     residual, u, v, synchronous = (np.empty_like(state.displacement) for _ in range(4))
     log = np.zeros((steps, COLUMNS))
     log[:, GAP] = np.inf
@@ -135,27 +118,21 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     reactions = _less_external(model, first, residual, search, log[0], pressure)
     constants = model.inverse_mass, model.gravity, model.step_s
     first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
-    work = State(**{**vars(first), "displacement": u, "velocity": v})
+    work = replace(first, displacement=u, velocity=v)
     for number in range(1, steps):
         model.kernel.internal_force(u, residual)
         _less_external(model, work, residual, search, log[number])
         leapfrog(u, v, residual, *constants)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
     log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
-    after = State(
-        **{
-            **vars(work),
-            "step": state.step + steps,
-            "time_s": state.time_s + steps * model.step_s,
-            "dissipation_J": float(log[-1, DISSIPATION]),
-            "damping_J": float(log[-1, DAMPING]),
-            "face_angles": np.array(
-                [
-                    couple.angle(u, near)
-                    for couple, near in zip(model.couples, state.face_angles, strict=True)
-                ]
-            ),
-        }
+    turned = zip(model.couples, state.face_angles, strict=True)
+    after = replace(
+        work,
+        step=state.step + steps,
+        time_s=state.time_s + steps * model.step_s,
+        dissipation_J=float(log[-1, DISSIPATION]),
+        damping_J=float(log[-1, DAMPING]),
+        face_angles=np.array([couple.angle(u, near) for couple, near in turned]),
     )
     return after, Block(log, synchronous, stored, hourglass, reactions, pressure, search)
 
@@ -189,24 +166,18 @@ def _less_external(
             height=model.surface.height,
             friction=model.surface.friction,
         )
-        memory = Memory(state.touching, state.anchor, state.spring_force)
         nodes = model.contact.nodes
         before = None if pressure is None else residual[nodes, 1]
-        model.contact.apply(motion, memory, residual, row)
+        model.contact.apply(motion, state.memory, residual, row)
         if pressure is not None and before is not None:
             pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
         if model.symmetry.size:
             _hold(residual, model.symmetry)
-    return less_reactions(model, u, velocity, residual)
-
-
-def less_reactions(model: Model, displacement: Array, velocity: Array, residual: Array) -> Array:
-    """Take the hinges' forces (P, 2), N, which it returns, off a residual that is else complete."""
     hinges = model.hinges
     reactions = np.zeros((hinges.count, 2))
     if hinges.count:
         hinge_reactions(
-            displacement,
+            u,
             velocity,
             residual,
             model.inverse_mass,

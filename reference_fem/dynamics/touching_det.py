@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.hexahedron import edges as hex8_edges
@@ -12,9 +12,6 @@ from reference_fem.elements.protocol import SAFE_MATH
 from reference_fem.elements.quadrilateral import kernel as quad4_kernel
 from reference_fem.elements.stress import lower
 from reference_fem.model import Model
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def touching_det(model: Model, displacement: Array, pressure: Array) -> float:

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True)
 def cross_and_dot(
-    displacement: Array, nodes: NDArray[np.int64], arms: Array, masses: Array
+    displacement: Array, nodes: Index, arms: Array, masses: Array
 ) -> tuple[float, float]:
     """S = Σ m_i e_z·(X_i x x_i) and C = Σ m_i X_i·x_i.
 
@@ -33,7 +31,7 @@ def cross_and_dot(
     return sine, cosine
 
 
-def centred_arms(points: Array, nodes: NDArray[np.int64], masses: Array) -> Array:
+def centred_arms(points: Array, nodes: Index, masses: Array) -> Array:
     """X_i - Σ m_j X_j / Σ m_j in the plane of motion, (k, 2), m."""
     plane = points[nodes, :2]
     return np.ascontiguousarray(plane - masses @ plane / masses.sum())
@@ -41,7 +39,7 @@ def centred_arms(points: Array, nodes: NDArray[np.int64], masses: Array) -> Arra
 
 def best_fit_angle(
     displacement: Array,
-    nodes: NDArray[np.int64],
+    nodes: Index,
     arms: Array,
     masses: Array,
     near: float = 0.0,

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.joints.rotation import best_fit_angle, centred_arms, cross_and_dot
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from meshes import FingerMesh
 from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
 from reference_fem.contact.friction import return_map
 from reference_fem.contact.stiffness import adjoining_cells, contact_surface
-from reference_fem.dynamics.loop import run
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.model import Model, build_model
 from reference_fem.stable_step import frequency_bound, stable_step
 from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
@@ -35,7 +36,7 @@ def throw(model: Model, settings: Settings, v_x: float, v_y: float) -> TapResult
     velocity = np.zeros_like(model.points)
     velocity[:, 0], velocity[:, 1] = v_x, v_y
     zero = np.zeros_like(velocity)
-    return run(model, settings, zero, velocity, 0.0, origin_energy_J=None)
+    return explicit_tap(model, settings, first_loop_state(model, zero, velocity, 0.0, None))
 
 
 finite = st.floats(-1e-3, 1e-3)

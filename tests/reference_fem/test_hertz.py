@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
-from reference_fem.dynamics.loop import run
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.model import build_model
 from tests.reference_fem.balls import half_ball
 from tests.reference_fem.boxes import one_thread  # noqa: F401 - a fixture
@@ -60,7 +61,7 @@ def impact(tip: float, growth: float, speed: float, friction: float = 0.0, **con
     velocity = np.zeros_like(model.points)
     velocity[:, 1] = -speed
     zero = np.zeros_like(velocity)
-    result = run(model, settings, zero, velocity, 0.0, origin_energy_J=None)
+    result = explicit_tap(model, settings, first_loop_state(model, zero, velocity, 0.0, None))
     return result, Hertz(2.0 * model.mass.sum(), speed)
 
 

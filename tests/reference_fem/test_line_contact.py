@@ -8,7 +8,8 @@ import pytest
 from meshes import FingerMesh
 from reference_fem import Drive, Material, Settings, Status, Surface
 from reference_fem import model as modelling
-from reference_fem.dynamics.loop import run
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.model import build_model
 from tests.reference_fem.balls import half_ball
 from tests.reference_fem.boxes import one_thread  # noqa: F401 - a fixture
@@ -62,7 +63,9 @@ def test_disc_on_a_line_is_hertz_in_two_dimensions(
     model = build_model(mesh, (MATERIAL,), surface, Drive(gravity=0.0), settings)
     velocity = np.zeros_like(model.points)
     velocity[:, 1] = -speed
-    result = run(model, settings, np.zeros_like(velocity), velocity, 0.0, origin_energy_J=None)
+    result = explicit_tap(
+        model, settings, first_loop_state(model, np.zeros_like(velocity), velocity, 0.0, None)
+    )
     assert result.status is Status.COMPLETED
     history = result.history
     line = history.normal_force_N / THICKNESS

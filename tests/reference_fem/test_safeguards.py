@@ -11,8 +11,9 @@ import pytest
 import reference_fem as rf
 from reference_fem.cautions import spike
 from reference_fem.dynamics import guards as watchdogs
-from reference_fem.dynamics.loop import run
-from reference_fem.dynamics.next_touch import next_touch_s
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
+from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.geometry import geometries
@@ -37,7 +38,7 @@ def fall(
     surface = rf.Surface(-lowest + speed * 1e-5, 0.3)
     settings = dataclasses.replace(rf.Settings(threads=1), **changes)  # type: ignore[arg-type]
     model = build_model(mesh, (RUBBER,), surface, rf.Drive(), settings)
-    return run(model, settings, u, v, 0.0, origin_energy_J=None), model
+    return explicit_tap(model, settings, first_loop_state(model, u, v, 0.0, None)), model
 
 
 @pytest.mark.parametrize("contact", ["penalty", "surface", "impulse"])

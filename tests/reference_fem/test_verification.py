@@ -14,7 +14,8 @@ from meshes import FingerMesh
 from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
 from reference_fem import model as modelling
 from reference_fem.dynamics.central_difference import leapfrog
-from reference_fem.dynamics.loop import run
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.elements import hex8, quad4_plane_stress
 from reference_fem.model import Model, build_model
@@ -39,7 +40,7 @@ def throw(
     velocity = np.zeros_like(model.points)
     velocity[:, :2] = speed
     zero = np.zeros_like(velocity)
-    return run(model, settings, zero, velocity, 0.0, origin_energy_J=None), model
+    return explicit_tap(model, settings, first_loop_state(model, zero, velocity, 0.0, None)), model
 
 
 # --- manufactured solution ---------------------------------------------------------------------

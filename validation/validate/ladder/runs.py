@@ -92,10 +92,9 @@ def lumped_solid(
         contact.tangential_ratio,
         contact.hertz_force,
     )
-    result = reference_fem.simulate_lumped(
-        mesh, materials, surface, drive, law, settings,
-        start=None if start is None else chain_state(start),
-    )  # fmt: skip
+    settings = dataclasses.replace(settings, contact=law, flight="rigid")
+    state = None if start is None else chain_state(start)
+    result = reference_fem.simulate(mesh, materials, surface, drive, settings, start=state)
     variant = f"lumped law, {tip} end"
     return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
 

@@ -97,7 +97,7 @@ def test_timed_steps_have_the_whole_lower_side_in_contact(counts: tuple[int, ...
     velocity[:, 1] = -FALL_M_PER_S
     state = start_state(model, np.zeros_like(velocity), velocity, 0.0)
     after, _ = advance(model, state, 2, True)
-    assert after.touching.all()
+    assert after.memory.touching.all()
 
 
 def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None:

@@ -10,7 +10,8 @@ import numpy as np
 
 import meshes
 import reference_fem as rf
-from reference_fem.dynamics.loop import run
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.model import Model, build_model
 from validation.studies.stress.reference.bodies import FINGER_LENGTH, SIDE, block, finger
 
@@ -113,4 +114,4 @@ class ReferenceScene:
         lead = self.speed * SIDE / self.material.bar_speed / 20.0
         surface = rf.Surface(lead - lowest, self.friction)
         model = build_model(mesh, (self.material,), surface, rf.Drive(), self.settings)
-        return run(model, self.settings, u, v, 0.0, origin_energy_J=None), model
+        return explicit_tap(model, self.settings, first_loop_state(model, u, v, 0.0, None)), model

@@ -1,0 +1,109 @@
+"""When a tap begins, and when it is over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference_fem.arrays import Array
+from reference_fem.contact.law import NORMAL
+from reference_fem.dynamics.state import State
+from reference_fem.dynamics.step import Block
+from reference_fem.model import Model
+from reference_fem.result import Status
+from reference_fem.settings import Settings
+
+# Steps without contact that a separation takes at least.
+LEAST_WAIT = 10
+# A body that comes down again within this many durations of its contact is still in the same tap.
+SAME_TAP = 2.0
+
+
+@dataclass(frozen=True)
+class Tap:
+    """What is known of the first tap so far: absolute times and the pole's velocity."""
+
+    first_touch_s: float | None = None
+    last_touch_s: float | None = None
+    over: bool = False
+    tip_velocity: tuple[float, float] | None = None
+
+
+def tap_after(model: Model, tap: Tap, state: State, block: Block) -> Tap:
+    """The tap after a block that started from `state`.
+
+    It is over once the surface has not been touched for 10 % of the contact so far, a quarter of
+    an axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
+    chatter at the start and at the end), and will not be for twice as long as the contact so far.
+    """
+    if tap.over:
+        return tap
+    touched = np.flatnonzero(block.log[:, NORMAL] > 0.0)
+    first, last, velocity = tap.first_touch_s, tap.last_touch_s, tap.tip_velocity
+    if touched.size:
+        if first is None:
+            first = state.time_s + touched[0] * model.step_s
+            # The body is still untouched at the block's start, a few steps before.
+            x, y = block.velocity[model.pole, :2]
+            velocity = (float(x), float(y))
+        last = state.time_s + touched[-1] * model.step_s
+    if first is None or last is None:
+        return tap
+    now = state.time_s + (len(block.log) - 1) * model.step_s
+    wait = max(0.1 * (last - first), 0.25 * model.transit_s, LEAST_WAIT * model.step_s)
+    over = now - last > wait
+    if over:
+        soon = SAME_TAP * max(last - first, model.transit_s)
+        over = next_touch_s(model, state.displacement, block.velocity) > soon
+    return Tap(first, last, over, velocity)
+
+
+def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
+    """Time until the last phalanx would reach the surface as a rigid body, s; inf: never.
+
+    An edge that hits first springs off while its body still comes down, and what nodes do says
+    nothing about the body. With the mean velocity v_c and the spin ω = L/I of the last phalanx in
+    the plane of motion, a point of gap g arrives after
+
+        g / -v_y,  v_y = v_cy + ω (x - x_c) < 0
+
+    Parameters
+    ----------
+    displacement, velocity : (n_points, dim)
+    """
+    nodes = model.contact.nodes
+    body = np.flatnonzero(model.body_of_point == model.touching_body)
+    mass = model.mass[body]
+    position = model.points[body, :2] + displacement[body, :2]
+    centre = mass @ position / mass.sum()
+    mean = mass @ velocity[body, :2] / mass.sum()
+    arm, relative = position - centre, velocity[body, :2] - mean
+    turn = mass @ (arm[:, 0] * relative[:, 1] - arm[:, 1] * relative[:, 0])
+    spin = turn / (mass @ (arm * arm).sum(axis=1))
+    place = model.contact.touching_points(model.points[nodes, :2] + displacement[nodes, :2])
+    speed = mean[1] + spin * (place[:, 0] - centre[0])
+    down = speed < 0.0
+    gap = np.maximum(place[down, 1] + model.surface.height, 0.0)
+    return float(np.min(gap / -speed[down], initial=np.inf))
+
+
+def ending(settings: Settings, tap: Tap, now_s: float, start_s: float) -> tuple[Status, str] | None:
+    """How an explicit run that began at `start_s` ends at `now_s`, if it does."""
+    end = settings.end_time_s
+    if tap.first_touch_s is None:
+        late = end is not None and now_s >= end
+        flies = settings.flight == "explicit"
+        # After a rigid flight the surface is a few steps away.
+        waited = settings.max_flight_time_s if flies else settings.max_contact_time_s
+        if late or now_s - start_s > waited:
+            return Status.NOT_REACHED, f"no contact up to t = {now_s:.6g} s"
+        return None
+    if (end is not None and now_s >= end) or (end is None and tap.over):
+        if tap.over:
+            return Status.COMPLETED, f"completed at t = {now_s:.6g} s"
+        return Status.STILL_IN_CONTACT, f"in contact at the end time, t = {now_s:.6g} s"
+    lasts = now_s - tap.first_touch_s
+    if not tap.over and lasts > settings.max_contact_time_s:
+        return Status.STILL_IN_CONTACT, f"in contact for {lasts:.3g} s, at t = {now_s:.6g} s"
+    return None

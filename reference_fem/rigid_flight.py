@@ -1,0 +1,80 @@
+"""The rigid chain's flight down to the surface, and the state just before it touches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+import meshes
+from reference_fem.arrays import Array
+from reference_fem.model import Model, build_model
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
+from reference_fem.settings import Drive, Material, Settings, Surface
+
+
+def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
+    """Height above the plane of the lowest point that may touch, m, as a function of the angles."""
+    nodes, lowest = model.contact.nodes, model.contact.touching_points
+    points, bodies = model.points[nodes], model.body_of_point[nodes]
+
+    def gap(angles: Array) -> float:
+        still = ChainState(angles, np.zeros_like(angles), 0.0)
+        displacement, _ = pose(chain, still, points, bodies)
+        return float(np.min(lowest(points + displacement)[:, 1])) + model.surface.height
+
+    return gap
+
+
+def landing(
+    model: Model, chain: RigidChain, start: ChainState, settings: Settings
+) -> ChainState | None:
+    """Rigid state `lead_steps` before the surface is reached; None if it never is."""
+    end = start.time_s + settings.max_flight_time_s
+    if settings.end_time_s is not None:
+        end = min(end, settings.end_time_s)
+    if end <= start.time_s:
+        return None
+    state_at, contact = fly(chain, start, surface_gap(model, chain), end)
+    if contact is None:
+        return None
+    return state_at(max(start.time_s, contact - settings.lead_steps * model.step_s))
+
+
+def impact_state(
+    mesh: meshes.FingerMesh,
+    materials: Sequence[Material],
+    surface: Surface,
+    drive: Drive,
+    clearance_m: float,
+    max_flight_time_s: float = 2.0,
+) -> ChainState | None:
+    """State of the rigid flight from rest with `clearance_m` left below the lowest node.
+
+    Runs on several meshes that start from it hit with the same angles and rates: the clearance
+    must exceed what their lowest nodes differ by, h²/8R for edges h on a radius R.
+
+    Returns
+    -------
+    None if the surface is not reached in time.
+
+    Raises
+    ------
+    ValueError
+        For bad input, naming it, its value and what is allowed.
+    """
+    above = replace(surface, height=surface.height - clearance_m)
+    model = build_model(mesh, materials, above, drive, Settings())
+    chain, rest = chain_and_start(model.chain, None)
+    state_at, time_s = fly(chain, rest, surface_gap(model, chain), max_flight_time_s)
+    return None if time_s is None else state_at(time_s)
+
+
+def touch_angle(state: ChainState) -> float:
+    """Angle between the last phalanx's axis and the direction to the surface, rad, 0 to π/2.
+
+    A phalanx that lies θ below the horizontal touches a ball's π/2 - θ off its axis.
+    """
+    return min(max(0.5 * math.pi - float(state.angles[-1]), 0.0), 0.5 * math.pi)

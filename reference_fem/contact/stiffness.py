@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshes.facets import local_facets
+from meshes.topology import local_facets
 from reference_fem.arrays import Array, Index
 from reference_fem.contact.penalty import PenaltyContact
 

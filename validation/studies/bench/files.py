@@ -44,9 +44,8 @@ SECTIONS = (
         "hcm",
         (
             "Row tap: from rest, errors against hcm.reference_solution with the same five"
-            " elements a phalanx,"
-            " that is of time integration. Row contact: from one rigid impact state, against 20"
-            " elements a phalanx, that is of the mesh.",
+            " elements a phalanx, that is of time integration. Row contact: from one rigid impact"
+            " state, against 20 elements a phalanx, that is of the mesh.",
             "The tap's peak and duration stay some 5e-5 off whatever the contact's step: small fast"
             " vibrations from the fall, whose phase at the touch only the flight's step improves."
             " The contact alone meets hcm.reference_solution to 1e-8.",
@@ -56,7 +55,7 @@ SECTIONS = (
     Section(
         "The reference",
         (
-            "3D and plane stress, from rest. The mesh's ladder refines the tip alone. The last"
+            "3D and plane stress, from rest. The mesh's series refines the tip alone. The last"
             " step's point is beyond the stable step: its cross is what a run says that fails.",
         ),
         ("work-precision-reference",),
@@ -98,14 +97,6 @@ SECTIONS = (
 )  # fmt: skip
 
 
-def machine(extra: Mapping[str, object]) -> dict[str, object]:
-    """Machine, versions and load: a time means nothing without them."""
-    where = provenance({})
-    where.pop("scene_toml")
-    load = os.getloadavg() if hasattr(os, "getloadavg") else None
-    return {**where, "load_average_at_start": load, **extra}
-
-
 def save(folder: Path, name: str, table: "pd.DataFrame", caption: str, show: bool = True) -> None:
     """Write CSV, with the machine in every row, and Markdown; print the latter where `show`."""
     where = provenance({})
@@ -120,8 +111,11 @@ def save(folder: Path, name: str, table: "pd.DataFrame", caption: str, show: boo
 
 
 def save_machine(folder: Path, name: str, extra: Mapping[str, object]) -> None:
-    """Write what the numbers were measured on, and when."""
-    write_json(folder / f"{name}.json", machine(extra))
+    """Write machine, versions, date and load: a time means nothing without them."""
+    where = provenance({})
+    where.pop("scene_toml")
+    load = os.getloadavg() if hasattr(os, "getloadavg") else None
+    write_json(folder / f"{name}.json", {**where, "load_average_at_start": load, **extra})
 
 
 def _table(folder: Path, name: str) -> dict[str, Any] | None:

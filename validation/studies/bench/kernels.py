@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from validation.harness.timing import shortest_in_turns
 from validation.peers.bar import DENSITY, YOUNG, box
-from validation.studies.bench.whole_step import case
+from validation.studies.bench.whole_step import falling_block_case
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +39,7 @@ class Speed:
     runs: int
 
 
-def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:
+def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:
     """Time the force and the whole step of every element of one dimension."""
     import numba
 
@@ -55,7 +55,9 @@ def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) 
         run()
 
     material = Material(YOUNG, POISSON, DENSITY)
-    built = {name: case(points, cells, name, material) for name in ELEMENTS[len(counts)]}
+    built = {
+        name: falling_block_case(points, cells, name, material) for name in ELEMENTS[len(counts)]
+    }
     cases = [(name, count) for name in built for count in available]
     pieces = [
         partial(on, count, piece)
@@ -68,10 +70,9 @@ def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) 
         numba.set_num_threads(before)
     speeds = []
     for number, (name, count) in enumerate(cases):
-        timed_case = built[name]
         force, step, search = (t.wall_time_s for t in timed[3 * number : 3 * number + 3])
-        updates = timed_case.steps * len(cells)
-        more = max(0.0, search - step) / timed_case.searches
+        updates = built[name].steps * len(cells)
+        more = max(0.0, search - step) / built[name].searches
         speeds.append(
             Speed(
                 element=name,
@@ -79,20 +80,20 @@ def measure(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) 
                 elements=len(cells),
                 updates_per_s=updates / force,
                 step_updates_per_s=updates / (step + more),
-                memory_MB=timed_case.memory_MB,
-                loop_bytes=timed_case.loop_bytes,
+                memory_MB=built[name].memory_MB,
+                loop_bytes=built[name].loop_bytes,
                 runs=timed[3 * number].runs,
             )
         )
     return speeds
 
 
-def measure_all(progress: Callable[[float, str], None]) -> list[Speed]:
+def measure_kernels(progress: Callable[[float, str], None]) -> list[Speed]:
     """Solid hexahedra, then plane quadrilaterals."""
     progress(0.0, "hexahedra's kernels")
-    solid = measure(BOX, THREADS, BUDGET_S)
+    solid = measure_box(BOX, THREADS, BUDGET_S)
     progress(0.8, "quadrilaterals' kernels")
-    return solid + measure(SHEET, THREADS, BUDGET_S)
+    return solid + measure_box(SHEET, THREADS, BUDGET_S)
 
 
 def table(speeds: list[Speed]) -> "pd.DataFrame":

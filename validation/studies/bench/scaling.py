@@ -4,16 +4,18 @@ Fixed steps, so that every size makes about the same number of them: the time of
 is what an ordered elimination of a chain makes proportional to the chain's length.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from validation.harness.timing import shortest
-from validation.models.hcm import translate
 from validation.scenes.load import load_scene
+from validation.studies.bench.work_precision import simulation
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from validation.models.adapter import Progress
 
 ELEMENTS = (5, 10, 20, 40, 80, 160, 320)
 PHALANGES = (1, 2, 3, 5, 10, 20, 30)
@@ -46,7 +48,8 @@ def exponent(sizes: Sequence[int], times: Sequence[float]) -> float:
 def _overrides(what: str, size: int, quick: bool) -> tuple[str, ...]:
     if what == "elements":
         return (f"finger.elements={size}", *FIXED, *(QUICK_STEPS if quick else ()))
-    length = load_scene("soft").tables.per_phalanx(load_scene("soft").tables.finger.length)[0]
+    tables = load_scene("soft").tables
+    length = tables.per_phalanx(tables.finger.length)[0]
     return (
         f"finger.phalanges={size}",
         "finger.elements=20",
@@ -56,23 +59,21 @@ def _overrides(what: str, size: int, quick: bool) -> tuple[str, ...]:
     )
 
 
-def measure(what: str, size: int, quick: bool, budget_s: float) -> Size:
+def measure_size(what: str, size: int, quick: bool, budget_s: float) -> Size:
     """Time one size."""
-    import hcm
-
-    given = translate(load_scene("soft", _overrides(what, size, quick)))
-    timed = shortest(lambda: hcm.simulate(**given), budget_s, least=2)
+    run = simulation("hcm", _overrides(what, size, quick))
+    timed = shortest(run, budget_s, least=2)
     steps = timed.result.statistics.steps
     return Size(what, size, timed.wall_time_s / steps, steps, timed.runs)
 
 
-def measure_all(quick: bool, budget_s: float, progress: Callable[[float, str], None]) -> list[Size]:
+def measure_scaling(quick: bool, budget_s: float, progress: "Progress") -> list[Size]:
     """Elements a phalanx, then phalanges."""
     cases = [("elements", n) for n in ELEMENTS] + [("phalanges", n) for n in PHALANGES]
     found = []
     for number, (what, size) in enumerate(cases):
         progress(number / len(cases), f"hcm, {size} {what}")
-        found.append(measure(what, size, quick, budget_s))
+        found.append(measure_size(what, size, quick, budget_s))
     return found
 
 
@@ -83,9 +84,10 @@ def table(sizes: Sequence[Size]) -> "pd.DataFrame":
     rows = []
     for what in dict.fromkeys(size.what for size in sizes):
         mine = [size for size in sizes if size.what == what]
-        half = mine[len(mine) // 2 :]
-        fits = [exponent([s.size for s in part], [s.step_time_s for s in part])
-                for part in (mine, half)]  # fmt: skip
+        whole, half = (
+            exponent([s.size for s in part], [s.step_time_s for s in part])
+            for part in (mine, mine[len(mine) // 2 :])
+        )
         rows += [
             {
                 "what": s.what,
@@ -93,8 +95,8 @@ def table(sizes: Sequence[Size]) -> "pd.DataFrame":
                 "step_time_us": s.step_time_s * 1e6,
                 "steps": s.steps,
                 "runs": s.runs,
-                "exponent": fits[0],
-                "exponent_larger_half": fits[1],
+                "exponent": whole,
+                "exponent_larger_half": half,
             }
             for s in mine
         ]

@@ -35,7 +35,7 @@ class Throughput:
     endings: Mapping[str, int]
 
 
-def solve(first: int, last: int) -> tuple[Counter[str], int]:
+def solve_scenes(first: int, last: int) -> tuple[Counter[str], int]:
     """Endings and accepted steps of the stress campaign's scenes `first` to `last` - 1.
 
     All of them by generalized-alpha.
@@ -58,7 +58,7 @@ def solve(first: int, last: int) -> tuple[Counter[str], int]:
     return endings, steps
 
 
-def measure(quick: bool, progress: Progress) -> Throughput:
+def measure_throughput(quick: bool, progress: Progress) -> Throughput:
     """Share the scenes out; the processes have started and loaded their code before."""
     scenes, processes = QUICK_SCENES if quick else SCENES, os.cpu_count() or 1
     with workers(processes) as pool:
@@ -66,7 +66,9 @@ def measure(quick: bool, progress: Progress) -> Throughput:
         for ready in [pool.submit(warm_up) for _ in range(processes)]:
             ready.result()
         start = time.perf_counter()
-        jobs = [pool.submit(solve, n, min(n + A_JOB, scenes)) for n in range(0, scenes, A_JOB)]
+        jobs = [
+            pool.submit(solve_scenes, n, min(n + A_JOB, scenes)) for n in range(0, scenes, A_JOB)
+        ]
         found: list[tuple[Counter[str], int]] = []
         for job in jobs:
             found.append(job.result())
@@ -76,19 +78,19 @@ def measure(quick: bool, progress: Progress) -> Throughput:
     return Throughput(scenes, processes, wall_time_s, sum(steps for _, steps in found), endings)
 
 
-def table(measured: Throughput) -> pd.DataFrame:
+def table(found: Throughput) -> pd.DataFrame:
     """One row."""
     import pandas as pd
 
-    endings = ", ".join(f"{count} {name}" for name, count in sorted(measured.endings.items()))
+    endings = ", ".join(f"{count} {name}" for name, count in sorted(found.endings.items()))
     return pd.DataFrame(
         [
             {
-                "scenes": measured.scenes,
-                "processes": measured.processes,
-                "wall_time_s": measured.wall_time_s,
-                "scenes_per_s": measured.scenes / measured.wall_time_s,
-                "steps_per_s": measured.steps / measured.wall_time_s,
+                "scenes": found.scenes,
+                "processes": found.processes,
+                "wall_time_s": found.wall_time_s,
+                "scenes_per_s": found.scenes / found.wall_time_s,
+                "steps_per_s": found.steps / found.wall_time_s,
                 "endings": endings,
             }
         ]

@@ -1,7 +1,7 @@
 """The whole step of the reference beside its force kernel: contact, update and audits included."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +23,7 @@ NOISE = 1e-3
 
 
 @dataclass(frozen=True)
-class Case:
+class BlockCase:
     """A free block that falls on the surface, all of its lower side touching.
 
     Pieces of one length are timed, so that a busy moment hits them alike.
@@ -70,14 +70,13 @@ def falling_block(points: Floats, cells: Integers, element: str, material: Any) 
     return build_model(mesh, (material,), surface, reference_fem.Drive(), settings)
 
 
-def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
+def falling_block_case(points: Floats, cells: Integers, element: str, material: Any) -> BlockCase:
     """What is timed on one mesh with one element."""
     from reference_fem.dynamics.energy import sample
     from reference_fem.dynamics.guards import FULL_SEARCH, failure
     from reference_fem.dynamics.loop import audit_interval
     from reference_fem.dynamics.step import advance, start_state
     from reference_fem.settings import Settings
-    from validation.studies.bench.footprint import array_bytes
 
     model = falling_block(points, cells, element, material)
     interval = audit_interval(model)
@@ -102,7 +101,7 @@ def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
             model.kernel.internal_force(state.displacement, force)
         return force
 
-    return Case(
+    return BlockCase(
         steps=interval,
         force=forces,
         step=lambda: steps(1),
@@ -111,3 +110,32 @@ def case(points: Floats, cells: Integers, element: str, material: Any) -> Case:
         memory_MB=array_bytes(model, state) / 1e6,
         loop_bytes=model.kernel.loop_bytes / len(cells),
     )
+
+
+def array_bytes(*holders: object) -> int:
+    """Bytes of all arrays in dataclasses, tuples and mappings, e.g. a `Model` and a `State`.
+
+    Views count once, with the array that they look into. Workspaces count in full, though pages of
+    them that are never touched take no memory.
+    """
+    owners: dict[int, np.ndarray] = {}
+    for holder in holders:
+        for array in _arrays(holder):
+            while isinstance(array.base, np.ndarray):
+                array = array.base
+            owners[id(array)] = array
+    return sum(array.nbytes for array in owners.values())
+
+
+def _arrays(holder: object) -> Iterator[np.ndarray]:
+    if isinstance(holder, np.ndarray):
+        yield holder
+    elif is_dataclass(holder) and not isinstance(holder, type):
+        for field in fields(holder):
+            yield from _arrays(getattr(holder, field.name))
+    elif isinstance(holder, Mapping):
+        for item in holder.values():
+            yield from _arrays(item)
+    elif isinstance(holder, tuple | list):
+        for item in holder:
+            yield from _arrays(item)

@@ -1,155 +1,200 @@
-"""hcm's work-precision ladders on the soft scene: the whole tap from rest, and the contact alone.
+"""Work-precision: settings of a solver, each timed and compared with a truth.
 
-The tap's truth has hcm's own five elements a phalanx, so that its ladders show the error of time
-integration. The contact's ladder of elements is measured against 20 elements a phalanx.
+What a solver adds is a `Solver`: how a setting becomes a run, and how a run's result is read.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from validation.compare.tap_errors import TapQuantities, tap_errors
-from validation.harness.timing import shortest
+from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
+from validation.harness.console import say
+from validation.harness.identity import program
+from validation.harness.store import Store, json_format
+from validation.harness.timing import LEAST_RUNS, shortest
 from validation.models.hcm import translate
+from validation.models.inputs import OTHERS
+from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
-from validation.studies.bench import truths
-from validation.studies.bench.kept import Kept
-from validation.studies.bench.measured import Point
 
-Number = int | float
-Value = Number | str
-Progress = Callable[[float, str], None]
+if TYPE_CHECKING:
+    import pandas as pd
 
-# Error control in flight and contact; each ladder changes what its name says.
-BASE: Mapping[str, Number] = {
-    "flight_step": 1e-3,
-    "flight_tolerance": 1e-7,
-    "contact_step": 1e-5,
-    "contact_tolerance": 1e-9,
-}
-FIXED: Mapping[str, Number] = {"flight_tolerance": 0, "contact_tolerance": 0}
-GAUSS: Mapping[str, Value] = {
-    "flight_integrator": "gauss",
-    "newton_tolerance": 1e-7,
-    "spectral_radius": 1.0,
-}
-IMPACT_TOLERANCE = {"contact_step": 1e-5, "contact_tolerance": 1e-13, "newton_tolerance": 1e-11}
+    from validation.models.adapter import Progress
+
+DIMENSIONS: Mapping[str, Dimension] = {"fem3d": 3, "fem2d": 2}
+Option = int | float | str
 
 
 @dataclass(frozen=True)
-class Rung:
-    """One setting: elements a phalanx, and what differs from hcm's own defaults."""
+class Setting:
+    """One setting of one solver on the soft scene.
+
+    study : which truth its errors are taken against
+    solver : a model, or a peer
+    series : what the settings beside it change
+    name : what is set, for the table
+    options : the scene's keys, and what else the solver takes
+    """
 
     study: str
+    solver: str
     series: str
-    elements: int
-    changes: Mapping[str, Value]
+    name: str
+    options: Mapping[str, Option]
+
+    def overrides(self) -> list[str]:
+        """The scene's keys as the command line writes them."""
+        return [f"{key}={value!r}" if isinstance(value, int | float) else f"{key}={value}"
+                for key, value in self.options.items() if "." in key]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to; `tap` is None if it is not complete, `detail` adds to the name."""
+
+    status: str
+    tap: TapQuantities | None
+    steps: int | None = None
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class Solver:
+    """How settings are run.
+
+    prepare : everything that is not timed; returns the run.
+    read : what a run's result says.
+    warm_up_each : whether every setting runs once unmeasured, or the first of its model alone.
+    """
+
+    prepare: Callable[[Setting], Callable[[], Any]]
+    read: Callable[[Any], Outcome]
+    least_runs: int = LEAST_RUNS
+    warm_up_each: bool = True
+
+
+@dataclass(frozen=True)
+class Point:
+    """One setting of one solver. A run that failed has a status, and no errors."""
+
+    study: str
+    solver: str
+    series: str
+    setting: str
+    status: str
+    wall_time_s: float
+    runs: int
+    steps: int | None = None
+    errors: TapErrors | None = None
 
     @property
-    def setting(self) -> str:
-        """What was set, for the table."""
-        changed = ", ".join(
-            f"{key} {value if isinstance(value, str) else format(value, 'g')}"
-            for key, value in self.changes.items()
-        )
-        return f"{self.elements} elements" + (f", {changed}" if changed else "")
-
-    def inputs(self) -> dict[str, Any]:
-        """Keyword arguments of `hcm.simulate`."""
-        overrides = [f"solver.hcm.{key}={value!r}" for key, value in self.changes.items()]
-        scene = load_scene("soft", (f"finger.elements={self.elements}", *overrides))
-        given = translate(scene)
-        if self.study == "contact":
-            length = given["finger"].phalanges[0].length
-            given["start"] = truths.impact_start(given["surface"].height, length)
-        return given
+    def ok(self) -> bool:
+        """Whether there is a time and an error to draw."""
+        return self.errors is not None and math.isfinite(self.wall_time_s)
 
 
-def ladders(quick: bool) -> tuple[Rung, ...]:
-    """All settings; `quick` leaves out the dearest."""
+@dataclass(frozen=True)
+class Measured:
+    """A setting's outcome and its shortest time in s, of so many runs."""
 
-    def tap(series: str, *changes: Mapping[str, Value]) -> Rung:
-        merged = {key: value for change in changes for key, value in change.items()}
-        return Rung("tap", series, truths.TAP_ELEMENTS, merged)
+    setting: Setting
+    outcome: Outcome
+    wall_time_s: float
+    runs: int
 
-    tolerances = [(1e-5, 1e-7), (1e-6, 1e-8), (1e-7, 1e-9), (1e-8, 1e-10), (1e-9, 1e-11)]
-    steps = [(1e-3, 1e-5), (3e-4, 3e-6), (1e-4, 1e-6), (3e-5, 3e-7)]
-    counts = [1, 2, 3, 5, 10]
-    # the loop with collocation is compiled apart, in half a minute: not for a quick look
-    collocated: list[tuple[float, float]] = []
-    if not quick:
-        tolerances += [(1e-10, 1e-12), (1e-11, 1e-13)]
-        steps += [(1e-5, 1e-7), (3e-6, 3e-8)]
-        collocated += [(5e-4, 1e-6), (2e-4, 5e-7), (1e-4, 3e-7), (5e-5, 1e-7), (3e-5, 3e-8)]
-        counts += [20, 40]
-    rungs = [tap("default settings")]
-    rungs += [
-        tap("tolerances", BASE, {"flight_tolerance": f, "contact_tolerance": c})
-        for f, c in tolerances
-    ]
-    rungs += [tap("fixed steps", {"flight_step": f, "contact_step": c}, FIXED) for f, c in steps]
-    rungs += [
-        tap("flight by Gauss collocation", GAUSS, FIXED, {"flight_step": f, "contact_step": c})
-        for f, c in collocated
-    ]
-    rungs += [
-        tap("rigid flight", BASE, {"flight": "rigid", "flight_step": 1e-2, "contact_tolerance": c})
-        for c in (1e-7, 1e-8, 1e-9, 1e-10)
-    ]
-    rungs += [tap("xi", BASE, {"spectral_radius": xi}) for xi in (0.0, 0.4, 0.8, 0.9, 1.0)]
-    rungs += [tap("newton tolerance", BASE, {"newton_tolerance": t}) for t in (1e-3, 1e-5, 1e-7)]
-    rungs += [Rung("contact", "elements", n, IMPACT_TOLERANCE) for n in counts]
-    return tuple(rungs)
+    def against(self, truth: TapQuantities, study: str = "") -> Point:
+        """Its point, with errors against the truth of the setting's own study or of another."""
+        setting, outcome = self.setting, self.outcome
+        return Point(
+            study or setting.study, setting.solver, setting.series, setting.name + outcome.detail,
+            outcome.status, self.wall_time_s, self.runs, outcome.steps,
+            None if outcome.tap is None else tap_errors(outcome.tap, truth),
+        )  # fmt: skip
 
 
-def quantities(result: Any) -> TapQuantities | None:
-    """What a run of hcm found; None if it did not get to separation."""
-    summary = result.summary
-    turns = [e.time_s for e in result.events if e.kind == "compression_to_restitution"]
-    if result.status.name != "COMPLETED" or summary.contact_duration_s is None or not turns:
-        return None
-    return TapQuantities(
-        contact_time_s=summary.contact_time_s,
-        turn_s=turns[0] - summary.contact_time_s,
-        duration_s=summary.contact_duration_s,
-        peak_normal_force_N=summary.peak_normal_force_N,
-        normal_impulse_N_s=summary.normal_impulse_N_s,
-    )
+POINT = json_format(Point)
 
 
-def measure(rung: Rung, truth: TapQuantities, budget_s: float) -> Point:
-    """Time a setting and compare it with the truth."""
-    import hcm
+def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
+    """A model's solve of the soft scene, with all that comes before it done (mesh, translation)."""
+    scene = load_scene("soft", overrides)
+    if model == "hcm":
+        import hcm
 
-    given = rung.inputs()
-    timed = shortest(lambda: hcm.simulate(**given), budget_s)
-    found = quantities(timed.result)
-    return Point(
-        rung.study,
-        "hcm",
-        rung.series,
-        rung.setting,
-        timed.result.status.name,
-        timed.wall_time_s,
-        timed.runs,
-        timed.result.statistics.steps,
-        None if found is None else tap_errors(found, truth),
-    )
+        return partial(hcm.simulate, **translate(scene))
+    import reference_fem
+
+    mesh = build_mesh(scene.tables, DIMENSIONS[model])
+    return partial(reference_fem.simulate, mesh, *inputs(scene.tables))
 
 
-def measure_all(
-    rungs: Iterable[Rung],
-    known: Mapping[str, truths.Known],
+def measure_setting(
+    setting: Setting, solver: Solver, budget_s: float, warm_up: bool = True
+) -> Measured:
+    """Time a setting for at least `budget_s`, in s, and read its last run."""
+    timed = shortest(solver.prepare(setting), budget_s, solver.least_runs, warm_up)
+    return Measured(setting, solver.read(timed.result), timed.wall_time_s, timed.runs)
+
+
+def measure_settings(
+    settings: Sequence[Setting],
+    solver: Solver,
+    truths: Mapping[str, TapQuantities],
     budget_s: float,
-    kept: Kept,
-    progress: Progress,
+    store: Store,
+    progress: "Progress",
 ) -> list[Point]:
-    """Every setting in turn."""
-    rungs = tuple(rungs)
-    points = []
-    for number, rung in enumerate(rungs):
-        progress(number / len(rungs), f"hcm, {rung.study}, {rung.setting}")
-        measure_it = partial(measure, rung, known[rung.study].values, budget_s)
-        points.append(kept.point("hcm", rung, measure_it, truth=asdict(known[rung.study].values)))
+    """Every setting in turn; `truths` are by study.
+
+    A point is stored under its setting, its truth, and the program and machine that measured it.
+    """
+    warm: set[str] = set()
+
+    def measured(setting: Setting) -> Point:
+        first = setting.solver not in warm
+        warm.add(setting.solver)
+        found = measure_setting(setting, solver, budget_s, solver.warm_up_each or first)
+        return found.against(truths[setting.study])
+
+    points, read_back = [], 0
+    for number, setting in enumerate(settings):
+        progress(number / len(settings), f"{setting.solver}, {setting.series}, {setting.name}")
+        model, made_by = f"validation.models.{setting.solver}", solver.prepare.__module__
+        inputs = {
+            "point": asdict(setting),
+            "truth": asdict(truths[setting.study]),
+            "program": program(model, made_by, without=OTHERS[setting.solver]),
+        }
+        read_back += store.has(inputs)
+        points.append(store.obtain(inputs, POINT, partial(measured, setting)))
+    if read_back:
+        say(f"{read_back} settings were measured by an earlier benchmark")
     return points
+
+
+def front(points: Sequence[Point], quantity: str) -> list[tuple[float, float]]:
+    """Time and error of the settings that no other one beats in both, by rising time."""
+    found: list[tuple[float, float]] = []
+    pairs = sorted((p.wall_time_s, float(getattr(p.errors, quantity))) for p in points if p.ok)
+    for time, error in pairs:
+        if not found or error < found[-1][1]:
+            found.append((time, error))
+    return found
+
+
+def table(points: Sequence[Point]) -> "pd.DataFrame":
+    """The points, one a row."""
+    import pandas as pd
+
+    names = {"peak": "peak_error", "impulse": "impulse_error", "duration": "duration_error",
+             "event_s": "event_error_s"}  # fmt: skip
+    return pd.DataFrame(
+        {
+            **{key: value for key, value in asdict(point).items() if key != "errors"},
+            **{title: getattr(point.errors, name, None) for name, title in names.items()},
+        }
+        for point in points
+    )

@@ -1,5 +1,6 @@
 """The benchmark: its arithmetic against closed forms, its truths against each other, its rows."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -7,29 +8,49 @@ import numpy as np
 import pytest
 
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
+from validation.harness.store import Store
 from validation.harness.timing import shortest
 from validation.peers.bar import SIZE_M, box
+from validation.scenes.load import load_scene
 from validation.studies.bench import (
-    combined,
     figures,
     files,
-    integrators,
+    hcm_settings,
+    hcm_truth,
     kernels,
-    reference_precision,
-    reference_truths,
+    reference_settings,
+    reference_truth,
     scaling,
     throughput,
-    truth_runs,
     truths,
-    work_precision,
 )
-from validation.studies.bench.kept import Kept
-from validation.studies.bench.ledger import Entry
-from validation.studies.bench.ledger import table as ledger_table
-from validation.studies.bench.measured import Point, front, table
+from validation.studies.bench.shortcut_ledger import Entry
+from validation.studies.bench.shortcut_ledger import table as ledger_table
 from validation.studies.bench.whole_step import FALL_M_PER_S, falling_block
+from validation.studies.bench.work_precision import (
+    DIMENSIONS,
+    Outcome,
+    Point,
+    Setting,
+    Solver,
+    front,
+    measure_setting,
+    measure_settings,
+    table,
+)
 
 EXACT = TapQuantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
+
+
+def _hcm_point(setting: Setting, solver: Solver = hcm_settings.HCM_SOLVER) -> Point:
+    truth = truths.HCM_TRUTHS[setting.study].values
+    return measure_setting(setting, solver, budget_s=0.0).against(truth)
+
+
+def _reference_point(setting: Setting) -> Point:
+    solver = replace(reference_settings.REFERENCE_SOLVER, least_runs=1)
+    truth = truths.REFERENCE_TRUTHS[setting.study].values
+    return measure_setting(setting, solver, 0.0, warm_up=False).against(truth)
 
 
 def test_errors_are_relative_and_events_in_seconds() -> None:
@@ -72,7 +93,7 @@ def test_box_is_made_of_right_handed_unit_cells(counts: tuple[int, ...]) -> None
 
 
 def test_kernels_are_timed_for_every_element_of_a_dimension() -> None:
-    speeds = kernels.measure((6, 4, 4), (1,), budget_s=0.0)
+    speeds = kernels.measure_box((6, 4, 4), (1,), budget_s=0.0)
     assert {s.element for s in speeds} >= {"hex8-sri"}
     assert all(s.updates_per_s > 0 and s.elements == 96 for s in speeds)
     table = kernels.table(speeds)
@@ -111,13 +132,15 @@ def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None
 def test_solved_impact_converges_to_the_stored_truth() -> None:
     """Two elements a phalanx are further off than five; five are within the measured 1.2e-4."""
     known = truths.CONTACT.values
-    far, near = (truths.largest_difference(truths.solve_impact(n, 1e-8), known) for n in (2, 5))
+    far, near = (
+        hcm_truth.largest_difference(hcm_truth.solve_impact(n, 1e-8), known) for n in (2, 5)
+    )
     assert near < 2e-4 < far
 
 
-def test_ladder_of_tolerances_costs_steps_and_buys_accuracy() -> None:
-    rungs = [r for r in work_precision.ladders(quick=True) if r.series == "tolerances"][1:4]
-    points = [work_precision.measure(r, truths.TAP.values, budget_s=0.0) for r in rungs]
+def test_a_series_of_tolerances_costs_steps_and_buys_accuracy() -> None:
+    settings = hcm_settings.tap_and_contact_settings(quick=True)
+    points = [_hcm_point(s) for s in settings if s.series == "tolerances"][1:4]
     assert all(p.ok and p.status == "COMPLETED" for p in points)
     for cheap, dear in pairwise(points):
         assert cheap.steps is not None
@@ -131,8 +154,8 @@ def test_ladder_of_tolerances_costs_steps_and_buys_accuracy() -> None:
 
 
 def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
-    failing = work_precision.Rung("tap", "tolerances", 2, {"max_flight_time": 0.01})
-    point = work_precision.measure(failing, truths.TAP.values, budget_s=0.0)
+    failing = hcm_settings.hcm_setting("tap", "tolerances", 2, {"max_flight_time": 0.01})
+    point = _hcm_point(failing)
     assert point.status == "NOT_REACHED"
     assert not point.ok
     good = Point(
@@ -151,8 +174,8 @@ def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
 
 def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
     """The tip of twice the edge: what the truth's own error is read from."""
-    known = reference_truths.PLANE
-    found = tap_errors(truth_runs.tap("fem2d", 0.5, 0.5), known.values)
+    known = truths.PLANE
+    found = tap_errors(reference_truth.solve_tap("fem2d", 0.5, 0.5), known.values)
     assert 0.5 * known.own_error < found.largest < known.own_error
 
 
@@ -160,20 +183,21 @@ def test_truth_is_the_finest_run_with_the_shafts_change_and_the_flights_limit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     peaks = {(2.0, 0.5): 95.0, (2.0, 1.0): 94.0, (1.0, 1.0): 94.25}
-    monkeypatch.setattr(truth_runs, "tap", lambda _, shaft, tip: TapQuantities(
+    monkeypatch.setattr(reference_truth, "solve_tap", lambda _, shaft, tip: TapQuantities(
         0.1, 1e-4, 2e-4, peaks[shaft, tip], 0.01))  # fmt: skip
-    monkeypatch.setattr(truth_runs, "_flight", lambda _, edge: 0.13 + edge**2)
-    found = truth_runs.truth("fem3d")
+    monkeypatch.setattr(reference_truth, "_flight", lambda _, edge: 0.13 + edge**2)
+    found = reference_truth.solve_truth("fem3d")
     assert found.peak_normal_force_N == pytest.approx(95.25, rel=1e-14)
     assert found.contact_time_s == pytest.approx(0.13, rel=1e-14)
 
 
 def test_two_integrators_of_one_mesh_leave_the_same_error() -> None:
     """At 5 elements the mesh's 1e-4 is left by either; their own are below a tenth of it."""
-    known = truths.CONTACT.values
-    explicit = integrators.measure(integrators.Rung(5, 1e-6), known, 0.0).errors
-    rung = work_precision.Rung("contact", "elements", 5, work_precision.IMPACT_TOLERANCE)
-    implicit = work_precision.measure(rung, known, 0.0).errors
+    tight = next(s for s in hcm_settings.dop853_settings(quick=True)
+                 if s.name == "5 elements, rtol 1e-06")  # fmt: skip
+    explicit = _hcm_point(tight, hcm_settings.DOP853_SOLVER).errors
+    changes = hcm_settings.IMPACT_TOLERANCE
+    implicit = _hcm_point(hcm_settings.hcm_setting("contact", "elements", 5, changes)).errors
     assert explicit is not None
     assert implicit is not None
     assert explicit.peak == pytest.approx(implicit.peak, rel=0.1)
@@ -186,39 +210,38 @@ def test_front_is_what_no_setting_beats() -> None:
 
 
 def test_both_models_on_one_plot_with_the_gap_between_their_truths(tmp_path: Path) -> None:
-    known = {"hcm": truths.TAP, **reference_truths.KNOWN}
-    gap = combined.gap(known)
+    known = {"hcm": truths.TAP, **truths.REFERENCE_TRUTHS}
+    gap = truths.gap(known)
     assert gap.peak == pytest.approx(1 - 64.478 / 95.357, rel=1e-4)
-    table = combined.truths_table(known).set_index("quantity")
+    table = truths.truths_table(known).set_index("quantity")
     assert table.loc["peak_normal_force_N", "hcm_off_fem3d"] == pytest.approx(-gap.peak)
     points = [_solid(1.0, 0.1), _solid(0.2, None, "fem2d"), _solid(0.01, 1e-4, "hcm")]
-    combined.draw(tmp_path / "all.png", points, known)
+    figures.both_models(tmp_path / "all.png", points, known)
     assert (tmp_path / "all.png").stat().st_size > 0
 
 
-@pytest.mark.parametrize("model", reference_precision.DIMENSIONS)
-def test_reference_ladders_change_mesh_penalty_and_step(model: str) -> None:
-    rungs = reference_precision.ladders(model, quick=False)
-    quick = reference_precision.ladders(model, quick=True)
-    assert all(rung in rungs for rung in quick)
-    assert len(quick) < len(rungs)
-    assert {r.series.split(",")[0] for r in rungs} == {
+@pytest.mark.parametrize("model", DIMENSIONS)
+def test_reference_settings_change_mesh_penalty_and_step(model: str) -> None:
+    settings = reference_settings.reference_settings(model, quick=False)
+    quick = reference_settings.reference_settings(model, quick=True)
+    assert all(setting in settings for setting in quick)
+    assert len(quick) < len(settings)
+    assert {r.series.split(",")[0] for r in settings} == {
         "presets", "mesh", "nodal penalty", "surface penalty", "step"
     }  # fmt: skip
-    for rung in rungs:
-        fem = rung.scene().tables.solver.fem
-        if rung.series.startswith("mesh"):
-            assert rung.setting == f"tip {1e3 * fem.tip_size:.3g} mm"
+    for setting in settings:
+        fem = load_scene("soft", setting.overrides()).tables.solver.fem
+        if setting.series.startswith("mesh"):
+            assert setting.name == f"tip {1e3 * fem.tip_size:.3g} mm"
             assert fem.growth == pytest.approx(1.25 ** (fem.tip_size / 1e-4))
 
 
 def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() -> None:
-    rungs = reference_precision.ladders("fem2d", quick=True)
-    failing = next(r for r in rungs if "unstable" in r.setting)
-    point = reference_precision.measure(failing, 0.0, 1)
+    settings = reference_settings.reference_settings("fem2d", quick=True)
+    point = _reference_point(next(s for s in settings if "unstable" in s.name))
     assert (point.status, point.errors) == ("UNSTABLE", None)
     coarse, fine = (
-        reference_precision.measure(next(r for r in rungs if text in r.setting), 0.0, 1)
+        _reference_point(next(s for s in settings if text in s.name))
         for text in ("tip 0.283 mm", "tip 0.1 mm")
     )
     assert coarse.errors is not None
@@ -227,26 +250,31 @@ def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() 
     assert fine.errors.largest < 0.02  # measured 1.1e-2; the truth's own error is 2e-3
 
 
-def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path) -> None:
-    setting = work_precision.Rung("tap", "tolerances", 2, {})
-    other = work_precision.Rung("tap", "tolerances", 3, {})
-    good, bad = _solid(0.1234567890123456, 1e-3 / 3), _solid(0.2, None)
-    first = Kept(tmp_path, resume=False)
-    assert first.point("hcm", setting, lambda: good) == good
-    assert first.point("hcm", other, lambda: bad) == bad
-    again = Kept(tmp_path, resume=True)
-    assert again.point("hcm", setting, lambda: bad) == good
-    assert again.point("hcm", other, lambda: good) == bad
-    assert again.read_back == 2
-    anew = Kept(tmp_path, resume=False)
-    assert anew.point("hcm", setting, lambda: bad) == bad
+def test_stopped_benchmark_is_taken_up_where_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = [hcm_settings.hcm_setting("tap", "tolerances", n) for n in (2, 3)]
+    good, bad = Outcome("COMPLETED", EXACT, 10), Outcome("UNSTABLE", None)
+
+    def measured(*outcomes: Outcome, resume: bool) -> list[Point]:
+        left = iter(outcomes)
+        solver = replace(hcm_settings.HCM_SOLVER, read=lambda result: next(left))
+        store = Store(tmp_path, fresh=not resume)
+        known = {"tap": truths.TAP.values}
+        return measure_settings(settings, solver, known, 0.0, store, lambda share, text: None)
+
+    first = measured(good, bad, resume=False)
+    assert [point.ok for point in first] == [True, False]
+    assert measured(bad, good, resume=True) == first
+    assert "2 settings were measured" in capsys.readouterr().err
+    assert [point.ok for point in measured(bad, good, resume=False)] == [False, True]
 
 
 def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> None:
     entries = [Entry("rigid flight", "fem2d", "flight = explicit", 1.0, 90.0, 1e-3, 2e-3, 3e-3)]
     files.save_machine(tmp_path, "machine-skips", {"quick": True})
     files.save(tmp_path, "skips", ledger_table(entries), "ledger")
-    figures.skips(tmp_path / "skips.png", entries)
+    figures.shortcuts(tmp_path / "skips.png", entries)
     html = files.page(tmp_path).read_text(encoding="utf-8")
     assert "The skip ledger" in html
     assert "rigid flight" in html
@@ -259,8 +287,8 @@ def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: pytest.Mo
     monkeypatch.setattr(throughput, "QUICK_SCENES", 5)
     monkeypatch.setattr(throughput, "A_JOB", 2)
     told: list[float] = []
-    measured = throughput.measure(True, lambda share, text: told.append(share))
-    endings, steps = throughput.solve(0, 5)
+    measured = throughput.measure_throughput(True, lambda share, text: told.append(share))
+    endings, steps = throughput.solve_scenes(0, 5)
     assert (measured.scenes, measured.endings, measured.steps) == (5, endings, steps)
     assert sum(endings.values()) == 5
     assert steps > 0

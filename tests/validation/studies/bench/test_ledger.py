@@ -10,11 +10,12 @@ from validation.cli import main
 from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
 from validation.peers.bar import Bar
-from validation.studies.bench import bar, ledger, peers, skips, skips_apart, truths, work_precision
-from validation.studies.bench.measured import Point
+from validation.studies.bench import bar, hcm_settings, hcm_truth, peers, shortcuts, truths
+from validation.studies.bench.shortcut_ledger import Entry, table
+from validation.studies.bench.work_precision import Point
 
-RUNG = work_precision.Rung(
-    peers.STUDY, "tolerances", 2, {**work_precision.BASE, "flight_tolerance": 1e-6}
+CHEAP = hcm_settings.hcm_setting(
+    peers.STUDY, "tolerances", 2, hcm_settings.BASE, {"flight_tolerance": 1e-6}
 )
 exudyn_is_here = importlib.util.find_spec("exudyn") is not None
 
@@ -28,22 +29,24 @@ def test_runs_that_are_compared_take_turns() -> None:
 
 def test_smooth_surface_and_absent_torque_change_nothing() -> None:
     """mu = 1e-12 changes forces by about mu, a torque of 1e-300 N m not even a bit."""
-    entries = {e.shortcut: e for e in (skips.measure(s, 0.0) for s in skips.HCM[2:])}
+    entries = {
+        e.shortcut: e for e in (shortcuts.measure_shortcut(s, 0.0) for s in shortcuts.HCM[2:])
+    }
     smooth, still = entries["no friction at mu = 0"], entries["no torque at zero drive"]
     assert smooth.peak_change == pytest.approx(0, abs=1e-9)
     assert (still.peak_change, still.impulse_change, still.duration_change) == (0, 0, 0)
 
 
 def test_skipping_the_search_in_flight_changes_no_bit() -> None:
-    entry = skips_apart.contact_search(2, 0.0)
+    entry = shortcuts.measure_contact_search("fem2d", 0.0)
     assert entry.peak_change == 0
     assert entry.speedup is not None
 
 
 def test_reused_factors_change_results_by_no_more_than_the_steps_do() -> None:
     """Both stop at Newton's tolerance; the error control takes its steps from them (to 1e-9 m)."""
-    switch = next(s for s in skips.HCM if s.name == "factorization reuse")
-    entry = skips.measure(switch, 0.0)
+    switch = next(s for s in shortcuts.HCM if s.name == "factorization reuse")
+    entry = shortcuts.measure_shortcut(switch, 0.0)
     assert entry.largest_change is not None
     assert entry.largest_change < 1e-4
 
@@ -51,25 +54,25 @@ def test_reused_factors_change_results_by_no_more_than_the_steps_do() -> None:
 def test_half_a_body_taps_like_the_whole_one() -> None:
     """They differ by where sums are rounded, which a node that leaves the surface in another step
     makes 1e-4 of the duration: a step is 1.3e-3 of it (measured: 1e-4, 3e-7 and 1e-6)."""
-    switch = next(s for s in skips.SOLID if s.name == "half model by symmetry")
-    entry = skips.measure(switch, 0.0)
+    switch = next(s for s in shortcuts.SOLID if s.name == "half model by symmetry")
+    entry = shortcuts.measure_shortcut(switch, 0.0)
     assert entry.largest_change is not None
     assert entry.largest_change < 1.3e-3
     assert entry.peak_change == pytest.approx(0.0, abs=1e-5)
 
 
 def test_stored_run_is_read_back_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = skips_apart.stored("hcm", 0.0)
+    entry = shortcuts.measure_stored_run("hcm", 0.0)
     assert entry.largest_change == 0.0
     assert entry.note.endswith("to the bit")
-    monkeypatch.setattr(skips_apart, "load_run", lambda store, inputs: None)
-    assert skips_apart.stored("hcm", 0.0).largest_change is None
+    monkeypatch.setattr(shortcuts, "load_run", lambda store, inputs: None)
+    assert shortcuts.measure_stored_run("hcm", 0.0).largest_change is None
 
 
 def test_ledger_names_what_has_no_switch() -> None:
-    table = ledger.table([ledger.Entry("half model", "fem3d", "no switch", note="structural")])
-    assert table["speedup"].isna().all()
-    assert table["note"][0] == "structural"
+    frame = table([Entry("half model", "fem3d", "no switch", note="structural")])
+    assert frame["speedup"].isna().all()
+    assert frame["note"][0] == "structural"
 
 
 def _point(solver: str, time: float, error: float) -> Point:
@@ -100,7 +103,7 @@ def test_absent_peer_is_skipped_by_name(
         importlib.util, "find_spec", lambda name, *more: None if name in peers_only else real(name)
     )
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr(peers, "hcm_rungs", lambda quick: [RUNG])
+    monkeypatch.setattr(peers, "hcm_settings", lambda quick: [CHEAP])
     monkeypatch.setattr(bar, "QUICK_BAR", Bar((4, 2, 2), 4, 1))
     main(["bench", "--peers", "--quick", "--out", str(tmp_path)])
     assert "skipped: Exudyn (pip install 'fingertap[bench]')" in capsys.readouterr().err
@@ -113,7 +116,7 @@ def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
     with a step is off by up to a step (3 us of 232 us)."""
     from validation.peers import exudyn_finger
 
-    given = truths.arguments(truths.TAP_ELEMENTS)
+    given = hcm_truth.soft_arguments(truths.TAP_ELEMENTS)
     truth = truths.TAP.values
     until = truth.contact_time_s - peers.LOOK_BEFORE_S
     located, unlocated = (

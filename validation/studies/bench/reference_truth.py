@@ -1,6 +1,6 @@
-"""The reference's stored truths (`reference_truths`), made anew from the runs they are read from.
+"""The reference's truths (`truths`), made anew from the runs that they are read from.
 
-    python -m validation.studies.bench.truth_runs fem3d
+    python -m validation.studies.bench.reference_truth fem3d
 
 prints a line a run, then every quantity beside the stored one. On one thread 2D takes half a
 minute, 3D a quarter of an hour and 2 GB.
@@ -13,17 +13,19 @@ from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import mesh_sizes
 from validation.harness.interrupts import unless_interrupted
 from validation.models.solid import build_mesh, inputs
-from validation.studies.bench.reference_precision import DIMENSIONS, IMPULSE, Rung, quantities
-from validation.studies.bench.reference_truths import KNOWN
+from validation.scenes.load import load_scene
+from validation.studies.bench.reference_settings import IMPULSE, solid_tap
+from validation.studies.bench.truths import REFERENCE_TRUTHS
+from validation.studies.bench.work_precision import DIMENSIONS, Setting, simulation
 
-# Refinements (shaft, tip) of `ladders`: the finest run; and two whose difference, shaft against
+# Refinements (shaft, tip) of `mesh_sizes`: the finest run; and two whose difference, shaft against
 # half the shaft, is added to it in 3D, where the finest tip was too dear on the finer shaft.
 FINEST = {"fem3d": (2.0, 0.5), "fem2d": (0.5, 0.25)}
 SHAFTS = {"fem3d": ((2.0, 1.0), (1.0, 1.0))}
 EVEN = {"fem3d": (7.5e-4, 3.75e-4), "fem2d": (2.5e-4, 1.25e-4)}  # m, the flight's meshes
 
 
-def tap(model: str, shaft: float, tip: float) -> TapQuantities:
+def solve_tap(model: str, shaft: float, tip: float) -> TapQuantities:
     """One tap from rest, contact by impulses.
 
     Raises
@@ -31,16 +33,12 @@ def tap(model: str, shaft: float, tip: float) -> TapQuantities:
     RuntimeError
         The run did not complete.
     """
-    import reference_fem
-
-    setting = f"shaft {shaft:g}, tip {tip:g}"
-    overrides = {**IMPULSE, **mesh_sizes(1.0, shaft, tip)}
-    tables = Rung(model, "truth", setting, overrides).scene().tables
-    mesh = build_mesh(tables, DIMENSIONS[model])
-    result = unless_interrupted(reference_fem.simulate(mesh, *inputs(tables)))
-    found = quantities(result)
+    name = f"shaft {shaft:g}, tip {tip:g}"
+    setting = Setting(model, model, "", name, {**IMPULSE, **mesh_sizes(1.0, shaft, tip)})
+    result = unless_interrupted(simulation(model, setting.overrides())())
+    found = solid_tap(result)
     if found is None:
-        raise RuntimeError(f"{model}, {setting}: {result.message or result.status.name}")
+        raise RuntimeError(f"{model}, {name}: {result.message or result.status.name}")
     return found
 
 
@@ -53,8 +51,8 @@ def contact_time(model: str) -> float:
 def _flight(model: str, edge: float) -> float:
     import reference_fem
 
-    sizes = {f"solver.fem.{name}_size": edge for name in ("section", "axial", "tip")}
-    tables = Rung(model, "flight", f"{edge:g} m", sizes).scene().tables
+    names = ("section", "axial", "tip")
+    tables = load_scene("soft", [f"solver.fem.{name}_size={edge!r}" for name in names]).tables
     materials, surface, drive, _ = inputs(tables)
     mesh = build_mesh(tables, DIMENSIONS[model])
     state = reference_fem.impact_state(mesh, materials, surface, drive, 0.0)
@@ -63,17 +61,17 @@ def _flight(model: str, edge: float) -> float:
     return state.time_s
 
 
-def truth(model: str) -> TapQuantities:
+def solve_truth(model: str) -> TapQuantities:
     """All runs of a model's truth, printed as they end."""
 
-    def shown(shaft: float, tip: float) -> TapQuantities:
-        found = tap(model, shaft, tip)
-        print(f"{model}, shaft {shaft:g}, tip {tip:g}: {asdict(found)}", flush=True)
+    def shown(shaft: float, tip: float) -> dict[str, float]:
+        found = asdict(solve_tap(model, shaft, tip))
+        print(f"{model}, shaft {shaft:g}, tip {tip:g}: {found}", flush=True)
         return found
 
-    values = asdict(shown(*FINEST[model]))
+    values = shown(*FINEST[model])
     if model in SHAFTS:
-        coarse, fine = (asdict(shown(*which)) for which in SHAFTS[model])
+        coarse, fine = (shown(*which) for which in SHAFTS[model])
         values = {name: value + fine[name] - coarse[name] for name, value in values.items()}
     return TapQuantities(**{**values, "contact_time_s": contact_time(model)})
 
@@ -81,9 +79,9 @@ def truth(model: str) -> TapQuantities:
 def main() -> None:
     """Read the command line; print the truth and what is stored."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else "")
-    parser.add_argument("model", choices=sorted(KNOWN))
+    parser.add_argument("model", choices=sorted(REFERENCE_TRUTHS))
     model = parser.parse_args().model
-    found, stored = asdict(truth(model)), asdict(KNOWN[model].values)
+    found, stored = asdict(solve_truth(model)), asdict(REFERENCE_TRUTHS[model].values)
     for name, value in found.items():
         print(f"{name}: {value:.6g}, stored {stored[name]:.6g}, off {value / stored[name] - 1:.1e}")
 

@@ -1,0 +1,80 @@
+"""The reference's settings on the soft scene, from rest: mesh, penalty, step.
+
+Each series changes what its name says. Flight is the reference's own rigid chain, so that a run's
+time is that of the contact and of setting it up; the mesh is not charged.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from validation.compare.tap_errors import TapQuantities
+from validation.converge.refinements import ROOT, mesh_sizes
+from validation.studies.bench.work_precision import Option, Outcome, Setting, Solver, simulation
+
+Options = Mapping[str, Option]
+IMPULSE: Options = {"solver.fem.contact": "impulse"}
+SHAFT = 2.0  # in units of `mesh_sizes`: 1.5 mm, which the truths show to be fine enough
+UNSTABLE = 1.2  # a step beyond stability: its failure belongs to the picture
+BUDGET_S = 2.0  # the dearest runs of a full benchmark take half a minute: two of each are enough
+
+
+def _tip(tip: float) -> Options:
+    """A tip of 0.1 mm times `tip`: its edge and the growth behind it."""
+    return {**IMPULSE, **mesh_sizes(1.0, SHAFT, tip)}
+
+
+def reference_settings(model: str, quick: bool) -> list[Setting]:
+    """All settings of a model; `quick` leaves out what takes more than a second or two."""
+    plane = model == "fem2d"
+    tips = [2 * ROOT, 2.0] if quick and not plane else [2 * ROOT, 2.0, ROOT, 1.0]
+    if plane and not quick:
+        tips += [1 / ROOT, 0.5]
+    factors = [100.0, 1000.0] if quick else [30.0, 100.0, 300.0, 1000.0, 3000.0]
+    # The reference's explicit step on the mesh that is cheap enough for three of them.
+    base = _tip(1.0) if plane else _tip(2.0)
+    surface = {**base, "solver.fem.contact": "surface"}
+    steps = [0.9, 0.45] if quick else [0.9, 0.45, 0.225]
+    step = "solver.fem.step_factor"
+    cases: list[tuple[str, str, Options]] = [
+        *(
+            ("presets, nodal penalty", preset, {"solver.fem.preset": preset})
+            for preset in ("fast", "ls-dyna-like")
+        ),
+        *(("mesh, impulses", f"tip {0.1 * tip:.3g} mm", _tip(tip)) for tip in tips),
+        *(
+            ("nodal penalty, fast", f"factor {f:g}", {"solver.fem.penalty_factor": f})
+            for f in (0.02, 0.1, 0.5, 2.0)
+        ),
+        *(
+            ("surface penalty", f"factor {f:g}", {**surface, "solver.fem.surface_factor": f})
+            for f in factors
+        ),
+        *(("step, impulses", f"{s:g} of the stable step", {**base, step: s}) for s in steps),
+        ("step, impulses", f"{UNSTABLE:g} of the stable step: unstable", {step: UNSTABLE}),
+    ]
+    return [Setting(model, model, *case) for case in cases]
+
+
+def solid_tap(result: Any) -> TapQuantities | None:
+    """What a run found; None if it has no complete contact. The turn is where F_n is largest."""
+    summary = result.summary
+    values = (summary.contact_time_s, summary.peak_normal_force_time_s,
+              summary.contact_duration_s, summary.peak_normal_force_N,
+              summary.normal_impulse_N_s)  # fmt: skip
+    if result.status.name != "COMPLETED" or None in values:
+        return None
+    return TapQuantities(*map(float, values))
+
+
+def _read(result: Any) -> Outcome:
+    summary = result.summary
+    elements = f", {summary.elements} elements"
+    return Outcome(result.status.name, solid_tap(result), summary.steps, elements)
+
+
+REFERENCE_SOLVER = Solver(
+    lambda setting: simulation(setting.solver, setting.overrides()),
+    _read,
+    least_runs=2,
+    warm_up_each=False,
+)

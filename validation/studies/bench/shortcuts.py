@@ -1,0 +1,181 @@
+"""The shortcuts of the skip ledger: each on and off, its time and its error.
+
+A shortcut's error is the relative change of peak, impulse and duration between two runs that differ
+in nothing else. Most are switched by a scene's keys; the contact search and stored results are not.
+"""
+
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from validation.harness.interrupts import unless_interrupted
+from validation.harness.store import Store
+from validation.harness.stored_run import keep_run, load_run
+from validation.harness.timing import shortest, shortest_in_turns
+from validation.models import ModelName, adapter
+from validation.models.inputs import run_inputs
+from validation.models.solid import build_mesh, inputs
+from validation.scenes.load import load_scene
+from validation.studies.bench.shortcut_ledger import Entry, changes
+from validation.studies.bench.work_precision import DIMENSIONS, simulation
+
+if TYPE_CHECKING:
+    from validation.models.adapter import Progress
+
+BUDGET_S = 1.5
+SEARCH_STEPS = 200
+STORED: tuple[ModelName, ...] = ("hcm", "fem3d")
+
+
+@dataclass(frozen=True)
+class Shortcut:
+    """A shortcut of hcm or a solid: the scene's overrides with it and without it."""
+
+    name: str
+    model: str
+    with_it: tuple[str, ...]
+    without_it: tuple[str, ...]
+    note: str = ""
+
+
+NO_CONTROL = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
+# hcm's settings that the ledger is measured with: error control, the cheapest mesh.
+CONTROLLED = (
+    "solver.hcm.flight_step=1e-3",
+    "solver.hcm.flight_tolerance=1e-7",
+    "solver.hcm.contact_step=1e-5",
+    "solver.hcm.contact_tolerance=1e-9",
+)
+CHEAP = ("finger.elements=5", *CONTROLLED)
+
+HCM = (
+    Shortcut(
+        "error-controlled steps instead of fixed ones of 0.01 ms and 0.1 us", "hcm", CHEAP,
+        ("finger.elements=5", *NO_CONTROL, "solver.hcm.flight_step=1e-5",
+         "solver.hcm.contact_step=1e-7"),
+    ),
+    Shortcut(
+        "5 elements a phalanx instead of 20", "hcm", CHEAP, ("finger.elements=20", *CONTROLLED),
+        "the change holds both meshes' errors of time integration",
+    ),
+    Shortcut(
+        "rigid flight", "hcm", ("solver.hcm.flight='rigid'", *CHEAP), CHEAP,
+        "off: flight = elastic, the default; error: the finger's sag and vibration in flight",
+    ),
+    Shortcut(
+        "no friction at mu = 0", "hcm", ("surface.friction=0", *CHEAP),
+        ("surface.friction=1e-12", *CHEAP), "off: mu = 1e-12",
+    ),
+    Shortcut(
+        "no torque at zero drive", "hcm", CHEAP,
+        ("drive.torques=[1e-300,1e-300,1e-300]", *CHEAP), "off: 1e-300 N m",
+    ),
+    Shortcut(
+        "factorization reuse", "hcm", CHEAP, ("solver.hcm.reuse_factors=false", *CHEAP),
+        "off: a factorization in every iteration",
+    ),
+)  # fmt: skip
+SMOOTH = (("surface.friction=0",), ("surface.friction=1e-12",), "off: mu = 1e-12")
+EXPLICIT_FLIGHT = ((), ("solver.fem.flight='explicit'",))
+SOLID = (
+    Shortcut("no friction at mu = 0", "fem2d", *SMOOTH),
+    Shortcut(
+        "half model by symmetry", "fem3d", (), ("solver.fem.symmetry=false",),
+        "off: both halves meshed",
+    ),
+    Shortcut(
+        "rigid flight", "fem2d", *EXPLICIT_FLIGHT,
+        "error: the finger's own vibration in flight",
+    ),
+)  # fmt: skip
+SOLID_FULL = (
+    Shortcut("rigid flight", "fem3d", *EXPLICIT_FLIGHT),
+    Shortcut("no friction at mu = 0", "fem3d", *SMOOTH),
+)
+
+
+def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
+    """Time both, and compare what they find."""
+    runs = [
+        simulation(shortcut.model, overrides)
+        for overrides in (shortcut.with_it, shortcut.without_it)
+    ]
+    if any("explicit" in key for key in shortcut.without_it):
+        # thousands of times the steps: once is enough, and compiled code is warm by then
+        with_it, without = shortest(runs[0], budget_s), shortest(runs[1], 0.0, 1, warm_up=False)
+    else:
+        with_it, without = shortest_in_turns(runs, budget_s)
+    switch = ", ".join(shortcut.without_it[:1] if shortcut.note else shortcut.without_it)
+    return Entry(
+        shortcut.name, shortcut.model, switch, with_it.wall_time_s, without.wall_time_s,
+        *changes(with_it.result.summary, without.result.summary), shortcut.note,
+    )  # fmt: skip
+
+
+def measure_contact_search(model: str, budget_s: float) -> Entry:
+    """Steps in flight, far from the surface, with and without the search for contact."""
+    from reference_fem.dynamics.step import advance, start_state
+    from reference_fem.model import build_model
+
+    tables = load_scene("soft").tables
+    solid = build_model(build_mesh(tables, DIMENSIONS[model]), *inputs(tables))
+    rest = np.zeros_like(solid.points)
+    state = start_state(solid, rest, rest, 0.0)
+    without, with_it = shortest_in_turns(
+        [partial(advance, solid, state, SEARCH_STEPS, search) for search in (False, True)], budget_s
+    )
+    same = np.array_equal(without.result[0].displacement, with_it.result[0].displacement)
+    change = 0.0 if same else float("nan")
+    return Entry(
+        "no contact search in flight", model, "search = True",
+        without.wall_time_s, with_it.wall_time_s, change, change, change,
+        f"{SEARCH_STEPS} steps in flight; displacements agree to the bit" if same
+        else "displacements differ",
+    )  # fmt: skip
+
+
+def measure_stored_run(model: ModelName, budget_s: float) -> Entry:
+    """A run of the soft scene against finding it in a store: its name, its files, their digests."""
+    scene = load_scene("soft")
+    module = adapter(model)
+    module.warm_up()
+    start = time.perf_counter()
+    outcome = module.run(scene)
+    unless_interrupted(outcome.record)
+    without = time.perf_counter() - start
+    with tempfile.TemporaryDirectory() as folder:
+        store = Store(Path(folder))
+        keep_run(store, run_inputs(scene.tables, model), outcome.record, outcome.fields)
+        timed = shortest(lambda: load_run(store, run_inputs(scene.tables, model)), budget_s)
+    found = timed.result
+    same = found is not None and all(
+        np.array_equal(found.history[name], array, equal_nan=array.dtype.kind == "f")
+        for name, array in outcome.record.history.items()
+    )
+    change = 0.0 if same else None
+    return Entry(
+        "stored results", model, "another scene, setting, source or version", timed.wall_time_s,
+        without, change, change, change,
+        "read back with its inputs' digest; the history agrees to the bit" if same
+        else "the stored history differs",
+    )  # fmt: skip
+
+
+def measure_shortcuts(quick: bool, progress: "Progress") -> Iterator[Entry]:
+    """The whole ledger, line by line: what is dear comes last."""
+    cases = (*HCM, *SOLID, *(() if quick else SOLID_FULL))
+    for model in STORED:
+        progress(0.0, f"{model}: stored results")
+        yield measure_stored_run(model, BUDGET_S)
+    for solid in ("fem2d", "fem3d"):
+        progress(0.05, f"{solid}: contact search")
+        yield measure_contact_search(solid, BUDGET_S)
+    for number, shortcut in enumerate(cases):
+        progress(0.1 + 0.9 * number / len(cases), f"{shortcut.model}: {shortcut.name}")
+        yield measure_shortcut(shortcut, BUDGET_S)

@@ -11,9 +11,9 @@ from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError, UserError
 from validation.harness.record import RunRecord
 from validation.models.impact import impact_of
-from validation.scenes.load import load_scene
+from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
-from validation.validate.ladder import runs as ladder_functions
+from validation.validate.ladder import reference_checks
 from validation.validate.ladder.accuracy_cost import accuracy_against_cost
 from validation.validate.ladder.causes import Cause
 from validation.validate.ladder.comparison import COLUMNS, OWN, SAME, Comparison, compare_runs
@@ -190,13 +190,13 @@ def test_whole_event_is_compared_with_the_rigid_start(
 ) -> None:
     asked = []
 
-    def contact(source: str, overrides: Any, start: Any, variant: str) -> RunRecord:
-        asked.append(tuple(overrides))
-        return make_record(source, "fem3d", variant, peak=100.0 - 0.02 * len(overrides))
+    def contact(scene: NamedScene, start: Any, variant: str) -> RunRecord:
+        asked.append(scene.tables.solver.fem.flight)
+        return make_record(scene.name, "fem3d", variant, peak=100.0 - 0.02 * (len(asked) - 1))
 
-    monkeypatch.setattr(ladder_functions, "full_contact", contact)
+    monkeypatch.setattr(reference_checks, "full_contact", contact)
     row = explicit_flight("soft", LadderRuns())
-    assert asked == [(), ("solver.fem.flight=explicit",)]
+    assert asked == [None, "explicit"]
     assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
     assert row.peak_percent == pytest.approx(-0.02)
 

@@ -7,7 +7,7 @@ from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
 from validation.scenes.load import NamedScene
-from validation.validate.ladder.runs import Contact
+from validation.validate.ladder.runs import Contact, lumped_solid, reduced
 from validation.validate.ladder.stored_runs import LadderRuns
 
 EXPERIMENT = (0.1, 0.133)  # the solid's edges of section and axis over the diameter
@@ -44,18 +44,21 @@ def causes(
     linear = Contact(found.stiffness_N_per_m, ratio)
     hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
     changes = (
-        ("reduced model, identified k at the tip node", runs.reduced(scene, linear, impact)),
+        (
+            "reduced model, identified k at the tip node",
+            runs.obtain(reduced, scene, linear, impact),
+        ),
         (
             "the solid in the beams' place, same spring at its flat end",
-            runs.lumped_solid(scene, linear, impact, EXPERIMENT),
+            runs.obtain(lumped_solid, scene, linear, impact, EXPERIMENT),
         ),
         (
             "that spring at the sphere's lowest point, not at the tip node",
-            runs.lumped_solid(scene, linear, impact, EXPERIMENT, "hemisphere"),
+            runs.obtain(lumped_solid, scene, linear, impact, EXPERIMENT, "hemisphere"),
         ),
         (
             "Hertz's law of the same energy in the linear spring's place",
-            runs.lumped_solid(scene, hertz, impact, EXPERIMENT, "hemisphere"),
+            runs.obtain(lumped_solid, scene, hertz, impact, EXPERIMENT, "hemisphere"),
         ),
         (f"the solid's own contact ({reference.variant})", reference),
     )

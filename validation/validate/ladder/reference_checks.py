@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from validation.compare.differences import error_percent
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
+from validation.scenes.load import load_scene
+from validation.validate.ladder.runs import full_contact
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import HOLES, REFERENCE, Runs
 
@@ -62,9 +64,8 @@ def explicit_flight(source: str, runs: LadderRuns) -> ReferenceCheck:
     RunFailedError
         A run did not complete.
     """
-    rigid = runs.full_contact(source, (), None, "fast")
-    whole = runs.full_contact(
-        source, ("solver.fem.flight=explicit",), None, "fast, explicit flight"
-    )
+    rigid = runs.obtain(full_contact, load_scene(source), None, "fast")
+    scene = load_scene(source, ("solver.fem.flight=explicit",))
+    whole = runs.obtain(full_contact, scene, None, "fast, explicit flight")
     change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
     return _check(f"{change} instead of a rigid flight", "fast", rigid, whole)

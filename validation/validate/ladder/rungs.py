@@ -8,9 +8,15 @@ from validation.harness.quantities import COMPARED
 from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
-from validation.scenes.load import NamedScene
+from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, compare_runs
-from validation.validate.ladder.runs import Contact, scene_contact
+from validation.validate.ladder.runs import (
+    Contact,
+    full_contact,
+    lumped_solid,
+    reduced,
+    scene_contact,
+)
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import REDUCED, REFERENCE, Runs
 
@@ -46,9 +52,10 @@ def structure_rung(
     meshes = STRUCTURE_FULL if full else STRUCTURE
     rows = []
     for name, start in ((SAME, impact), (OWN, None)):
-        records = [runs.lumped_solid(scene, contact, start, edges) for edges in meshes]
+        records = [runs.obtain(lumped_solid, scene, contact, start, edges) for edges in meshes]
         share = uncertainties([edges[0] for edges in meshes], records)
-        rows += compare_runs(2, runs.reduced(scene, contact, start), records[-1], share, name)
+        beams = runs.obtain(reduced, scene, contact, start)
+        rows += compare_runs(2, beams, records[-1], share, name)
     return rows
 
 
@@ -76,14 +83,15 @@ def contact_rung(
     diameter = min(scene.tables.per_phalanx(scene.tables.finger.diameter))
     meshes = CONTACT_FULL if full else CONTACT
     settings = [_overrides(mesh, diameter) for mesh in meshes]
-    records = [runs.full_contact(source, overrides, impact, name) for overrides, name in settings]
+    meshed = [(load_scene(source, overrides), name) for overrides, name in settings]
+    records = [runs.obtain(full_contact, finer, impact, name) for finer, name in meshed]
     sizes = [CONVERGED if mesh is None else mesh[0] for mesh in meshes]
     share = uncertainties(sizes, records)
     if full:
         share |= stored
-    own = runs.full_contact(source, settings[-1][0], None, settings[-1][1])
-    rows = compare_runs(3, runs.reduced(scene, contact, impact), records[-1], share, SAME)
-    predicted = runs.reduced(scene, contact, None)
+    own = runs.obtain(full_contact, meshed[-1][0], None, meshed[-1][1])
+    same, predicted = (runs.obtain(reduced, scene, contact, start) for start in (impact, None))
+    rows = compare_runs(3, same, records[-1], share, SAME)
     rows += compare_runs(3, predicted, own, share, OWN)
     return rows, records[-1], own, predicted
 
@@ -111,13 +119,13 @@ def paper_rung(runs: Runs, scenes: Sequence[str]) -> list[Comparison]:
     """
     rows = []
     for scene in scenes:
-        reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
-        if reduced is None or reference is None:
+        beams, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
+        if beams is None or reference is None:
             continue
         share = {}
         for entry in COMPARED:
             band, value = spread(runs.spread_over(scene), entry), entry.read(reference)
             if band is not None and value:
                 share[entry.key] = 0.5 * (band.high - band.low) / abs(value)
-        rows += compare_runs(4, reduced, reference, share, OWN)
+        rows += compare_runs(4, beams, reference, share, OWN)
     return rows

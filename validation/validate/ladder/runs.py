@@ -2,7 +2,6 @@
 
 import dataclasses
 import time
-from collections.abc import Sequence
 from typing import Any, Literal
 
 from validation.errors import RunFailedError
@@ -12,7 +11,7 @@ from validation.models import solid
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
 from validation.models.impact import Impact, chain_state, rigid_start
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene
 
 
 @dataclasses.dataclass(frozen=True)
@@ -99,14 +98,8 @@ def lumped_solid(
     return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
 
 
-def full_contact(
-    source: str, overrides: Sequence[str], start: Impact | None, variant: str
-) -> RunRecord:
+def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRecord:
     """The solid with its own contact.
-
-    Parameters
-    ----------
-    overrides : of the scene's ``solver.fem`` keys.
 
     Raises
     ------
@@ -115,7 +108,6 @@ def full_contact(
     """
     import reference_fem
 
-    scene = load_scene(source, overrides)
     mesh = solid.build_mesh(scene.tables, 3)
     materials, surface, drive, settings = solid.inputs(scene.tables)
     state: Any = None

@@ -1,8 +1,8 @@
 """The ladder's runs and statics, computed unless a store has them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 
@@ -13,12 +13,14 @@ from validation.harness.stored_run import keep_run, load_run
 from validation.identify.contact import ContactIdentification, identify_contact
 from validation.models.impact import Impact
 from validation.models.inputs import scene_inputs
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene
 from validation.validate.ladder import runs
 from validation.validate.ladder.runs import Contact
 
 ARRAYS = ("force_curve_N", "indentation_curve_m", "hertz_curve_m")
 IDENTIFICATION = json_format(ContactIdentification)
+
+P = ParamSpec("P")
 
 
 @dataclass(frozen=True)
@@ -27,34 +29,32 @@ class LadderRuns:
 
     store: Store = NO_STORE
 
-    def reduced(self, scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
-        """See `runs.reduced`."""
-        return self._run(
-            lambda: runs.reduced(scene, contact, start), scene, "hcm", "", contact, start
-        )
-
-    def lumped_solid(
+    def obtain(
         self,
+        simulate: Callable[Concatenate[NamedScene, P], RunRecord],
         scene: NamedScene,
-        contact: Contact,
-        start: Impact | None,
-        edges: tuple[float, float],
-        tip: Literal["flat", "hemisphere"] = "flat",
+        *given: P.args,
+        **named: P.kwargs,
     ) -> RunRecord:
-        """See `runs.lumped_solid`."""
-        return self._run(
-            lambda: runs.lumped_solid(scene, contact, start, edges, tip),
-            scene, "fem3d", None, contact, start, edges=list(edges), tip=tip,
-        )  # fmt: skip
+        """The record of ``simulate(scene, *given, **named)``, a function of the module `runs`.
 
-    def full_contact(
-        self, source: str, overrides: Sequence[str], start: Impact | None, variant: str
-    ) -> RunRecord:
-        """See `runs.full_contact`."""
-        return self._run(
-            lambda: runs.full_contact(source, overrides, start, variant),
-            load_scene(source, overrides), "fem3d", variant, None, start,
-        )  # fmt: skip
+        Raises
+        ------
+        RunFailedError
+            The run did not complete.
+        """
+        inputs = {
+            "program": program(runs.__name__),
+            "simulate": simulate.__name__,
+            **scene_inputs(scene.tables, "hcm" if simulate is runs.reduced else "fem3d"),
+            "given": [_json(value) for value in given],
+            "named": {name: _json(value) for name, value in named.items()},
+        }
+        record = load_run(self.store, inputs)
+        if record is None:
+            record = simulate(scene, *given, **named)
+            keep_run(self.store, inputs, record)
+        return replace(record, scene=scene.name)
 
     def identify(
         self, scene: NamedScene, refinements: tuple[tuple[float, float], ...]
@@ -70,28 +70,6 @@ class LadderRuns:
         curves: dict[str, Any] = {name: np.array(getattr(found, name)) for name in ARRAYS}
         return replace(found, scene=scene.name, **curves)
 
-    def _run(
-        self,
-        compute: Callable[[], RunRecord],
-        scene: NamedScene,
-        model: str,
-        variant: str | None,
-        contact: Contact | None,
-        start: Impact | None,
-        **more: Any,
-    ) -> RunRecord:
-        inputs = {
-            "program": program(runs.__name__),
-            "model": model,
-            **scene_inputs(scene.tables, model),
-            "contact": None if contact is None else asdict(contact),
-            "start": None if start is None else asdict(start),
-            **more,
-        }
-        record = load_run(self.store, inputs)
-        if record is None:
-            record = compute()
-            keep_run(self.store, inputs, record)
-        return replace(
-            record, scene=scene.name, variant=record.variant if variant is None else variant
-        )
+
+def _json(value: Any) -> Any:
+    return plain(asdict(value) if isinstance(value, Contact | Impact) else value)

@@ -19,7 +19,7 @@ from validation.studies.stress.campaign import run_cells
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.reference.maps import reference_maps
 from validation.studies.stress.report import table_rows, write_map, write_stress_page
-from validation.studies.stress.stability_map import ANSWERS, WRONG, Map
+from validation.studies.stress.stability_map import Answer, Map
 
 
 def all_maps(quick: bool) -> tuple[Map, ...]:
@@ -121,8 +121,8 @@ def run_stress(
         found = [stored_peers(out, name) for name in ("peers", "peers-reference")]
         write_stress_page(folder, summary, *found)
     for line in summary:
-        answers = ", ".join(f"{line[answer]} {answer}" for answer in ANSWERS if line[answer])
+        answers = ", ".join(f"{line[answer]} {answer}" for answer in Answer if line[answer])
         print(f"{line['map']:<28}{line['cells']:>6} cells: {answers}")
     print(f"files in {folder}")
-    if wrong := sum(line[WRONG] for line in summary):
+    if wrong := sum(line[Answer.WRONG] for line in summary):
         raise RunFailedError(f"{wrong} cells are wrong and silent; see {folder}")

@@ -10,19 +10,13 @@ from typing import Any
 import numpy as np
 
 from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
-from validation.studies.stress.stability_map import (
-    ANSWERS,
-    FLAGGED,
-    REFUSED,
-    RIGHT,
-    SMALLER,
-    STOPPED,
-    WRONG,
-    Map,
-)
+from validation.studies.stress.stability_map import Answer, Map
 
-COLORS = {RIGHT: GREEN, SMALLER: "#7fcfb5", REFUSED: GREY, STOPPED: BLUE, WRONG: ORANGE,
-          FLAGGED: "#f0e442"}  # fmt: skip
+COLORS = {
+    Answer.RIGHT: GREEN, Answer.SMALLER: "#7fcfb5", Answer.REFUSED: GREY, Answer.STOPPED: BLUE,
+    Answer.FLAGGED: "#f0e442", Answer.WRONG: ORANGE,
+}  # fmt: skip
+ANSWERS = list(Answer)
 
 
 def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:
@@ -39,7 +33,7 @@ def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits:
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    colors = ListedColormap([COLORS[answer] for answer in ANSWERS])
+    colors = ListedColormap([COLORS[answer] for answer in Answer])
     count = len(wanted.panels)
     size = 1.2 + 2.9 * count, 3.6
     codes = np.full((count, len(wanted.y), len(wanted.x)), np.nan)
@@ -51,14 +45,14 @@ def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits:
     with panels(path, count, style={"axes.grid": False}, figsize=size, sharey=True) as axes:
         for axis, panel, code in zip(axes[0], wanted.panels, codes, strict=True):
             axis.imshow(code, origin="lower", aspect="auto", cmap=colors, vmin=-0.5,
-                        vmax=len(ANSWERS) - 0.5, interpolation="nearest")  # fmt: skip
+                        vmax=len(Answer) - 0.5, interpolation="nearest")  # fmt: skip
             axis.set_xticks(*_ticks(wanted.x, 4))
             axis.set_yticks(*_ticks(wanted.y, 6))
             axis.set_xlabel(wanted.x_name)
             if wanted.panel_name:
                 axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9, loc="left")
         axes[0][0].set_ylabel(wanted.y_name)
-        seen = [answer for answer in ANSWERS if answer in {row["answer"] for row in rows}]
+        seen = [answer for answer in Answer if answer in {row["answer"] for row in rows}]
         patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]
         figure = axes[0][0].figure
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches) or 1)

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from validation.studies.stress.stability_map import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, Map
+from validation.studies.stress.stability_map import Answer, Map
 
 # The middle share of a group's values that "mostly" stands for.
 MOSTLY = 0.8
@@ -16,11 +16,11 @@ MOSTLY = 0.8
 def _cause(row: Mapping[str, Any]) -> str:
     """A stop by what the solver calls it, a refusal by its parameter, a flag by its caution."""
     reason = str(row["reason"])
-    if row["answer"] == STOPPED:
+    if row["answer"] == Answer.STOPPED:
         return f"stopped: {reason.partition(' at t =')[0]}"
-    if row["answer"] == REFUSED:
+    if row["answer"] == Answer.REFUSED:
         return f"refused: {_kind(reason.partition(' =')[0])}"
-    if row["answer"] == FLAGGED and reason:
+    if row["answer"] == Answer.FLAGGED and reason:
         return f"flagged: {_kind(reason.removeprefix('cautioned, '))}"
     return str(row["answer"])
 
@@ -50,7 +50,7 @@ def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
     """What ended the cells that have no right answer, how many, and mostly where."""
     groups: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
     for row in rows:
-        if row["answer"] not in (RIGHT, SMALLER):
+        if row["answer"] not in (Answer.RIGHT, Answer.SMALLER):
             groups[_cause(row)].append(row)
     if not groups:
         return "every cell is right"

@@ -16,7 +16,7 @@ from validation.studies.stress.figures import draw_map
 from validation.studies.stress.hcm.audit import ENERGY_SHARE
 from validation.studies.stress.limits import limit
 from validation.studies.stress.reference.judge import OTHER
-from validation.studies.stress.stability_map import ANSWERS, LARGEST_ERROR, WRONG, Map
+from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
 
 
 def table_rows(wanted: Map, finished: LineStore) -> list[dict[str, Any]]:
@@ -44,8 +44,8 @@ def write_map(folder: Path, wanted: Map, rows: Sequence[Mapping[str, Any]]) -> d
     if len(wanted.y) > 1:
         draw_map(folder / f"{wanted.name}.png", wanted, rows, limits)
     counts = Counter(row["answer"] for row in rows)
-    return {"map": wanted.name, "solver": wanted.solver, "cells": len(rows),
-            **{answer: counts[answer] for answer in ANSWERS}, "what limits it": limits}  # fmt: skip
+    head = {"map": wanted.name, "solver": wanted.solver, "cells": len(rows)}
+    return head | {str(a): counts[a] for a in Answer} | {"what limits it": limits}
 
 
 def write_stress_page(
@@ -55,17 +55,18 @@ def write_stress_page(
     reference_peers: Sequence[Mapping[str, Any]],
 ) -> None:
     """Write ``index.html``: `summary` has a row a map, the peers' are the tables of ``--peers``."""
-    counts = {answer: sum(int(row[answer]) for row in summary) for answer in ANSWERS}
+    counts = {answer: sum(int(row[answer]) for row in summary) for answer in map(str, Answer)}
+    shown = [answer for answer in counts if counts[answer] or answer == Answer.WRONG]
     drawn = {row["map"]: folder / f"{row['map']}.png" for row in summary}
     write_page(
         folder / "index.html",
         "stress.html.j2",
         {
             "summary": summary,
-            "columns": ["map", "solver", "cells", *(a for a in ANSWERS if counts[a] or a == WRONG)],
+            "columns": ["map", "solver", "cells", *shown],
             "total": sum(counts.values()),
             "counts": counts,
-            "wrong": counts[WRONG],
+            "wrong": counts[Answer.WRONG],
             "figures": [
                 (path, f"{row['solver']}, {row['map']}: {row['what limits it']}.")
                 for row in summary

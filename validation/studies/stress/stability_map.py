@@ -19,18 +19,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any
 
-RIGHT, SMALLER, REFUSED, STOPPED, FLAGGED, WRONG = ANSWERS = (
-    "right",
-    "right at a smaller step",
-    "refused",
-    "stopped",
-    "flagged as not reliable",
-    "wrong and silent",
-)
 # Largest relative error of what is still called right (the README's and the page's definition).
 LARGEST_ERROR = 0.05
+
+
+class Answer(StrEnum):
+    """What a cell's run is worth."""
+
+    RIGHT = "right"
+    SMALLER = "right at a smaller step"
+    REFUSED = "refused"
+    STOPPED = "stopped"
+    FLAGGED = "flagged as not reliable"
+    WRONG = "wrong and silent"
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class Verdict:
     wall_time_s : cost of the run that was judged (not of what checked it).
     """
 
-    answer: str
+    answer: Answer
     reason: str
     checked_by: str = ""
     error: float | None = None
@@ -63,7 +67,7 @@ class Verdict:
         if error is None or error <= LARGEST_ERROR:
             return found
         reason = f"{quantity} differs by {error:.2g} from {other}"
-        return replace(found, answer=WRONG, reason=reason)
+        return replace(found, answer=Answer.WRONG, reason=reason)
 
 
 Judge = Callable[[Any], Verdict]

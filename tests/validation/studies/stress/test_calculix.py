@@ -166,7 +166,7 @@ def test_a_short_fall_of_it_meets_ours() -> None:
     assert found.normal_impulse_N_s == pytest.approx(impulse, rel=0.1)
 
 
-def _slow(seconds: float) -> peers.Answer:
+def _slow(seconds: float) -> peers.PeerAnswer:
     time.sleep(seconds)
     return "completed", None, seconds
 

@@ -20,16 +20,7 @@ from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed
 from validation.studies.stress.judging import largest_difference
 from validation.studies.stress.limits import limit
 from validation.studies.stress.report import table_rows, write_map, write_stress_page
-from validation.studies.stress.stability_map import (
-    ANSWERS,
-    FLAGGED,
-    REFUSED,
-    RIGHT,
-    SMALLER,
-    STOPPED,
-    WRONG,
-    Cell,
-)
+from validation.studies.stress.stability_map import Answer, Cell
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
 TAP = HcmScene(
@@ -46,21 +37,24 @@ def warm() -> None:
 
 def test_cells_are_judged() -> None:
     verdict = judge_by_tighter_run(TAP)
-    assert verdict.answer in (RIGHT, SMALLER)
+    assert verdict.answer in (Answer.RIGHT, Answer.SMALLER)
     assert verdict.error is not None
     assert verdict.error < 1e-3
     stopped = judge_by_tighter_run(replace(TAP, settings=hcm.Settings(max_steps=50)))
-    assert stopped.answer == STOPPED
+    assert stopped.answer == Answer.STOPPED
     assert "50 steps" in stopped.reason
     many = replace(TAP, settings=hcm.Settings(end_time=1e3, flight_step=1e-9))
     refused = judge_by_tighter_run(many)
-    assert refused.answer == REFUSED
+    assert refused.answer == Answer.REFUSED
     assert "end_time" in refused.reason
 
 
 def test_steps_too_long_are_wrong_and_not_silent() -> None:
     fixed = hcm.Settings(contact_step=2e-4, contact_tolerance=0.0, flight_tolerance=0.0)
-    assert judge_by_tighter_run(replace(TAP, settings=fixed)).answer in (WRONG, STOPPED)
+    assert judge_by_tighter_run(replace(TAP, settings=fixed)).answer in (
+        Answer.WRONG,
+        Answer.STOPPED,
+    )
 
 
 @pytest.mark.parametrize(
@@ -85,7 +79,7 @@ def test_a_rod_is_compared_with_its_closed_form() -> None:
     rod = next(m for m in hcm_maps(quick=True) if m.name == "rigid-rod")
     scene = rod.scene(1e4, 1e12, 0.002)
     verdict = judge_by_closed_form(scene)
-    assert verdict.answer == RIGHT
+    assert verdict.answer == Answer.RIGHT
     assert verdict.error is not None
     assert verdict.error < 1e-3
     result = hcm.simulate(**scene.arguments())
@@ -98,7 +92,7 @@ def test_a_rod_is_compared_with_its_closed_form() -> None:
 
 def test_a_tap_is_compared_with_another_integrator() -> None:
     verdict = judge_by_dop853(TAP)
-    assert verdict.answer in (RIGHT, SMALLER)
+    assert verdict.answer in (Answer.RIGHT, Answer.SMALLER)
     assert "DOP853" in verdict.checked_by
     assert verdict.error is not None
     assert 0 < verdict.error < 1e-4
@@ -129,7 +123,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert len(told) == 2  # the first cell was not run again
     rows = table_rows(small, again)
     assert [row["friction"] for row in rows] == [0.0, 0.5]
-    assert {row["answer"] for row in rows} <= {RIGHT, SMALLER}
+    assert {row["answer"] for row in rows} <= {Answer.RIGHT, Answer.SMALLER}
     plane = replace(small, y=(0.75, 0.9))
     line = write_map(tmp_path, plane, table_rows(plane, again))
     assert line["cells"] == 2
@@ -143,7 +137,8 @@ def test_a_map_says_what_limits_it() -> None:
                      x=(1.0, 2.0, 3.0), y=(4.0, 5.0), panels=(1.0,))  # fmt: skip
     rows = [
         {wanted.x_name: x, wanted.y_name: y, wanted.panel_name: 1.0, "reason": "",
-         "answer": STOPPED if x > 1 and y > 4 else RIGHT} for x in wanted.x for y in wanted.y
+         "answer": Answer.STOPPED if x > 1 and y > 4 else Answer.RIGHT}
+        for x in wanted.x for y in wanted.y
     ]  # fmt: skip
     assert limit(wanted, rows[:2]) == "every cell is right"
     for row in rows:
@@ -151,17 +146,17 @@ def test_a_map_says_what_limits_it() -> None:
     told = "stopped: work limit (2 of 6, mostly at normal stiffness from 2, contact step 5)"
     assert limit(wanted, rows) == told
     told_of = {
-        REFUSED: (
+        Answer.REFUSED: (
             "{} elements (the first is cell 4) are inverted: mend",
             "refused: n elements are",
         ),
-        FLAGGED: (
+        Answer.FLAGGED: (
             "cautioned, springs hold {} % of it, so (half)",
             "flagged: springs hold n % of it",
         ),
-        STOPPED: ("work limit at t = {} s", "stopped: work limit"),
+        Answer.STOPPED: ("work limit at t = {} s", "stopped: work limit"),
     }
-    wrong = [row for row in rows if row["answer"] == STOPPED]
+    wrong = [row for row in rows if row["answer"] == Answer.STOPPED]
     for answer, (reason, told) in told_of.items():
         for row, figure in zip(wrong, (4, 12.5), strict=True):
             row |= {"answer": answer, "reason": reason.format(figure)}
@@ -170,7 +165,7 @@ def test_a_map_says_what_limits_it() -> None:
 
 
 def test_the_page_shows_maps_and_peers(tmp_path: Path) -> None:
-    row = {"map": "plane", "solver": "hcm", "cells": 2, **dict.fromkeys(ANSWERS, 0), RIGHT: 2,
+    row = {"map": "plane", "solver": "hcm", "cells": 2, **dict.fromkeys(Answer, 0), Answer.RIGHT: 2,
            "what limits it": "every cell is right"}  # fmt: skip
     write_stress_page(
         tmp_path,
@@ -205,8 +200,8 @@ def test_a_users_solve_ivp_taps() -> None:
 def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
     cell = Cell("one", 0, 0, 0, TAP, judge_by_tighter_run)
     path = tmp_path / "cells.jsonl"
-    LineStore(path).keep(verdict_inputs(cell), {"answer": STOPPED, "reason": ""})
+    LineStore(path).keep(verdict_inputs(cell), {"answer": Answer.STOPPED, "reason": ""})
     assert LineStore(path).load(verdict_inputs(cell)) is not None
     row = json.loads(path.read_text())
-    path.write_text(json.dumps({**row, "answer": RIGHT}) + "\n")
+    path.write_text(json.dumps({**row, "answer": Answer.RIGHT}) + "\n")
     assert LineStore(path).load(verdict_inputs(cell)) is None

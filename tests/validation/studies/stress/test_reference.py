@@ -18,7 +18,7 @@ from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.judge import bar_impulse, judge, scalars
 from validation.studies.stress.reference.maps import reference_maps
 from validation.studies.stress.reference.scene import ReferenceScene
-from validation.studies.stress.stability_map import FLAGGED, REFUSED, RIGHT, SMALLER, STOPPED, WRONG
+from validation.studies.stress.stability_map import Answer
 
 
 def test_the_full_maps_hold_a_thousand_different_cells() -> None:
@@ -31,18 +31,18 @@ def test_the_full_maps_hold_a_thousand_different_cells() -> None:
 
 
 ANSWERS: list[tuple[ReferenceScene, str, str]] = [
-    (ReferenceScene(), RIGHT, ""),
+    (ReferenceScene(), Answer.RIGHT, ""),
     (
         ReferenceScene(body="finger", contact="surface", stiffness=0.01),
-        SMALLER,
+        Answer.SMALLER,
         "times shorter",
     ),
-    (ReferenceScene(poisson=0.5), REFUSED, "poisson_ratio = 0.5"),
-    (ReferenceScene(divisions=6, distortion=1.0), REFUSED, "Jacobian"),
-    (ReferenceScene(step_factor=1.2), STOPPED, "unstable at t ="),
-    (ReferenceScene(speed=50.0), STOPPED, "at t ="),
-    (ReferenceScene(contact="penalty", stiffness=0.01), FLAGGED, "springs hold"),
-    (ReferenceScene(contact="surface", stiffness=10.0, dim=2), FLAGGED, "spike"),
+    (ReferenceScene(poisson=0.5), Answer.REFUSED, "poisson_ratio = 0.5"),
+    (ReferenceScene(divisions=6, distortion=1.0), Answer.REFUSED, "Jacobian"),
+    (ReferenceScene(step_factor=1.2), Answer.STOPPED, "unstable at t ="),
+    (ReferenceScene(speed=50.0), Answer.STOPPED, "at t ="),
+    (ReferenceScene(contact="penalty", stiffness=0.01), Answer.FLAGGED, "springs hold"),
+    (ReferenceScene(contact="surface", stiffness=10.0, dim=2), Answer.FLAGGED, "spike"),
 ]
 
 
@@ -50,7 +50,7 @@ ANSWERS: list[tuple[ReferenceScene, str, str]] = [
 def test_every_answer(scene: ReferenceScene, answer: str, reason: str) -> None:
     verdict = judge(scene)
     assert (verdict.answer, reason in verdict.reason) == (answer, True), verdict
-    if answer == RIGHT:
+    if answer == Answer.RIGHT:
         assert "half the step" in verdict.checked_by
         assert verdict.error is not None
         assert verdict.error < 0.05
@@ -61,7 +61,7 @@ def test_an_answer_that_nothing_supports_is_wrong(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(judge_module, "difference", lambda *_: told.pop(0))
     monkeypatch.setattr("reference_fem.dynamics.loop.cautions", lambda *_: ())
     verdict = judge(ReferenceScene(contact="surface", stiffness=0.01, body="finger"))
-    assert verdict.answer == WRONG
+    assert verdict.answer == Answer.WRONG
     assert "half the step: differs by 0.2" in verdict.reason
 
 

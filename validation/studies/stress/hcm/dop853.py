@@ -16,7 +16,7 @@ from hcm.beam.chain import build_chain
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import examine, with_step
 from validation.studies.stress.judging import largest_difference
-from validation.studies.stress.stability_map import WRONG, Verdict
+from validation.studies.stress.stability_map import Answer, Verdict
 
 # The tap need only be known far better than LARGEST_ERROR.
 RTOL, ATOL = 1e-7, 1e-11
@@ -48,7 +48,7 @@ def judge_by_dop853(scene: HcmScene) -> Verdict:
             end_time=start.time_s + LONGEST_S,
         )  # fmt: skip
     except RuntimeError as failure:
-        return replace(found, answer=WRONG, reason=f"DOP853: {failure}")
+        return replace(found, answer=Answer.WRONG, reason=f"DOP853: {failure}")
     s = result.summary
     assert s.peak_normal_force_N
     assert s.normal_impulse_N_s

@@ -14,15 +14,7 @@ from validation.studies.stress.judging import (
     largest_difference,
     tap_scalars,
 )
-from validation.studies.stress.stability_map import (
-    FLAGGED,
-    REFUSED,
-    RIGHT,
-    SMALLER,
-    STOPPED,
-    WRONG,
-    Verdict,
-)
+from validation.studies.stress.stability_map import Answer, Verdict
 
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
@@ -87,18 +79,18 @@ def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
     try:
         result = hcm.simulate(**scene.arguments())
     except hcm.ParameterError as refusal:
-        return Verdict(REFUSED, str(refusal)), None
+        return Verdict(Answer.REFUSED, str(refusal)), None
     s = result.statistics
     found = Verdict(
-        RIGHT, "", "mechanics of its states, contact law", None,
+        Answer.RIGHT, "", "mechanics of its states, contact law", None,
         result.summary.energy_residual, s.steps, s.wall_time_s,
     )  # fmt: skip
     broken = violations(scene, result)
     if broken:
-        return replace(found, answer=WRONG, reason="; ".join(broken)), None
+        return replace(found, answer=Answer.WRONG, reason="; ".join(broken)), None
     if result.status is not hcm.Status.COMPLETED:
         flagged = result.status in (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE)
-        answer = FLAGGED if flagged else STOPPED
+        answer = Answer.FLAGGED if flagged else Answer.STOPPED
         return replace(found, answer=answer, reason=result.message), None
     return found, result
 
@@ -107,8 +99,8 @@ def with_step(found: Verdict, scene: HcmScene, result: hcm.TapResult) -> Verdict
     """The verdict, which says so where the contact steps are far smaller than was asked."""
     rows = int((result.history.mode // 3 > 0).sum())
     step = (result.summary.contact_duration_s or 0.0) / max(rows, 1)
-    if found.answer == RIGHT and 0 < step < SMALLER_STEP * scene.settings.contact_step:
-        return replace(found, answer=SMALLER, reason=f"contact steps of {step:.2g} s")
+    if found.answer == Answer.RIGHT and 0 < step < SMALLER_STEP * scene.settings.contact_step:
+        return replace(found, answer=Answer.SMALLER, reason=f"contact steps of {step:.2g} s")
     return found
 
 

@@ -18,77 +18,46 @@ SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
 
 
-def _finger(count: int = 3, modulus: float = 1e9, elements: int = 5) -> Finger:
+def _finger(modulus: float = 1e9, count: int = 3, elements: int = 5) -> Finger:
     return Finger((replace(SOFT, youngs_modulus=modulus, elements=elements),) * count)
 
 
-def _soft(**changes: object) -> HcmScene:
-    scene = HcmScene(
-        _finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
-    )
-    return replace(scene, **changes)  # type: ignore[arg-type]
+SOFT_SCENE = HcmScene(
+    _finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
+)
 
 
-def _steps(step: float, modulus: float, radius: float) -> HcmScene:
-    settings = Settings(
-        contact_step=step,
-        flight_step=min(100 * step, 1e-3),
-        spectral_radius=radius,
-        max_steps=MAX_STEPS,
-    )
-    return _soft(finger=_finger(modulus=modulus), settings=settings)
+def _soft(**settings: float) -> Settings:
+    """Settings of the soft scene but for what is given."""
+    return replace(SOFT_SCENE.settings, **settings)  # type: ignore[arg-type]
 
 
-def _stiffness(stiffness: float, step: float, restitution: float) -> HcmScene:
-    settings = Settings(contact_step=step, max_steps=MAX_STEPS)
-    return _soft(tip=Tip(stiffness, restitution), settings=settings)
+def _slender(slenderness: float, elements: float, modulus: float) -> HcmScene:
+    phalanx = Phalanx(0.04, 0.04 / slenderness, modulus, 1400.0, elements=int(elements))
+    return replace(SOFT_SCENE, finger=Finger((phalanx,) * 3))
 
 
-def _friction(friction: float, ratio: float, restitution: float) -> HcmScene:
-    return _soft(surface=Surface(0.1, friction), tip=Tip(0.78e6, restitution, ratio))
+def _many(count: float, modulus: float, elements: float) -> HcmScene:
+    finger = _finger(modulus, int(count), int(elements))
+    return replace(SOFT_SCENE, finger=finger, surface=Surface(0.8 * finger.length, 0.5))
 
 
-def _slenderness(slenderness: float, elements: float, modulus: float) -> HcmScene:
-    finger = Finger(
-        (Phalanx(0.04, 0.04 / slenderness, modulus, 1400.0, elements=int(elements)),) * 3
-    )
-    return _soft(finger=finger)
-
-
-def _drive(torque: float, gravity: float, sign: float) -> HcmScene:
-    return _soft(drive=Drive((torque, sign * torque, torque), gravity))
-
-
-def _phalanges(count: float, modulus: float, elements: float) -> HcmScene:
-    finger = _finger(int(count), modulus, int(elements))
-    return _soft(finger=finger, surface=Surface(0.8 * finger.length, 0.5))
-
-
-def _taps(restitution: float, end_time: float, friction: float) -> HcmScene:
+def _bouncing_rod(restitution: float, end_time: float, friction: float) -> HcmScene:
     """A rod that bounces about ten times a second."""
     settings = Settings(
         end_time=end_time, contact_step=1e-5, contact_tolerance=1e-9, max_steps=400_000
     )
     return HcmScene(
-        _finger(1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(), settings
-    )
-
-
-def _rod(stiffness: float, modulus: float, height: float) -> HcmScene:
-    return HcmScene(
-        _finger(1, modulus, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
-        Settings(max_steps=10 * MAX_STEPS),
+        _finger(count=1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(),
+        settings,
     )  # fmt: skip
 
 
-def _other(friction: float, modulus: float, restitution: float) -> HcmScene:
-    return _soft(finger=_finger(modulus=modulus), surface=Surface(0.1, friction),
-                 tip=Tip(0.78e6, restitution))  # fmt: skip
-
-
-def _random(number: float, seed: float, unused: float) -> HcmScene:
-    del unused
-    return random_scene(random_numbers(int(seed), int(number)))
+def _falling_rod(stiffness: float, modulus: float, height: float) -> HcmScene:
+    return HcmScene(
+        _finger(modulus, 1, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
+        Settings(max_steps=10 * MAX_STEPS),
+    )  # fmt: skip
 
 
 def _powers(low: float, high: float, count: int) -> tuple[float, ...]:
@@ -116,33 +85,52 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
     maps = (
         plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
               _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
-              (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0), _steps),
+              (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
+              lambda step, modulus, radius: replace(
+                  SOFT_SCENE, finger=_finger(modulus), settings=_soft(
+                      contact_step=step, flight_step=min(100 * step, 1e-3),
+                      spectral_radius=radius))),
         plane("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
               _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
-              (1.0,) if quick else (1.0, 0.5), _stiffness),
+              (1.0,) if quick else (1.0, 0.5),
+              lambda stiffness, step, restitution: replace(
+                  SOFT_SCENE, tip=Tip(stiffness, restitution),
+                  settings=_soft(contact_step=step))),
         plane("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
               (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
-              (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0), _friction),
+              (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0),
+              lambda friction, ratio, restitution: replace(
+                  SOFT_SCENE, surface=Surface(0.1, friction), tip=Tip(0.78e6, restitution, ratio))),
         plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
               _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
-              (1e9,) if quick else (1e7, 1e9), _slenderness),
+              (1e9,) if quick else (1e7, 1e9), _slender),
         plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
               (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
-              (1.0, -1.0), _drive),
+              (1.0, -1.0),
+              lambda torque, gravity, sign: replace(
+                  SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity))),
         plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
               _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
-              (2.0,) if quick else (1.0, 2.0, 5.0), _phalanges),
+              (2.0,) if quick else (1.0, 2.0, 5.0), _many),
         plane("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
               _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
-              (0.002,) if quick else (0.002, 0.02), _rod, judge_by_closed_form),
+              (0.002,) if quick else (0.002, 0.02), _falling_rod, judge_by_closed_form),
         plane("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
               (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
-              (1.0,) if quick else (1.0, 0.5), _other, judge_by_dop853),
+              (1.0,) if quick else (1.0, 0.5),
+              lambda friction, modulus, restitution: replace(
+                  SOFT_SCENE, finger=_finger(modulus), surface=Surface(0.1, friction),
+                  tip=Tip(0.78e6, restitution)),
+              judge_by_dop853),
         plane("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
-              (2026.0,), (0.0,), _random, judge_by_laws, "fuzz"),
+              (2026.0,), (0.0,),
+              lambda number, seed, _: random_scene(random_numbers(int(seed), int(number))),
+              judge_by_laws, "fuzz"),
     )  # fmt: skip
     if quick:
         return maps
-    taps = plane("taps", "restitution", "end_time (s)", "friction",
-                 (0.9, 0.99, 1.0), (1.0, 3.0, 10.0), (0.0, 0.5), _taps, judge_by_laws)  # fmt: skip
+    taps = plane(
+        "taps", "restitution", "end_time (s)", "friction", (0.9, 0.99, 1.0), (1.0, 3.0, 10.0),
+        (0.0, 0.5), _bouncing_rod, judge_by_laws,
+    )  # fmt: skip
     return (*maps, taps)

@@ -29,7 +29,7 @@ from validation.studies.stress.judging import largest_difference
 # A tap's peak F_n (N) and impulse (N s).
 Tap = tuple[float, float]
 # What a solver says, its tap, and its wall time in s.
-Answer = tuple[str, Tap | None, float]
+PeerAnswer = tuple[str, Tap | None, float]
 
 SECONDS = 30.0
 FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
@@ -83,7 +83,7 @@ def peak_and_impulse(result: hcm.TapResult) -> Tap | None:
     return None if scalars is None else scalars[:2]
 
 
-def _described(answer: Answer, truth: Tap | None) -> str:
+def _described(answer: PeerAnswer, truth: Tap | None) -> str:
     """A cell of the table: how it ended, how far it is from the truth, its time."""
     ending, tap, seconds = answer
     error = ""
@@ -92,7 +92,7 @@ def _described(answer: Answer, truth: Tap | None) -> str:
     return f"{ending}{error} ({seconds:.2g} s)"
 
 
-def _timed(solve: Callable[[], tuple[str, Tap | None]]) -> Answer:
+def _timed(solve: Callable[[], tuple[str, Tap | None]]) -> PeerAnswer:
     start = time.perf_counter()
     ending, tap = solve()
     return ending, tap, time.perf_counter() - start
@@ -120,7 +120,7 @@ def _exudyn(scene: HcmScene, contact_s: float, window_s: float) -> tuple[str, Ta
     return "completed", (found.peak_normal_force_N, found.normal_impulse_N_s)
 
 
-def _exudyn_imported(scene: HcmScene, contact_s: float, window_s: float) -> Answer:
+def _exudyn_imported(scene: HcmScene, contact_s: float, window_s: float) -> PeerAnswer:
     """In a process of its own, whose start and imports are not charged."""
     with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
         for name in ("exudyn", "exudyn.itemInterface", "validation.peers.exudyn_finger"):
@@ -128,7 +128,7 @@ def _exudyn_imported(scene: HcmScene, contact_s: float, window_s: float) -> Answ
     return _timed(partial(_exudyn, scene, contact_s, window_s))
 
 
-def limited(seconds: float, solve: Callable[..., Answer], *arguments: Any) -> Answer:
+def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -> PeerAnswer:
     """A function's answer from a process that is killed if it takes longer than that.
 
     Exudyn's adaptive steps may shrink for ever, within one call of its own code.

@@ -17,16 +17,7 @@ from validation.studies.stress.judging import (
 )
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
-from validation.studies.stress.stability_map import (
-    FLAGGED,
-    LARGEST_ERROR,
-    REFUSED,
-    RIGHT,
-    SMALLER,
-    STOPPED,
-    WRONG,
-    Verdict,
-)
+from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Verdict
 
 # Change of the speed that no measurement would notice, and what it changes in a chaotic contact.
 NUDGE, CHAOTIC = 1e-6, 0.01
@@ -50,19 +41,19 @@ def judge(scene: ReferenceScene) -> Verdict:
     try:
         result, model = scene.simulate()
     except ValueError as refusal:
-        return Verdict(REFUSED, str(refusal))
+        return Verdict(Answer.REFUSED, str(refusal))
     summary = result.summary
     found = Verdict(
-        RIGHT, "", "momentum, energy of its fields, cone", None,
+        Answer.RIGHT, "", "momentum, energy of its fields, cone", None,
         float(summary.energy_residual or 0.0), summary.steps, summary.wall_time_s,
     )  # fmt: skip
     broken = violations(result, model, scene.body == "block")
     if broken:
-        return replace(found, answer=WRONG, reason="; ".join(broken))
+        return replace(found, answer=Answer.WRONG, reason="; ".join(broken))
     if result.status is not rf.Status.COMPLETED:
         last = result.history.time_s[-1] if len(result.history.time_s) else 0.0
         reason = f"{result.status.value} at t = {last:.4g} s: {result.message}"
-        return replace(found, answer=STOPPED, reason=reason)
+        return replace(found, answer=Answer.STOPPED, reason=reason)
     for name, other, bound in _witnesses(scene):
         error = difference(result, other)
         if name == HALF:
@@ -79,7 +70,7 @@ def judge(scene: ReferenceScene) -> Verdict:
     ratio = step_without_contact(scene, model) / model.step_s
     if ratio > 1.0 / SMALLER_STEP:
         return replace(
-            found, answer=SMALLER, reason=f"contact asks for steps {ratio:.3g} times shorter"
+            found, answer=Answer.SMALLER, reason=f"contact asks for steps {ratio:.3g} times shorter"
         )
     return found
 
@@ -104,12 +95,14 @@ def _doubtful(
     """Flagged, if the solver or a nudge says so; else wrong."""
     differs = f"{name}: " + ("the tap is lost" if error is None else f"differs by {error:.2g}")
     if result.cautions:
-        return replace(found, answer=FLAGGED, reason=f"cautioned, {result.cautions[0]} ({differs})")
+        return replace(
+            found, answer=Answer.FLAGGED, reason=f"cautioned, {result.cautions[0]} ({differs})"
+        )
     spread = difference(result, replace(scene, speed=scene.speed * (1.0 + NUDGE)))
     if spread is None or spread > CHAOTIC:
         change = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
-        return replace(found, answer=FLAGGED, reason=f"speed changed by {NUDGE:g}, {change}")
-    return replace(found, answer=WRONG, reason=differs)
+        return replace(found, answer=Answer.FLAGGED, reason=f"speed changed by {NUDGE:g}, {change}")
+    return replace(found, answer=Answer.WRONG, reason=differs)
 
 
 def difference(result: rf.TapResult, other: ReferenceScene) -> float | None:

@@ -24,55 +24,7 @@ MOVES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.6, 0.8, 1.0)
 MODULI = (1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
 
 
-def _block_steps(step: float, factor: float, law: float) -> ReferenceScene:
-    return ReferenceScene(step_factor=step, stiffness=factor, contact=LAWS[law])
-
-
-def _plate_steps(step: float, factor: float, law: float) -> ReferenceScene:
-    return ReferenceScene(dim=2, step_factor=step, stiffness=factor, contact=LAWS[law])
-
-
-def _finger_steps(step: float, factor: float, law: float) -> ReferenceScene:
-    return ReferenceScene(body="finger", step_factor=step, stiffness=factor, contact=LAWS[law])
-
-
-def _impulse_steps(step: float, friction: float, dim: float) -> ReferenceScene:
-    return ReferenceScene(dim=int(dim), step_factor=step, friction=friction)
-
-
-def _ratios(ratio: float, speed: float, points: float) -> ReferenceScene:
-    element = {8.0: "hex8-sri", 1.0: "hex8-one-point", 4.0: None}[points]
-    dim = 2 if points == 4.0 else 3
-    return ReferenceScene(dim=dim, poisson=ratio, speed=speed, element=element, modulus=1e8)
-
-
-def _frictions(friction: float, speed: float, law: float) -> ReferenceScene:
-    return ReferenceScene(
-        body="finger", friction=friction, speed=speed, contact=LAWS[law], stiffness=1.0
-    )
-
-
-def _distorted(moves: float, seed: float, law: float) -> ReferenceScene:
-    return ReferenceScene(
-        divisions=6, distortion=moves, seed=int(seed), contact=LAWS[law], stiffness=1.0
-    )
-
-
-def _hourglass(tilt: float, divisions: float, points: float) -> ReferenceScene:
-    element = "hex8-sri" if points == 8.0 else "hex8-one-point"
-    return ReferenceScene(tilt=tilt, divisions=int(divisions), element=element)
-
-
-def _moduli(modulus: float, speed: float, law: float) -> ReferenceScene:
-    return ReferenceScene(modulus=modulus, speed=speed, contact=LAWS[law], stiffness=1.0)
-
-
-def _bars(speed: float, divisions: float, points: float) -> ReferenceScene:
-    element = "hex8-sri" if points == 8.0 else "hex8-one-point"
-    return ReferenceScene(
-        poisson=0.0, slide=0.0, tilt=0.0, speed=speed, divisions=int(divisions), element=element,
-        step_factor=0.5,
-    )  # fmt: skip
+ELEMENTS = {8.0: "hex8-sri", 1.0: "hex8-one-point", 4.0: None}  # by points; 4: in the plane
 
 
 def reference_maps(quick: bool) -> tuple[Map, ...]:
@@ -93,22 +45,38 @@ def reference_maps(quick: bool) -> tuple[Map, ...]:
     step, factor, friction = "step_factor", "penalty_factor, surface_factor/1e4", "friction"
     speed, points = "speed (m/s)", "points of the element"
     return (
-        plane("step-penalty", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0), _block_steps),
-        plane("step-penalty-finger", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0), _finger_steps),
-        plane("step-penalty-2d", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0), _plate_steps),
+        plane("step-penalty", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0),
+              lambda x, y, law: ReferenceScene(step_factor=x, stiffness=y, contact=LAWS[law])),
+        plane("step-penalty-finger", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0),
+              lambda x, y, law: ReferenceScene(
+                  body="finger", step_factor=x, stiffness=y, contact=LAWS[law])),
+        plane("step-penalty-2d", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0),
+              lambda x, y, law: ReferenceScene(
+                  dim=2, step_factor=x, stiffness=y, contact=LAWS[law])),
         plane("step-friction", step, friction, "dimensions", STEPS, FRICTIONS, (3.0, 2.0),
-              _impulse_steps),
+              lambda x, y, dim: ReferenceScene(dim=int(dim), step_factor=x, friction=y)),
         plane("poisson-speed", "poisson_ratio", speed, points, RATIOS, SPEEDS, (8.0, 1.0, 4.0),
-              _ratios),
+              lambda ratio, v, n: ReferenceScene(
+                  dim=2 if n == 4.0 else 3, poisson=ratio, speed=v, element=ELEMENTS[n],
+                  modulus=1e8)),
         plane("friction-speed", friction, speed, LAW, FRICTIONS, SPEEDS, (1.0, 2.0, 3.0),
-              _frictions),
+              lambda mu, v, law: ReferenceScene(
+                  body="finger", friction=mu, speed=v, contact=LAWS[law], stiffness=1.0)),
         plane("distortion", "nodes moved by (edges)", "seed", LAW, MOVES,
-              tuple(map(float, range(1, 7))), (1.0, 2.0, 3.0), _distorted),
+              tuple(map(float, range(1, 7))), (1.0, 2.0, 3.0),
+              lambda moves, seed, law: ReferenceScene(
+                  divisions=6, distortion=moves, seed=int(seed), contact=LAWS[law],
+                  stiffness=1.0)),
         plane("hourglass", "tilt (rad)", "elements an edge", points,
-              (0.0, 0.05, 0.1, 0.2, 0.4, 0.785), (2.0, 4.0, 6.0, 8.0), (8.0, 1.0), _hourglass),
+              (0.0, 0.05, 0.1, 0.2, 0.4, 0.785), (2.0, 4.0, 6.0, 8.0), (8.0, 1.0),
+              lambda tilt, count, n: ReferenceScene(
+                  tilt=tilt, divisions=int(count), element=ELEMENTS[n])),
         plane("modulus-speed", "youngs_modulus (Pa)", speed, LAW, MODULI, SPEEDS, (1.0, 3.0),
-              _moduli),
+              lambda modulus, v, law: ReferenceScene(
+                  modulus=modulus, speed=v, contact=LAWS[law], stiffness=1.0)),
         plane("bar", speed, "elements an edge", points, (0.1, 0.5, 1.0, 2.0), (4.0, 8.0, 12.0),
               (8.0, 1.0),
-              _bars),
+              lambda v, count, n: ReferenceScene(
+                  poisson=0.0, slide=0.0, tilt=0.0, speed=v, divisions=int(count),
+                  element=ELEMENTS[n], step_factor=0.5)),
     )  # fmt: skip

@@ -9,15 +9,15 @@ import numpy as np
 from validation.compare.grid_convergence import Convergence
 from validation.harness.command_line import AsJson, Overrides
 from validation.harness.console import progress_bar
-from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, STYLE
-from validation.harness.files import atomic, output_folder, safe_name, write_json
+from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
+from validation.harness.files import output_folder, safe_name, write_json
 from validation.harness.record import plain
-from validation.harness.tables import write_table
+from validation.harness.tables import table_of, write_table
 from validation.identify.contact import ContactIdentification, identify_contact
 from validation.scenes.load import load_scene
 
 OWN = "the scene's own, in built-in scenes the paper's"
-ROWS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")
+COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")
 
 
 def uncertainty(judged: Convergence | None, value: float) -> float | None:
@@ -88,14 +88,8 @@ def to_json(found: ContactIdentification) -> dict[str, Any]:
 
 def draw(path: Path, found: ContactIdentification) -> None:
     """Force over indentation: statics, Hertz, and the linear springs."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
     force, top = found.force_curve_N, 1.15 * found.force_N
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(5.2, 3.6), layout="constrained")
+    with panels(path, 1, width=5.2, height=3.6) as ((axis,),):
         axis.plot(1e6 * found.indentation_curve_m, force, color=BLACK, label="static indentation")
         axis.plot(1e6 * found.hertz_curve_m, force, color=BLUE, ls="--", label="Hertz")
         for stiffness, color, name in (
@@ -108,9 +102,6 @@ def draw(path: Path, found: ContactIdentification) -> None:
         axis.set_ylim(0, None)
         axis.set_title(f"{found.scene} finger: the meshed tip on a rigid plane", fontsize=10)
         axis.legend()
-        with atomic(path) as temporary:
-            figure.savefig(temporary)
-        plt.close(figure)
 
 
 def run_identify_contact(
@@ -141,8 +132,6 @@ def run_identify_contact(
     RunFailedError
         See `identify_contact`.
     """
-    import pandas as pd
-
     named = load_scene(scene, overrides)
     folder = output_folder(out / "identify")
     with progress_bar(f"identify contact {named.name}") as progress:
@@ -150,7 +139,7 @@ def run_identify_contact(
     name = safe_name(f"contact-{named.name}")
     table = rows(found)
     title = f"Contact of the {named.name} finger's tip, from static indentation"
-    write_table(folder, name, pd.DataFrame(table, columns=list(ROWS)), title)
+    write_table(folder, name, table_of(table, COLUMNS), title)
     write_json(folder / f"{name}.json", to_json(found))
     draw(folder / f"{name}.png", found)
     if as_json:

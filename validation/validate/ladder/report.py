@@ -30,6 +30,15 @@ TITLES = {
     3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
     4: "Rung 4, the paper: its own k against the ls-dyna-like reference",
 }
+CAPTIONS = {
+    "ladder": "The ladder of comparisons, rungs 2 to 4",
+    "ladder_causes": "From the blind prediction to the reference",
+    "table_2": "The paper's Table 2",
+    "table_3": "The paper's Table 3",
+    "reference_checks": "What a choice of the reference's changes in the reference itself",
+    "accuracy_cost": "Every model against the best reference run, and its time",
+    "contact_patch": "Contact patch and pressure at peak force, beside Hertz",
+}
 
 
 @dataclass(frozen=True)
@@ -69,41 +78,16 @@ def ladder_tables(ladder: Ladder, runs: Runs) -> LadderTables:
 
 def write_ladder(folder: Path, tables: LadderTables) -> None:
     """Write every table as CSV, Markdown and LaTeX."""
-    for name, columns, rows, caption in (
-        (
-            "ladder",
-            comparison.COLUMNS,
-            tables.comparisons,
-            "The ladder of comparisons, rungs 2 to 4",
-        ),
-        (
-            "ladder_causes",
-            causes.COLUMNS,
-            tables.causes,
-            "From the blind prediction to the reference",
-        ),
-        ("table_2", paper_tables.COLUMNS_2, tables.table_2, "The paper's Table 2"),
-        ("table_3", paper_tables.COLUMNS_3, tables.table_3, "The paper's Table 3"),
-        (
-            "reference_checks",
-            reference_checks.COLUMNS,
-            tables.checks,
-            "What a choice of the reference's changes in the reference itself",
-        ),
-        (
-            "accuracy_cost",
-            accuracy_cost.COLUMNS,
-            tables.costs,
-            "Every model against the best reference run, and its time",
-        ),
-        (
-            "contact_patch",
-            contact_patch.COLUMNS,
-            tables.patches,
-            "Contact patch and pressure at peak force, beside Hertz",
-        ),
+    for name, columns, rows in (
+        ("ladder", comparison.COLUMNS, tables.comparisons),
+        ("ladder_causes", causes.COLUMNS, tables.causes),
+        ("table_2", paper_tables.COLUMNS_2, tables.table_2),
+        ("table_3", paper_tables.COLUMNS_3, tables.table_3),
+        ("reference_checks", reference_checks.COLUMNS, tables.checks),
+        ("accuracy_cost", accuracy_cost.COLUMNS, tables.costs),
+        ("contact_patch", contact_patch.COLUMNS, tables.patches),
     ):
-        write_table(folder, name, table_of(rows, columns), caption)
+        write_table(folder, name, table_of(rows, columns), CAPTIONS[name])
 
 
 def ladder_context(ladder: Ladder, tables: LadderTables) -> dict[str, Any]:

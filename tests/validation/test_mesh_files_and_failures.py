@@ -139,13 +139,19 @@ def test_step_beyond_stability_is_stopped_and_kept(
 
 
 def test_any_penalty_keeps_the_step_stable(tmp_path: Path) -> None:
-    # The contact stiffness enters the stable step: a penalty of 1000 costs steps. Nodes that hit
-    # so hard a surface within a step gain or lose some of their energy (3 % of the whole here).
+    # The contact stiffness enters the stable step: a penalty of 1000 costs steps. At 0.9 of that
+    # step a node stays for two of them, and by where between two steps it arrives it gains or
+    # loses up to twice its speed (tests/reference_fem/test_contact.py), so that round-off decides
+    # how the tap goes on; at 0.2 of it an impact is known to 1 %, and the tap's energy is kept.
     stiff = (*COARSE, "solver.fem.penalty_factor=1000")
-    assert fem(tmp_path, *stiff) == 0
+    assert fem(tmp_path, *stiff, "solver.fem.step_factor=0.2") == 0
     summary = json.loads((tmp_path / "run/soft-fem3d/summary.json").read_text())
     assert summary["status"] == "COMPLETED"
-    assert summary["energy_residual"] < 0.1  # where the audit would stop it
+    assert summary["energy_residual"] < 0.01
+    # Above the stable step it can't be.
+    assert fem(tmp_path, *stiff, "solver.fem.step_factor=1.2") == 1
+    summary = json.loads((tmp_path / "run/soft-fem3d/summary.json").read_text())
+    assert summary["status"] == "UNSTABLE"
 
 
 @pytest.mark.parametrize("name", ["driven-2", "driven-3"])

@@ -1,4 +1,4 @@
-"""What is compiled the first time that a kernel runs, told while it happens."""
+"""What numba compiles when a kernel runs for the first time, reported while it happens."""
 
 import contextlib
 from collections.abc import Callable, Iterator
@@ -6,10 +6,10 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def told(progress: Callable[[float, str], None] | None) -> Iterator[None]:
+def compiling_reported(progress: Callable[[float, str], None] | None) -> Iterator[None]:
     """Call `progress` with each kernel's name as numba begins to compile it.
 
-    Code that is loaded from the cache beside the sources is not compiled, and nothing is told.
+    Code that is loaded from the cache beside the sources is not compiled, and nothing is reported.
     """
     if progress is None:
         yield

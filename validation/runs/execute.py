@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.compiling import told
+from validation.harness.compiling import compiling_reported
 from validation.harness.fields import write_fields
 from validation.harness.files import clear_run, safe_name, write_run, write_text
-from validation.harness.isolated import CrashedError, call_isolated
-from validation.harness.memory import peak_memory_MB
+from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import keep_run, relabelled, restore_run
@@ -57,7 +56,7 @@ def solve(
         module = adapter(model)
         if progress is not None:
             progress(0.0, "loading compiled code")
-        with told(progress):
+        with compiling_reported(progress):
             module.warm_up()
         outcome = module.run(scene, progress, checkpoint)
     except (UserError, KeyboardInterrupt):

@@ -8,8 +8,8 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder
-from validation.harness.isolated import CrashedError, call_isolated
 from validation.harness.page import write_page
+from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 from validation.models.hcm import warm_up
 from validation.studies.random_scenes import random_numbers, random_scene
 

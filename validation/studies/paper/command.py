@@ -12,11 +12,11 @@ from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
+from validation.harness.processes import workers
 from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
-from validation.harness.workers import workers
 from validation.models import ModelName
 from validation.runs.execute import Job, in_fresh_process
 from validation.studies.paper import compliance_rows, driven_rows, friction_rows, validation_rows

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import replace
 
+from validation.harness.processes import Workers
 from validation.harness.store import NO_STORE, Store
-from validation.harness.workers import Workers
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene

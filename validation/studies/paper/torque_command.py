@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any, NamedTuple
 
 from validation.harness.command_line import AsJson
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES
 from validation.studies.paper.torque_factor import Alone, TorqueFactor, alone, identify, predict
 

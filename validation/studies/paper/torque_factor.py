@@ -18,8 +18,8 @@ import numpy as np
 
 from validation.compare.claims import read_claims
 from validation.errors import RunFailedError
+from validation.harness.processes import Workers
 from validation.harness.store import NO_STORE, Store
-from validation.harness.workers import Workers
 from validation.studies.paper.cases import Case
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
 from validation.studies.paper.ledger import printed_rounding

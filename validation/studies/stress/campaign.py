@@ -10,7 +10,7 @@ from typing import Any
 
 from validation.harness.identity import program
 from validation.harness.line_store import LineStore
-from validation.harness.workers import Workers
+from validation.harness.processes import Workers
 from validation.studies.stress.stability_map import Cell
 
 AHEAD = 4  # cells that wait, per process

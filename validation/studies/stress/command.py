@@ -9,10 +9,9 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar
 from validation.harness.files import output_folder, write_json
-from validation.harness.isolated import call_isolated
 from validation.harness.line_store import LineStore
+from validation.harness.processes import call_isolated, workers
 from validation.harness.tables import write_table
-from validation.harness.workers import workers
 from validation.models.hcm import warm_up_flights
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.stress.campaign import run_cells

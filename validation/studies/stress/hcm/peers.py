@@ -20,7 +20,7 @@ from typing import Any
 
 import hcm
 from validation.harness.interrupts import unless_interrupted
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import first_tap, tighter

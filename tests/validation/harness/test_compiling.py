@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from validation.harness.compiling import told
+from validation.harness.compiling import compiling_reported
 
 
 def test_a_kernel_is_named_when_it_is_compiled_and_not_again() -> None:
@@ -16,17 +16,17 @@ def test_a_kernel_is_named_when_it_is_compiled_and_not_again() -> None:
     def outer(x: float) -> float:
         return inner(x) + 1.0
 
-    with told(lambda fraction, text: said.append(text)):
+    with compiling_reported(lambda fraction, text: said.append(text)):
         assert outer(1.0) == 3.0
     assert [text.rsplit(".", 1)[-1] for text in said[:2]] == ["outer", "inner"]
     assert all(text.startswith(f"first run: compiling {__name__}.") for text in said[:2])
     assert "compiled" in said[-1]
     before = len(said)
-    with told(lambda fraction, text: said.append(text)):
+    with compiling_reported(lambda fraction, text: said.append(text)):
         assert outer(2.0) == 5.0
     assert len(said) == before
 
 
 def test_nobody_to_tell() -> None:
-    with told(None):
+    with compiling_reported(None):
         assert njit(lambda x: x + 1.0)(1.0) == 2.0

@@ -23,7 +23,6 @@ from validation.render import command as render_command
 from validation.scenes.load import load_scene
 from validation.validate.ladder import runs
 
-ROOT = Path(__file__).parents[2]
 SOON_S = 25.0  # for what takes far longer where the interrupt is lost
 
 

@@ -5,14 +5,11 @@ import signal
 import threading
 import time
 from concurrent.futures import Future
-from pathlib import Path
 
 import pytest
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.workers import workers
-
-ROOT = Path(__file__).parents[2]
+from validation.harness.processes import workers
 
 
 def _die() -> None:

@@ -13,8 +13,7 @@ import xarray
 
 from validation.harness.fields import Fields, write_fields
 from validation.harness.files import atomic, safe_name, write_json, write_run
-from validation.harness.isolated import CrashedError, call_isolated
-from validation.harness.memory import peak_memory_MB
+from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
 from validation.harness.quantities import unit_of
 from validation.harness.record import RunRecord, plain
 from validation.runs import execute

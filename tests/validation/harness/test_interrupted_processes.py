@@ -12,13 +12,13 @@ import pytest
 
 from tests.faults.commands import orphans
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SOON_S = 25.0  # two starts of Python, two imports and all the grace that is given
 
 # The interrupt comes while a large result is on its way, part of it sent.
 SENDING = """
 import os, signal, threading
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 def large():
     data = b"x" * 400_000_000
     later = (float(os.environ["AFTER_S"]), os.kill, (os.getppid(), signal.SIGINT))
@@ -32,7 +32,7 @@ if __name__ == "__main__":
 # The interrupt comes while the process starts, and waits until it has.
 STARTING = """
 import multiprocessing.context, os, signal, time
-from validation.harness.isolated import call_isolated
+from validation.harness.processes import call_isolated
 start = multiprocessing.context.SpawnProcess.start
 def interrupted(self):
     start(self)
@@ -43,7 +43,7 @@ if __name__ == "__main__":
 """
 WORKING = """
 import os, signal, threading, time
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 if __name__ == "__main__":
     with workers(2) as pool:
         jobs = [pool.submit(time.sleep, 120) for _ in range(4)]
@@ -58,7 +58,7 @@ from concurrent.futures import as_completed
 from multiprocessing.process import BaseProcess
 import numpy
 from validation.harness.interrupts import heard_interrupts
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 kill = BaseProcess.kill
 def killed(self):
     kill(self)
@@ -78,7 +78,7 @@ LOCKING = """
 import os, signal, time
 from concurrent.futures import Future, wait
 from validation.harness.interrupts import heard_interrupts
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 class Condition:
     def __init__(self, condition):
         self.condition = condition
@@ -105,7 +105,7 @@ if __name__ == "__main__":
 # The command is killed while its worker waits for work.
 IDLE = """
 import os, time
-from validation.harness.workers import workers
+from validation.harness.processes import workers
 if __name__ == "__main__":
     with workers(1) as pool:
         print(pool.submit(os.getpid).result(), flush=True)

@@ -81,15 +81,16 @@ def test_identify_torque_prints_the_factor_and_the_times(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from validation.studies.paper import torque_command
-    from validation.studies.paper.torque_factor import Alone, TorqueFactor
+    from validation.studies.paper.torque_factor import CaseFactor, IdentifiedTorque, TorqueFactor
 
     found = TorqueFactor(7.2e-5, 1e-6, {"driven-1": 0.1}, {"driven-1": 0.101})
-    alone = {
-        "driven-2": Alone(6.9e-5, 2e-7, 6.9e-5, 0.1), "driven-3": Alone(None, None, 7e-5, 0.0105)
-    }  # fmt: skip
+    by_case = {
+        "driven-2": CaseFactor(6.9e-5, 2e-7, 6.9e-5, 0.1),
+        "driven-3": CaseFactor(None, None, 7e-5, 0.0105),
+    }
     values = {"driven-1": {label: {"slip_to_stick": 3} for label in ("low", "best", "high")}}
-    made = torque_command.Study(found, alone, {"printed steps": found}, values)
-    monkeypatch.setattr(torque_command, "study", lambda: made)
+    made = IdentifiedTorque(found, by_case, {"printed steps": found})
+    monkeypatch.setattr(torque_command, "identify_and_predict", lambda: (made, values))
     main(["identify", "torque", "--json"])
     printed = json.loads(capsys.readouterr().out)
     assert printed["factor_N_m_per_unit"] == 7.2e-5

@@ -12,17 +12,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from validation.studies.paper.cases import Case
-from validation.studies.paper.numerics import DEFAULTS, POSTURE_GRID, PRINTED
+from validation.studies.paper.cases import DEFAULTS, POSTURE_GRID, PRINTED, Case
 
 PRINTED_TORQUES = {  # N m, N m, and the printed t_3 in its unknown unit
     "driven-1": (0.01, 0.008, 30.0),
     "driven-2": (1.0, 0.8, 3000.0),
     "driven-3": (1.0, 0.9, 5500.0),
 }
-POSTURE_TIMES: dict[
-    str, tuple[float, ...]
-] = {  # s, fig. 13's legends; the contact's own instant comes from the event
+# s, fig. 13's legends; the contact's own instant comes from the event
+POSTURE_TIMES: dict[str, tuple[float, ...]] = {
     "driven-1": (0.0, 0.0672, 0.09654),
     "driven-2": (0.0, 0.0091, 0.01308),
     "driven-3": (0.0, 0.0067, 0.0141),

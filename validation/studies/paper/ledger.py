@@ -8,7 +8,6 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from validation.compare.claims import Claim
-from validation.studies.paper.finding import Finding
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,6 +21,20 @@ VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED)
 SAME_PERCENT = 1.0
 CLOSE_PERCENT = 5.0
 REFERENCE_ROWS = frozenset(("T2.5", "T2.6", "T2.7", "T2.8", "T3.3", "T3.4", "T3.7", "T3.8"))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Our value for a claim.
+
+    value : in the claim's unit; True or False for a state; None where there is no run to read.
+    reason : where it comes from, and what experiments say where it differs.
+    contradiction : the arithmetic that shows the paper against itself, empty if it does not.
+    """
+
+    value: float | bool | None
+    reason: str = ""
+    contradiction: str = ""
 
 
 @dataclass(frozen=True)
@@ -114,9 +127,7 @@ def ledger_table(rows: Sequence[Row]) -> pd.DataFrame:
     """The ledger as a table, states in words."""
     import pandas as pd
 
-    words = {True: "true", False: "false"}
-    return pd.DataFrame([
-        {**asdict(row), "our_value": words[row.our_value]
-         if isinstance(row.our_value, bool) else row.our_value}
-        for row in rows
-    ])  # fmt: skip
+    def value(ours: float | bool | None) -> float | str | None:
+        return str(ours).lower() if isinstance(ours, bool) else ours
+
+    return pd.DataFrame({**asdict(row), "our_value": value(row.our_value)} for row in rows)

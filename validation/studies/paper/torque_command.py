@@ -4,34 +4,26 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any, NamedTuple
+from typing import Any
 
 from validation.harness.command_line import AsJson
 from validation.harness.processes import workers
-from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES
-from validation.studies.paper.torque_factor import Alone, TorqueFactor, alone, identify, predict
+from validation.studies.paper.torque_factor import (
+    CaseFactor,
+    IdentifiedTorque,
+    TorqueFactor,
+    identify_torque,
+    predict_taps,
+)
+
+Predictions = Mapping[str, Mapping[str, Mapping[str, object]]]  # by scene, bound and quantity
 
 
-class Study(NamedTuple):
-    """The common factor, each case's own, those under other numerics, and predictions."""
-
-    found: TorqueFactor
-    by_case: Mapping[str, Alone]
-    fitted: Mapping[str, TorqueFactor]
-    predicted: Mapping[str, Mapping[str, Mapping[str, object]]]
-
-
-def study() -> Study:
-    """Identify and predict."""
+def identify_and_predict() -> tuple[IdentifiedTorque, Predictions]:
+    """The factors, and what the common one says of quantities that it was not fitted to."""
     with workers(max(1, min(3, os.cpu_count() or 1))) as pool:
-        single = {scene: pool.submit(alone, scene) for scene in PRINTED_TORQUES}
-        found = identify(pool)
-        return Study(
-            found,
-            {scene: job.result() for scene, job in single.items()},
-            {name: identify(pool, numerics) for name, numerics in NUMERICS.items()},
-            predict(found, pool),
-        )
+        found = identify_torque(pool)
+        return found, predict_taps(found.common, pool)
 
 
 def run_identify_torque(*, as_json: AsJson = False) -> None:
@@ -42,11 +34,12 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
     as_json
         Print only one JSON object.
     """
-    found, by_case, fitted, predicted = study()
+    identified, predicted = identify_and_predict()
+    found = identified.common
     if as_json:
         more = {
-            "alone": {scene: asdict(one) for scene, one in by_case.items()},
-            "numerics": {name: to_json(fit) for name, fit in fitted.items()},
+            "alone": {scene: asdict(one) for scene, one in identified.by_case.items()},
+            "numerics": {name: to_json(fit) for name, fit in identified.by_numerics.items()},
         }
         print(json.dumps({**to_json(found), **more, "predictions": predicted}, indent=2))
         return
@@ -58,9 +51,9 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
             f" ({100 * (time / printed - 1):+.2f} %)"
         )
     print(f"  misfit {found.misfit_percent:.2g} % (root mean square)")
-    for scene, one in by_case.items():
-        print(f"  {scene} alone: {_alone_text(one)}")
-    for name, fit in fitted.items():
+    for scene, one in identified.by_case.items():
+        print(f"  {scene} alone: {_case_text(one)}")
+    for name, fit in identified.by_numerics.items():
         print(f"  with {name}: factor {fit.factor:.4g}, misfit {fit.misfit_percent:.2g} %")
     print("not fitted, with the factor at its lower bound, best value and upper bound:")
     for scene, by_label in predicted.items():
@@ -69,7 +62,7 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
             print(f"  {scene}: {key} {values}")
 
 
-def _alone_text(one: Alone) -> str:
+def _case_text(one: CaseFactor) -> str:
     if one.factor is None or one.half_width is None:
         return (
             f"no factor brings it there; nearest {1e3 * one.best_time_s:.3f} ms"

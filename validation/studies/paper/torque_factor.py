@@ -20,15 +20,14 @@ from validation.compare.claims import read_claims
 from validation.errors import RunFailedError
 from validation.harness.processes import Workers
 from validation.harness.store import NO_STORE, Store
+from validation.studies.paper.case_runs import CaseRun, load_case, solve_case, solve_cases
 from validation.studies.paper.cases import Case
-from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
+from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES, driven
 from validation.studies.paper.ledger import printed_rounding
-from validation.studies.paper.solve import solve_case, solve_cases
-from validation.studies.paper.stored_cases import CaseRun, load_case
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
 BOUNDS = (5e-5, 1e-4)
-ALONE_BOUNDS = (5e-5, 8e-5)  # beyond, case 3's tip swings past the surface first
+CASE_BOUNDS = (5e-5, 8e-5)  # beyond, case 3's tip swings past the surface first
 # The flight alone matters, and five elements a phalanx give its duration to 2e-4: the run ends as
 # soon as the tip has touched.
 FLIGHT_ONLY = ("finger.elements=5", "solver.hcm.max_contact_time=1e-9")
@@ -53,7 +52,7 @@ class TorqueFactor:
 
 
 @dataclass(frozen=True)
-class Alone:
+class CaseFactor:
     """What one case's arrival says by itself.
 
     factor, half_width : the factor with which the case arrives at its printed time, and how far the
@@ -65,6 +64,15 @@ class Alone:
     half_width: float | None
     best_factor: float
     best_time_s: float
+
+
+@dataclass(frozen=True)
+class IdentifiedTorque:
+    """The common factor, each case's own, and the common ones under other numerics by name."""
+
+    common: TorqueFactor
+    by_case: Mapping[str, CaseFactor]
+    by_numerics: Mapping[str, TorqueFactor]
 
 
 def flight(scene: str, factor: float, numerics: tuple[str, ...] = ()) -> Case:
@@ -91,12 +99,11 @@ def arrival_time(run: CaseRun) -> float:
 
 def printed_arrivals() -> dict[str, float]:
     """The arrival times that the paper prints, s."""
-    numbers = {claim.id: claim.number for claim in read_claims() if claim.id.startswith("F13")
-               and claim.unit == "s"}  # fmt: skip
-    return {scene: numbers[claim] for scene, claim in ARRIVAL_CLAIMS.items()}
+    claims = {claim.id: claim for claim in read_claims()}
+    return {scene: claims[id_].number for scene, id_ in ARRIVAL_CLAIMS.items()}
 
 
-def identify(
+def common_factor(
     pool: Workers, numerics: tuple[str, ...] = (), store: Store = NO_STORE
 ) -> TorqueFactor:
     """Least squares on the three arrival times, with the scenes' numerics or others.
@@ -124,22 +131,22 @@ def identify(
     return TorqueFactor(1e-5 * float(fit.x[0]), uncertainty, printed, computed)
 
 
-def fly(scene: str, factor: float, store: Store = NO_STORE) -> float:
+def arrival_with(scene: str, factor: float, store: Store = NO_STORE) -> float:
     """Arrival time of one case, s, read back where it is stored."""
     case = flight(scene, factor)
     return arrival_time(load_case(store, case) or solve_case(case, store))
 
 
-def alone(scene: str, store: Store = NO_STORE) -> Alone:
+def case_factor(scene: str, store: Store = NO_STORE) -> CaseFactor:
     """The factor that one case's printed arrival time gives by itself."""
     from scipy.optimize import brentq, minimize_scalar
 
-    text = next(c.value for c in read_claims() if c.id == ARRIVAL_CLAIMS[scene])
-    printed, rounding = float(text), printed_rounding(text)
-    low, high = ALONE_BOUNDS
+    claim = next(c for c in read_claims() if c.id == ARRIVAL_CLAIMS[scene])
+    printed, rounding = claim.number, printed_rounding(claim.value)
+    low, high = CASE_BOUNDS
 
     def late(scaled: float) -> float:
-        return fly(scene, 1e-5 * float(scaled), store) - printed
+        return arrival_with(scene, 1e-5 * float(scaled), store) - printed
 
     if late(1e5 * low) * late(1e5 * high) > 0:
         nearest = minimize_scalar(
@@ -147,10 +154,20 @@ def alone(scene: str, store: Store = NO_STORE) -> Alone:
             options={"xatol": 0.02},
         )  # fmt: skip
         best = 1e-5 * float(nearest.x)
-        return Alone(None, None, best, fly(scene, best, store))
+        return CaseFactor(None, None, best, arrival_with(scene, best, store))
     root = float(brentq(late, 1e5 * low, 1e5 * high, xtol=1e-3))
     slope = (late(root + 0.1) - late(root - 0.1)) / 0.2
-    return Alone(1e-5 * root, 1e-5 * rounding / abs(slope), 1e-5 * root, printed)
+    return CaseFactor(1e-5 * root, 1e-5 * rounding / abs(slope), 1e-5 * root, printed)
+
+
+def identify_torque(pool: Workers, store: Store = NO_STORE) -> IdentifiedTorque:
+    """All factors, every flight that is not stored on the pool's processes."""
+    single = {scene: pool.submit(case_factor, scene, store) for scene in PRINTED_TORQUES}
+    return IdentifiedTorque(
+        common_factor(pool, (), store),
+        {scene: job.result() for scene, job in single.items()},
+        {name: common_factor(pool, numerics, store) for name, numerics in NUMERICS.items()},
+    )
 
 
 PREDICTED = (
@@ -163,7 +180,7 @@ PREDICTED = (
 )
 
 
-def predict(found: TorqueFactor, pool: Workers) -> dict[str, dict[str, dict[str, object]]]:
+def predict_taps(found: TorqueFactor, pool: Workers) -> dict[str, dict[str, dict[str, object]]]:
     """What the factor says of quantities that it was not fitted to.
 
     Returns

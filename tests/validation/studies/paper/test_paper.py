@@ -13,8 +13,9 @@ from validation.compare.claims import read_claims
 from validation.harness.record import Event, RunRecord
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
-from validation.studies.paper import torque_factor as identify_torque
-from validation.studies.paper.cases import Case, experiments, undriven_cases
+from validation.studies.paper import torque_factor
+from validation.studies.paper.case_runs import CaseRun, solve_case
+from validation.studies.paper.cases import DEFAULTS, Case, experiments, undriven_cases
 from validation.studies.paper.driven_cases import (
     AROUND,
     NUMERICS,
@@ -24,8 +25,20 @@ from validation.studies.paper.driven_cases import (
     driven_cases,
     torques,
 )
-from validation.studies.paper.finding import (
+from validation.studies.paper.ledger import (
+    CLOSE,
+    CONTRADICTS,
+    NOT_REPRODUCED,
+    REFERENCE_ROWS,
+    REPRODUCED,
     Finding,
+    judge,
+    ledger,
+    ledger_table,
+    printed_rounding,
+    score,
+)
+from validation.studies.paper.readings import (
     event_times,
     located,
     particle_velocity,
@@ -33,21 +46,6 @@ from validation.studies.paper.finding import (
     slips,
     transitions,
 )
-from validation.studies.paper.ledger import (
-    CLOSE,
-    CONTRADICTS,
-    NOT_REPRODUCED,
-    REFERENCE_ROWS,
-    REPRODUCED,
-    judge,
-    ledger,
-    ledger_table,
-    printed_rounding,
-    score,
-)
-from validation.studies.paper.numerics import DEFAULTS
-from validation.studies.paper.solve import solve_case
-from validation.studies.paper.stored_cases import CaseRun
 from validation.studies.paper.torque_factor import TorqueFactor, printed_arrivals
 
 DRIVEN = driven_cases(7e-5, 1e-6, 6.9e-5, dict.fromkeys(NUMERICS, 7.1e-5))
@@ -247,9 +245,11 @@ def test_a_case_alone_gives_its_factor_and_what_rounding_moves(
 ) -> None:
     # 12.18 ms at 6.5e-5, earlier by 0.1 ms for each 1e-5
     monkeypatch.setattr(
-        identify_torque, "fly", lambda _scene, factor, _stored: 0.01218 - 10 * (factor - 6.5e-5)
+        torque_factor,
+        "arrival_with",
+        lambda _scene, factor, _stored: 0.01218 - 10 * (factor - 6.5e-5),
     )
-    one = identify_torque.alone("driven-2")
+    one = torque_factor.case_factor("driven-2")
     assert one.factor == pytest.approx(6.5e-5, abs=2e-8)  # the root's tolerance
     assert one.half_width == pytest.approx(0.5e-5 / 10)  # the print ends with 1e-5 s
 
@@ -258,9 +258,11 @@ def test_a_case_that_no_factor_brings_there_says_how_near_it_comes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(
-        identify_torque, "fly", lambda _scene, factor, _stored: 0.0106 + 1e5 * (factor - 7e-5) ** 2
+        torque_factor,
+        "arrival_with",
+        lambda _scene, factor, _stored: 0.0106 + 1e5 * (factor - 7e-5) ** 2,
     )
-    one = identify_torque.alone("driven-3")
+    one = torque_factor.case_factor("driven-3")
     assert one.factor is None
     assert one.half_width is None
     assert one.best_factor == pytest.approx(7e-5, rel=1e-2)

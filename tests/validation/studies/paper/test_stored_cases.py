@@ -5,8 +5,8 @@ import numpy as np
 
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
+from validation.studies.paper.case_runs import CaseRun, keep_case, load_case
 from validation.studies.paper.cases import Case
-from validation.studies.paper.stored_cases import CaseRun, keep_case, load_case
 
 Make = Callable[..., RunRecord]
 

@@ -1,15 +1,18 @@
-"""What a run says about a claim, and readings that several claims share."""
+"""Readings of a run over its first tap: forces, phases, stresses, the tip's deflection."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from validation.harness.record import RunRecord
-from validation.studies.paper.stored_cases import CaseRun
+from validation.studies.paper.case_runs import CaseRun
+
+if TYPE_CHECKING:
+    from hcm import Posture
 
 Runs = Mapping[str, CaseRun]
 Floats = NDArray[np.float64]
@@ -18,20 +21,6 @@ Floats = NDArray[np.float64]
 # phase shorter than this share of the contact, is thinner than a printed line: it is located, but
 # not counted.
 VISIBLE = 0.005
-
-
-@dataclass(frozen=True)
-class Finding:
-    """Our value for a claim.
-
-    value : in the claim's unit; True or False for a state; None where there is no run to read.
-    reason : where it comes from, and what experiments say where it differs.
-    contradiction : the arithmetic that shows the paper against itself, empty if it does not.
-    """
-
-    value: float | bool | None
-    reason: str = ""
-    contradiction: str = ""
 
 
 def scalar(runs: Runs, case: str, key: str) -> float:
@@ -141,3 +130,47 @@ def slip_to_stick(run: CaseRun, share: float = VISIBLE) -> int:
 def sticks(run: CaseRun) -> bool:
     """Whether the tip sticks at any moment of the first tap."""
     return bool(np.any(curve(run, "mode")[1] % 3 == 1))
+
+
+def first_tap_postures(run: CaseRun, drawn: bool) -> list[Posture]:
+    """Postures of the first tap: those at its events, which fig. 15 draws, or all that are kept."""
+    start, end = window(run.record)
+    kept = run.event_postures if drawn else (*run.event_postures, *run.frames)
+    return [p for p in kept if start <= p.time_s <= end]
+
+
+def deflection(posture: Posture) -> float:
+    """Size of the tip's deflection (fig. 15), m, from the first node's tangent."""
+    return abs(float(posture.deflection(2)[1][-1]))
+
+
+def largest_deflection(run: CaseRun) -> float:
+    """Largest deflection of the tip during the contact, m."""
+    return max(map(deflection, first_tap_postures(run, drawn=False)))
+
+
+def largest_drawn_deflection(run: CaseRun) -> float:
+    """Largest deflection of the tip at an instant that fig. 15 draws, m."""
+    return max(map(deflection, first_tap_postures(run, drawn=True)))
+
+
+def time_of_largest_deflection(run: CaseRun) -> float:
+    """When the tip's deflection is largest, as a share of the contact."""
+    start, end = window(run.record)
+    return (max(first_tap_postures(run, drawn=False), key=deflection).time_s - start) / (
+        end - start
+    )
+
+
+def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
+    """Whether the deflection that fig. 15 draws is largest at the end of the first restitution.
+
+    Reversals that last less than 5 % of the contact are ripples on it.
+    """
+    ends = [e.time_s for e in run.record.events
+            if e.kind in ("restitution_to_compression", "separation")]  # fmt: skip
+    largest = max(first_tap_postures(run, drawn=True), key=deflection).time_s
+    turn = event_times(run, "compression_to_restitution")[0]
+    start, end = window(run.record)
+    later = [e for e in ends if e - start - turn > 0.05 * (end - start)]
+    return bool(later) and abs(largest - later[0]) < 0.05 * (end - start)

@@ -6,20 +6,22 @@ mesh holds. Readings that depend on that ringing are given with their variations
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
 from validation.compare.claims import Claim, read_claims
-from validation.studies.paper import deflection
+from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, VARIED
-from validation.studies.paper.finding import (
-    Finding,
+from validation.studies.paper.ledger import Finding, printed_rounding
+from validation.studies.paper.readings import (
     Runs,
     counting,
     curve,
+    deflection_peaks_after_first_restitution,
     event_times,
+    largest_deflection,
+    largest_drawn_deflection,
     largest_stress,
     particle_velocity,
     phases,
@@ -27,24 +29,14 @@ from validation.studies.paper.finding import (
     slip_to_stick,
     slips,
     sticks,
+    time_of_largest_deflection,
     transitions,
 )
-from validation.studies.paper.ledger import printed_rounding
-from validation.studies.paper.stored_cases import CaseRun
-from validation.studies.paper.torque_factor import Alone, TorqueFactor
+from validation.studies.paper.torque_factor import IdentifiedTorque
 
 FIRST = "first_peak_normal_force_N"
 ONE, TWO, THREE = PRINTED_TORQUES
 ARROW = {1: "right", -1: "left", 0: "stick"}
-
-
-@dataclass(frozen=True)
-class Identified:
-    """The t_3 factor, each case's own, and the factors under other numerics by their names."""
-
-    common: TorqueFactor
-    alone: Mapping[str, Alone]
-    fitted: Mapping[str, TorqueFactor]
 
 
 def _varied(runs: Runs, read: Callable[[str], object]) -> str:
@@ -90,14 +82,14 @@ def _band(read: Callable[[str], float], claim: Claim) -> str:
     )
 
 
-def _arrivals(runs: Runs, found: Identified) -> dict[str, Finding]:
+def _arrivals(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     numerics = "; ".join(
         f"{name}: factor {fit.factor:.4g}, {fit.misfit_percent:.2g} %"
-        for name, fit in found.fitted.items()
+        for name, fit in found.by_numerics.items()
     )
     rows = {}
     for id_, case in (("F13.1", ONE), ("F13.2", TWO), ("F13.3", THREE)):
-        own = found.alone[case]
+        own = found.by_case[case]
         text = (
             f"alone it asks for {own.factor:.4g} +- {own.half_width:.1g}"
             if own.factor is not None and own.half_width is not None
@@ -113,7 +105,7 @@ def _arrivals(runs: Runs, found: Identified) -> dict[str, Finding]:
     return rows
 
 
-def measure(runs: Runs, found: Identified) -> dict[str, Finding]:
+def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     """Findings by claim."""
     rows = _arrivals(runs, found)
     for id_, case, concave in (("F13.4", ONE, True), ("F13.5", TWO, True), ("F13.6", THREE, False)):
@@ -126,12 +118,12 @@ def measure(runs: Runs, found: Identified) -> dict[str, Finding]:
     claims = {claim.id: claim for claim in read_claims()}
     for id_, case, key in (
         ("F14.1", TWO, _first_peak), ("F14.2", TWO, _first_tangential_peak),
-        ("F15.1", TWO, deflection.largest), ("F15.2", THREE, deflection.largest),
+        ("F15.1", TWO, largest_deflection), ("F15.2", THREE, largest_deflection),
     ):  # fmt: skip
         read = _ratio(runs, case, key)
         reason = f"{_band(read, claims[id_])}; {_varied(runs, read)}"
-        if key is deflection.largest:
-            drawn = _ratio(runs, case, deflection.largest_drawn)("")
+        if key is largest_deflection:
+            drawn = _ratio(runs, case, largest_drawn_deflection)("")
             reason += f"; at the instants that fig. 15 draws {drawn:.4g}"
         rows[id_] = Finding(read(""), reason)
     three = runs[THREE]
@@ -150,13 +142,13 @@ def measure(runs: Runs, found: Identified) -> dict[str, Finding]:
         bool(tangential.min() < 0 < tangential.max()),
         f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",
     )
-    late = {c: deflection.peaks_after_first_restitution(runs[c]) for c in (ONE, TWO, THREE)}
+    late = {c: deflection_peaks_after_first_restitution(runs[c]) for c in (ONE, TWO, THREE)}
     rows["F15.3"] = Finding(
         all(late.values()),
         "among the instants that fig. 15 draws; "
         + "; ".join(
             f"{c}: {'yes' if ok else 'no'}, the largest of all"
-            f" {100 * deflection.time_of_largest(runs[c]):.0f} % through the contact"
+            f" {100 * time_of_largest_deflection(runs[c]):.0f} % through the contact"
             for c, ok in late.items()
         ),
     )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from validation.studies.paper.cases import ETA2, STRESS_VARIED
-from validation.studies.paper.finding import (
-    Finding,
+from validation.studies.paper.ledger import Finding
+from validation.studies.paper.readings import (
     Runs,
     curve,
     event_times,
@@ -93,7 +93,7 @@ def _steady_stress(runs: Runs) -> tuple[bool, str]:
     )
 
 
-def measure(runs: Runs) -> dict[str, Finding]:
+def friction_findings(runs: Runs) -> dict[str, Finding]:
     """Findings by claim."""
     rows = {
         "F10.1": Finding(-_change(runs, NORMAL, 0.5), "", _gross_slip(55.6, 0.5, 7.2)),

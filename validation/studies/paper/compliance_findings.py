@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from validation.studies.paper.finding import (
-    Finding,
+from validation.studies.paper.ledger import Finding
+from validation.studies.paper.readings import (
     Runs,
     counting,
     curve,
@@ -36,7 +36,7 @@ def loop_closure(runs: Runs, case: str) -> float:
     return float(residual / ((1 - RESTITUTION**2) * total) - 1)
 
 
-def measure(runs: Runs) -> dict[str, Finding]:
+def compliance_findings(runs: Runs) -> dict[str, Finding]:
     """Findings by claim."""
     cases = {"0.01": "soft E=0.01 GPa", "0.1": "soft E=0.1 GPa", "32": "soft delta=32",
              "16": "soft delta=16"}  # fmt: skip

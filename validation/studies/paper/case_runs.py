@@ -1,27 +1,31 @@
-"""Cases of the reduced model in a store: records with their postures."""
+"""Cases of the reduced model: solved on all cores, stored with their postures, read back."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from validation.harness.processes import Workers
 from validation.harness.record import RunRecord, plain
-from validation.harness.store import Inputs, Store
+from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import read_record, relabelled, write_record
+from validation.models.adapter import to_record
+from validation.models.hcm import translate
 from validation.models.inputs import run_inputs
 from validation.scenes.load import load_scene
 from validation.studies.paper.cases import Case
 
 if TYPE_CHECKING:
     from hcm import Posture
+    from validation.models.adapter import Progress
 
 POSTURES = "postures.json"
-SOLVER = "validation.studies.paper.solve"  # the module that solves cases; it imports this one
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,44 @@ class CaseRun:
     record: RunRecord
     event_postures: tuple[Posture, ...]
     frames: tuple[Posture, ...]
+
+
+def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
+    """Run one case and store it.
+
+    Raises
+    ------
+    UserError
+        The case's overrides do not make a valid scene.
+    """
+    import hcm
+
+    scene = load_scene(case.scene, case.overrides)
+    arguments = translate(scene)
+    arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
+    result = hcm.simulate(**arguments)
+    record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
+    run = CaseRun(case, record, tuple(result.event_postures), tuple(result.frames))
+    keep_case(store, run)
+    return run
+
+
+def solve_cases(
+    cases: Sequence[Case], pool: Workers, progress: Progress, store: Store = NO_STORE
+) -> Mapping[str, CaseRun]:
+    """Run all cases that are not stored; the result is in the order of the cases, by name."""
+    done: dict[str, CaseRun] = {}
+    futures = {}
+    for case in cases:
+        found = load_case(store, case)
+        if found is None:
+            futures[pool.submit(solve_case, case, store)] = case.name
+        else:
+            done[case.name] = found
+    for future in as_completed(futures):
+        done[futures[future]] = future.result()
+        progress(len(done) / len(cases), futures[future])
+    return {case.name: done[case.name] for case in cases}
 
 
 def load_case(store: Store, case: Case) -> CaseRun | None:
@@ -53,7 +95,7 @@ def keep_case(store: Store, run: CaseRun) -> None:
 
 def _inputs(case: Case) -> Inputs:
     tables = load_scene(case.scene, case.overrides).tables
-    return run_inputs(tables, "hcm", SOLVER, frame_times=list(case.frame_times))
+    return run_inputs(tables, "hcm", __name__, frame_times=list(case.frame_times))
 
 
 def _write(entry: Path, run: CaseRun) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 from validation.compare.claims import read_claims
 from validation.compare.differences import error_percent
 from validation.harness.record import RunRecord
-from validation.studies.paper.finding import Finding, Runs, curve, scalar, transitions
+from validation.studies.paper.ledger import Finding
+from validation.studies.paper.readings import Runs, curve, scalar, transitions
 from validation.studies.paper.reference_runs import JUDGED, VARIANTS, References, sensitivity
 
 PEAKS = {"normal": "peak_normal_force_N", "tangential": "peak_tangential_force_N"}
@@ -89,7 +90,7 @@ def _machine(
     return "; ".join(parts)
 
 
-def measure(
+def validation_findings(
     runs: Runs, alone: Mapping[str, RunRecord], references: References
 ) -> dict[str, Finding]:
     """Findings by claim.

@@ -7,15 +7,7 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-from validation.peers.bar import (
-    DENSITY,
-    PARTS,
-    YOUNG,
-    Bar,
-    BarRun,
-    print_bar_run,
-    seconds_per_step,
-)
+from validation.peers.bar import DENSITY, PARTS, YOUNG, Bar, BarRun, print_bar_run, seconds_per_step
 
 
 def run_bar(bar: Bar) -> BarRun:

@@ -1,7 +1,7 @@
 """The soft finger in Exudyn (Gerstmayr 2023): ANCFCable2D, generalized-alpha, contact at the tip.
 
-The scene slides in +X from first contact to separation (design.md section 5), so that its contact
-is linear in the tip's coordinates while it lasts,
+The soft scene slides in +X from first contact to separation, so that its contact is linear in the
+tip's coordinates while it lasts,
 
     F_n = -k (y + H),    F_t = -mu F_n,
 
@@ -63,11 +63,10 @@ class _Finger:
         self.exu = exudyn
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()
-        self.steps = 0
-        self.given, self.adaptive = given, adaptive
-        self.spectral_radius, self.touched = spectral_radius, False
-        self.jacobian_a_step = jacobian_a_step
-        self.tip = self._chain(items)
+        self.given, self.steps, self.touched = given, 0, False
+        self.adaptive, self.jacobian_a_step = adaptive, jacobian_a_step
+        self.spectral_radius = spectral_radius
+        self.tip = self._add_chain(items)
         self.contact = self.system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[self.tip], stiffnessMatrix=np.zeros((4, 4)),
                                     massMatrix=np.zeros((4, 4)), dampingMatrix=np.zeros((4, 4)),
@@ -79,29 +78,26 @@ class _Finger:
         )  # fmt: skip
         self.system.Assemble()
 
-    def _chain(self, items: Any) -> int:
+    def _add_chain(self, items: Any) -> int:
+        """Phalanges along -X, hinged in a row; the tip's node."""
         system, gravity = self.system, self.given["drive"].gravity
         node = system.AddNode(items.NodePointGround())
-        begin = 0.0
+        hinge_x = 0.0
         for phalanx in self.given["finger"].phalanges:
             length = phalanx.length / phalanx.elements
             nodes = [
                 system.AddNode(
-                    items.NodePoint2DSlope1(referenceCoordinates=[begin - i * length, 0, -1, 0])
+                    items.NodePoint2DSlope1(referenceCoordinates=[hinge_x - i * length, 0, -1, 0])
                 )
                 for i in range(phalanx.elements + 1)
             ]
             for pair in pairwise(nodes):
-                cable = system.AddObject(
-                    items.ObjectANCFCable2D(
-                        length=length,
-                        massPerLength=phalanx.density * phalanx.area,
-                        bendingStiffness=phalanx.youngs_modulus * phalanx.second_moment,
-                        axialStiffness=phalanx.youngs_modulus * phalanx.area,
-                        nodeNumbers=list(pair),
-                        useReducedOrderIntegration=1,
-                    )
-                )
+                cable = system.AddObject(items.ObjectANCFCable2D(
+                    length=length, massPerLength=phalanx.density * phalanx.area,
+                    bendingStiffness=phalanx.youngs_modulus * phalanx.second_moment,
+                    axialStiffness=phalanx.youngs_modulus * phalanx.area,
+                    nodeNumbers=list(pair), useReducedOrderIntegration=1,
+                ))  # fmt: skip
                 marker = system.AddMarker(items.MarkerBodyMass(bodyNumber=cable))
                 system.AddLoad(
                     items.LoadMassProportional(markerNumber=marker, loadVector=[0, -gravity, 0])
@@ -112,7 +108,7 @@ class _Finger:
                     for end in (node, nodes[0])
                 ]
                 system.AddObject(items.ObjectConnectorCoordinate(markerNumbers=ends))
-            node, begin = nodes[-1], begin - phalanx.length
+            node, hinge_x = nodes[-1], hinge_x - phalanx.length
         return int(node)
 
     def gap(self) -> tuple[float, float]:
@@ -132,7 +128,7 @@ class _Finger:
         self.system.SetObjectParameter(self.contact, "stiffnessMatrix", matrix)
         self.system.SetObjectParameter(self.contact, "forceVector", force)
 
-    def advance(self, begin: float, duration: float, steps: int, relative: float) -> None:
+    def advance(self, start: float, duration: float, steps: int, relative: float) -> None:
         """Integrate on from the current state."""
         configuration = self.exu.ConfigurationType
         if self.steps:
@@ -148,7 +144,7 @@ class _Finger:
         # every step in contact; none in flight, which it is not charged for
         settings.solution.sensors.writePeriod = 1e-12 if self.touched else 1.0
         stepping = settings.timeIntegration
-        stepping.startTime, stepping.endTime = begin, begin + duration
+        stepping.startTime, stepping.endTime = start, start + duration
         stepping.numberOfSteps = steps
         stepping.adaptiveStep = self.adaptive
         stepping.verboseMode = 0
@@ -164,7 +160,7 @@ class _Finger:
                 raise KeyboardInterrupt from None
             raise
         if not solved:
-            raise PeerFailedError(f"Exudyn failed after t = {begin:g} s")
+            raise PeerFailedError(f"Exudyn failed after t = {start:g} s")
         self.steps += steps
 
     def fly(self, flight_step: float, contact_step: float, located: bool, until: float) -> float:

@@ -6,15 +6,7 @@ Run as a program (`print_bar_run`).
 import importlib
 from typing import Any
 
-from validation.peers.bar import (
-    DENSITY,
-    PARTS,
-    YOUNG,
-    Bar,
-    BarRun,
-    print_bar_run,
-    seconds_per_step,
-)
+from validation.peers.bar import DENSITY, PARTS, YOUNG, Bar, BarRun, print_bar_run, seconds_per_step
 
 ELEMENT = "SmallDisplacementElement3D8N"
 

@@ -32,7 +32,7 @@ class ReferenceScene:
     Attributes
     ----------
     body, dim, divisions, distortion, seed
-        See `reference_bodies`.
+        See `bodies`.
     modulus, poisson
         E, Pa, and ν; ρ is 1000 kg/m³.
     speed

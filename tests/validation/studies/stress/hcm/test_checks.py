@@ -1,4 +1,4 @@
-"""Random scenes of the reduced model, checks that can fail, and the campaign's command."""
+"""Random scenes of the reduced model, and checks that can fail."""
 
 from dataclasses import replace
 
@@ -8,17 +8,12 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 import hcm
+from tests.validation.studies.stress.taps import SOFT, TAP
 from validation.models.hcm import warm_up_flights
 from validation.studies.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
 from validation.studies.stress.hcm.audit import mechanics, observed
 from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.hcm.judge import difference
-
-SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=2)
-TAP = HcmScene(
-    hcm.Finger((SOFT,)), hcm.Surface(0.03, 0.5), hcm.Tip(0.78e6, 0.8), hcm.Drive(),
-    hcm.Settings(max_steps=5_000),
-)  # fmt: skip
 
 
 @pytest.fixture(scope="module", autouse=True)

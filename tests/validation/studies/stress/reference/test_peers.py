@@ -1,17 +1,17 @@
-"""CalculiX beside the reference: its input, what it prints, and what a table says without it."""
+"""CalculiX beside the reference: its input, the table, and what is said without it."""
 
 from __future__ import annotations
 
 import shutil
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.validation.peers.test_calculix import PRINTED
 from validation.peers import calculix, calculix_block
-from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT, CalculixRun
+from validation.peers.calculix import COMPLETED, TIMED_OUT, CalculixRun
 from validation.studies.stress.command import run_peers
 from validation.studies.stress.hcm import peers
 from validation.studies.stress.reference.peers import (
@@ -22,75 +22,7 @@ from validation.studies.stress.reference.peers import (
     impulse_balance,
 )
 
-# As version 2.20 prints two increments of a block of two nodes.
-PRINTED = """
- total force (fx,fy,fz) for set FLOOR and time  0.1000000E-04
-
-       -1.000000E+00  0.000000E+00  0.000000E+00
-
- velocities (vx,vy,vz) for set BODY and time  0.1000000E-04
-
-         1  5.000000E-01 -1.000000E+00  0.000000E+00
-         2  5.000000E-01 -1.000000E+00  0.000000E+00
-
- total force (fx,fy,fz) for set FLOOR and time  0.3000000E-04
-
-       -1.000000E+00  1.622533E+00  3.950000E-18
-
- velocities (vx,vy,vz) for set BODY and time  0.3000000E-04
-
-         1  5.000000E-01  1.250000E+00  0.000000E+00
-         2  5.000000E-01 -1.250000E-03  0.000000E+00
-"""
 EASY = CELLS["soft pressure: the same problem"]
-
-
-def test_what_it_prints_is_read() -> None:
-    times, forces = calculix_block.floor_forces(PRINTED)
-    assert times.tolist() == [1e-5, 3e-5]
-    assert forces.tolist() == [0.0, 1.622533]
-    velocity = calculix_block.last_velocities(PRINTED)
-    assert velocity is not None
-    assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
-
-
-def test_nothing_printed_is_no_force() -> None:
-    times, forces = calculix_block.floor_forces("")
-    assert times.size == forces.size == 0
-    assert calculix_block.last_velocities("") is None
-
-
-@pytest.mark.parametrize(
-    ("code", "said", "answer"),
-    [
-        (0, " Job finished\n", COMPLETED),
-        (None, "", TIMED_OUT),
-        (201, " *ERROR: too many cutbacks\n best solution and residuals", NOT_CONVERGED),
-        (0, "no convergence", NOT_CONVERGED),
-        (201, "x\n *ERROR in e_c3d: nonpositive jacobian\n", "stopped: *ERROR in e_c3d: nonpositive"
-         " jacobian"),
-        (-11, "", "stopped: exit code -11"),
-    ],
-)  # fmt: skip
-def test_how_it_ended(code: int | None, said: str, answer: str) -> None:
-    assert calculix.answer(code, said) == answer
-
-
-def program(folder: Path, body: str) -> None:
-    """A stand-in for ccx."""
-    path = folder / calculix.PROGRAM
-    path.write_text(f"#!/bin/sh\n{body}\n", encoding="ascii")
-    path.chmod(0o755)
-
-
-def test_a_run_that_takes_too_long_is_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "printed").write_text(PRINTED, encoding="ascii")
-    program(tmp_path, f"/bin/cp {tmp_path}/printed job.dat\nexec /bin/sleep 60")
-    monkeypatch.setenv("PATH", str(tmp_path))
-    ran = calculix.run_calculix("", timeout_s=0.5)
-    assert (ran.answer, calculix_block.floor_forces(ran.printed)[0].size) == (TIMED_OUT, 2)
 
 
 def test_without_it_the_table_is_skipped_by_name(
@@ -164,15 +96,3 @@ def test_a_short_fall_of_it_meets_ours() -> None:
     impulse = np.trapezoid(f.normal_force_N[rows], f.time_s[rows])
     # consistent against lumped masses: the pulse is not over, its front differs
     assert found.normal_impulse_N_s == pytest.approx(impulse, rel=0.1)
-
-
-def _slow(seconds: float) -> peers.PeerAnswer:
-    time.sleep(seconds)
-    return "completed", None, seconds
-
-
-def test_a_peer_that_gives_no_answer_is_ended() -> None:
-    began = time.monotonic()
-    assert peers.limited(60.0, _slow, 0.01) == ("completed", None, 0.01)
-    assert peers.limited(3.0, _slow, 120.0) == ("no answer after 3 s", None, 3.0)
-    assert time.monotonic() - began < 60.0

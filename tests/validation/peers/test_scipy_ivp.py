@@ -1,0 +1,23 @@
+"""SciPy's defaults on a tap."""
+
+from dataclasses import replace
+
+import hcm
+from tests.validation.studies.stress.taps import SOFT, TAP
+from validation.peers.scipy_ivp import solve_first_tap
+from validation.studies.stress.hcm.peers import peak_and_impulse
+from validation.studies.stress.judging import largest_difference
+
+
+def test_a_users_solve_ivp_taps() -> None:
+    """SciPy's defaults find the tap of a soft rod, a few per cent off."""
+    soft = replace(TAP, finger=hcm.Finger((replace(SOFT, youngs_modulus=1e7, elements=1),)),
+                   tip=hcm.Tip(1e4))  # fmt: skip
+    given = (soft.finger, soft.surface, soft.tip, soft.drive)
+    ending, tap = solve_first_tap(*given, 60.0)
+    assert ending == "completed"
+    own = peak_and_impulse(hcm.simulate(**soft.arguments()))
+    assert tap is not None
+    assert own is not None
+    assert largest_difference(tap, own) < 0.5
+    assert solve_first_tap(*given, 1e-9)[1] is None

@@ -5,12 +5,12 @@ from typing import NamedTuple, TypeVar
 import numba
 import numpy as np
 
+from reference_fem.elements.alignment import aligned
 from reference_fem.elements.protocol import Floats, Integers, Nodes
 
 # Below 16 lanes the compiler does not vectorise; with more, a block no longer stays in 32 kB of
 # first-level cache between the two passes over it (measured: 32 lanes are 10 to 15 % slower).
 LANES = 16
-LINE = 64  # bytes of a cache line; a vector of 8 numbers that lies across two of them costs twice
 
 
 class Blocks(NamedTuple):
@@ -63,12 +63,3 @@ def _lanes(values: Floats) -> Floats:
     padded = np.vstack((values, np.zeros((-len(values) % LANES, values.shape[1]))))
     by_block = padded.reshape(-1, LANES, values.shape[1]).transpose(0, 2, 1)
     return aligned(by_block.reshape(len(by_block), -1))
-
-
-def aligned(values: Floats) -> Floats:
-    """A copy whose first number begins a cache line, as then every row of 8 lanes does."""
-    room = np.empty(values.size + LINE // values.itemsize)
-    first = -room.ctypes.data % LINE // values.itemsize
-    copy = room[first : first + values.size].reshape(values.shape)
-    copy[...] = values
-    return copy

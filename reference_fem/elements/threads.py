@@ -1,4 +1,4 @@
-"""How blocks are dealt to threads, and how their forces meet: the same bits for one number of them.
+"""Which blocks a thread takes, and how threads' forces meet: one number of threads, the same bits.
 
 Each thread takes a contiguous run of blocks. Nodes that no other thread touches it sums straight
 into the result; those of the seam it adds into a buffer of its own, and the buffers are summed in
@@ -12,22 +12,23 @@ from reference_fem.compiled import njit
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.protocol import Floats, Integers
 
-# Columns of a share: blocks START..STOP-1 touch nodes LOW..HIGH-1, of which FIRST..LAST-1 alone.
-START, STOP, LOW, FIRST, LAST, HIGH = range(6)
+# Columns of a share: blocks START..STOP-1 touch nodes LOW..HIGH-1, of which no other
+# thread's blocks touch OWN_LOW..OWN_HIGH-1.
+START, STOP, LOW, OWN_LOW, OWN_HIGH, HIGH = range(6)
 
 
 @njit(cache=True, error_model="numpy")
-def part(count: int, t: int, n_threads: int) -> tuple[int, int]:
+def thread_range(count: int, t: int, n_threads: int) -> tuple[int, int]:
     """First and one past the last of the things that thread t takes of `count`."""
     return t * count // n_threads, (t + 1) * count // n_threads
 
 
 @njit(cache=True, error_model="numpy")
-def deal(node_range: Integers, n_threads: int) -> Integers:
+def thread_shares(node_range: Integers, n_threads: int) -> Integers:
     """Shares (n_threads, 6) of all threads."""
     shares = np.zeros((n_threads, 6), dtype=np.int64)
     for t in range(n_threads):
-        start, stop = part(len(node_range), t, n_threads)
+        start, stop = thread_range(len(node_range), t, n_threads)
         low, high = (node_range[start, 0], node_range[start, 1]) if start < stop else (0, 0)
         for block in range(start + 1, stop):
             low, high = min(low, node_range[block, 0]), max(high, node_range[block, 1])
@@ -43,42 +44,48 @@ def deal(node_range: Integers, n_threads: int) -> Integers:
                     last = min(last, shares[other, LOW])
         if first >= last:
             first = last = shares[t, HIGH]
-        shares[t, FIRST], shares[t, LAST] = first, last
+        shares[t, OWN_LOW], shares[t, OWN_HIGH] = first, last
     return shares
 
 
 @njit(cache=True, error_model="numpy")
-def begin(blocks: Blocks, shares: Integers, t: int, out: Floats) -> None:
+def zero_forces(blocks: Blocks, shares: Integers, t: int, out: Floats) -> None:
     """Zero the forces that thread t is going to add to."""
-    low, first, last, high = shares[t, LOW], shares[t, FIRST], shares[t, LAST], shares[t, HIGH]
+    low, first, last, high = (
+        shares[t, LOW],
+        shares[t, OWN_LOW],
+        shares[t, OWN_HIGH],
+        shares[t, HIGH],
+    )
     out[first:last] = 0.0
     blocks.buffers[t, low:first] = 0.0
     blocks.buffers[t, last:high] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def alone(blocks: Blocks, block: int, share: Integers) -> bool:
+def holds_own_nodes_only(blocks: Blocks, block: int, share: Integers) -> bool:
     """Whether a block's nodes are all its thread's own."""
     return bool(
-        blocks.node_range[block, 0] >= share[FIRST] and blocks.node_range[block, 1] <= share[LAST]
+        blocks.node_range[block, 0] >= share[OWN_LOW]
+        and blocks.node_range[block, 1] <= share[OWN_HIGH]
     )
 
 
 @njit(cache=True, error_model="numpy")
-def finish(blocks: Blocks, shares: Integers, out: Floats) -> None:
+def add_buffers(blocks: Blocks, shares: Integers, out: Floats) -> None:
     """Sum the buffers into the nodes that are no thread's own.
 
     One thread does it for all: to wake the others takes longer than a section of the mesh.
     """
     position = 0
     for t in range(len(shares)):
-        if shares[t, FIRST] < shares[t, LAST]:
-            out[position : shares[t, FIRST]] = 0.0
-            position = shares[t, LAST]
+        if shares[t, OWN_LOW] < shares[t, OWN_HIGH]:
+            out[position : shares[t, OWN_LOW]] = 0.0
+            position = shares[t, OWN_HIGH]
     out[position:] = 0.0
     for t in range(len(shares)):
         share = shares[t]
-        for low, high in ((share[LOW], share[FIRST]), (share[LAST], share[HIGH])):
+        for low, high in ((share[LOW], share[OWN_LOW]), (share[OWN_HIGH], share[HIGH])):
             total, more = out[low:high].reshape(-1), blocks.buffers[t, low:high].reshape(-1)
             for i in range(len(total)):  # one loop is a vector's, one over nodes is not
                 total[i] += more[i]

@@ -10,8 +10,8 @@ from reference_fem.elements.base import BlockElement, Stresses
 from reference_fem.elements.blocks import make_blocks
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import geometries, sum_at_nodes, triangular_inverse
-from reference_fem.elements.hexahedron import fields as hex8_fields
-from reference_fem.elements.hexahedron.kernel import ROWS, SCRATCH_ROWS
+from reference_fem.elements.hexahedron import eight_point_outputs as outputs
+from reference_fem.elements.hexahedron.eight_point_kernel import ROWS, SCRATCH_ROWS
 from reference_fem.elements.hexahedron.point import POINT_ROWS
 from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
 
@@ -20,7 +20,7 @@ from reference_fem.elements.protocol import Floats, Integers, check_material, ch
 class Hex8(BlockElement):
     """8-node hexahedra on one mesh; `gradients` are those at the centres."""
 
-    stresses: ClassVar[Stresses] = hex8_fields.stresses
+    stresses: ClassVar[Stresses] = outputs.stresses
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         for g in geometries(self.points, self.cells):
@@ -68,5 +68,5 @@ def hex8(points: Floats, cells: Integers, young: Floats, poisson: Floats, densit
         cell_volume=volume,
         cell_mass=cell_mass,
         gradients=centre_gradients,
-        blocks=make_blocks(hex8_fields.Hex8Blocks, points, cells, rows, SCRATCH_ROWS),
+        blocks=make_blocks(outputs.Hex8Blocks, points, cells, rows, SCRATCH_ROWS),
     )

@@ -4,7 +4,7 @@ from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
-from reference_fem.elements.threads import FIRST, LAST, alone
+from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -27,7 +27,7 @@ def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floa
 def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
     """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes = blocks.nodes[block]
-    if alone(blocks, block, share):
+    if holds_own_nodes_only(blocks, block, share):
         for lane in range(0, LANES, WIDTH):
             for a in range(8):
                 add_rows(s, a * LANES + lane, 8 * LANES, out, nodes, lane * 8 + a)
@@ -36,7 +36,7 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
     for lane in range(LANES):
         for a in range(8):
             n = nodes[lane, a]
-            if share[FIRST] <= n < share[LAST]:
+            if share[OWN_LOW] <= n < share[OWN_HIGH]:
                 add(s, a * LANES + lane, out, n)
             else:
                 add(s, a * LANES + lane, seam, n)

@@ -12,7 +12,7 @@ g^n is orthogonal to every linear motion, so a patch has no hourglass energy, an
 see rotations: the force is the exact gradient of W however large the rotation.
 k = c E V B/72 with B = sum_a b_a . b_a; c = 1 gives a cube its exact stiffness in pure bending.
 
-Sums over corners are taken over the modes of `hex8_modes`, where b has six vectors instead of
+Sums over corners are taken over the modes of `modes`, where b has six vectors instead of
 eight and h^n is a unit vector. b and G are not stored but found again in each call from the
 corners: 150 operations cost less than the 288 bytes that they would be read from.
 
@@ -23,8 +23,8 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, two o
 import numpy as np
 
 from reference_fem.compiled import njit
+from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks
-from reference_fem.elements.frames import aligned_frame
 from reference_fem.elements.hexahedron.modes import (
     Modes,
     Six,
@@ -151,19 +151,18 @@ def lane_force(s: Floats, r: Floats, lane: int) -> tuple[float, float]:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_force(s: Floats, r: Floats) -> None:
-    """Rows 0..23 of s: the nodal forces in place of the nodal displacements."""
-    aligned_frame()
-    for lane in range(LANES):
-        lane_force(s, r, lane)
+def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
+    """Rows 0..23 of s: the nodal forces in place of the nodal displacements.
 
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_audited_force(s: Floats, r: Floats) -> None:
-    """`block_force`; rows RESULT and RESULT + 1 as `block_energy` fills them."""
+    Where energies are `stored`, rows RESULT and RESULT + 1 as `block_energy` fills them.
+    """
     aligned_frame()
-    for lane in range(LANES):
-        s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = lane_force(s, r, lane)
+    if stored is None:
+        for lane in range(LANES):
+            lane_force(s, r, lane)
+    else:
+        for lane in range(LANES):
+            s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = lane_force(s, r, lane)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -206,17 +205,6 @@ def gather_both(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> 
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def add_force(
-    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
-) -> None:
-    """See `loops`."""
-    s = blocks.scratch[t]
-    gather_both(blocks, displacement, block, s)
-    block_force(s, blocks.reference[block])
-    scatter(s, blocks, block, share, t, out)
-
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def sum_energies(s: Floats) -> tuple[float, float]:
     """Rows RESULT and RESULT + 1, summed over the lanes."""
     strain, hourglass = 0.0, 0.0
@@ -227,15 +215,24 @@ def sum_energies(s: Floats) -> tuple[float, float]:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def add_audited_force(
-    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
-) -> tuple[float, float]:
+def add_force(
+    blocks: Blocks,
+    displacement: Floats,
+    block: int,
+    share: Integers,
+    t: int,
+    out: Floats,
+    stored: Floats | None,
+) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
     gather_both(blocks, displacement, block, s)
-    block_audited_force(s, blocks.reference[block])
+    block_force(s, blocks.reference[block], stored)
     scatter(s, blocks, block, share, t, out)
-    return sum_energies(s)
+    if stored is not None:
+        strain, hourglass = sum_energies(s)
+        stored[t, 0] += strain
+        stored[t, 1] += hourglass
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -276,4 +273,4 @@ def stresses(
         cauchy_stress(f, mu[cell], lame[cell] * trace, stress[row])
 
 
-implement(OnePointBlocks, add_force, add_audited_force, energy, least_det)
+implement(OnePointBlocks, add_force, energy, least_det)

@@ -6,7 +6,7 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = 
     W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
     S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
-Edges and frames as in `hex8_edges` and `hex8_point`: [g_1 g_2] from the 4 edge vectors,
+Edges and frames as in `edges` and `point`: [g_1 g_2] from the 4 edge vectors,
 F Q = [g_1 g_2] R^-1.
 `reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
 point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa).
@@ -21,7 +21,7 @@ from reference_fem.elements.hexahedron.edges import LOW
 from reference_fem.elements.loops import implement
 from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
-from reference_fem.elements.threads import FIRST, LAST, alone
+from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 POINT_ROWS = 4
 ROWS = 4 * POINT_ROWS + 2
@@ -137,17 +137,17 @@ def lane_force(s: Floats, r: Floats, lane: int) -> float:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_force(s: Floats, r: Floats) -> None:
-    """Rows 0..7 of s: positions in, forces out."""
-    for lane in range(LANES):
-        lane_force(s, r, lane)
+def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
+    """Rows 0..7 of s: positions in, forces out.
 
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_audited_force(s: Floats, r: Floats) -> None:
-    """`block_force`; row RESULT of s: the elements' energies, J."""
-    for lane in range(LANES):
-        s[RESULT * LANES + lane] = lane_force(s, r, lane)
+    Where energies are `stored`, row RESULT of s: those of the elements, J.
+    """
+    if stored is None:
+        for lane in range(LANES):
+            lane_force(s, r, lane)
+    else:
+        for lane in range(LANES):
+            s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
@@ -164,39 +164,35 @@ def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> Non
 def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
     """Add rows 0..7 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes, seam = blocks.nodes[block], blocks.buffers[t]
-    inside = alone(blocks, block, share)
+    inside = holds_own_nodes_only(blocks, block, share)
     for lane in range(LANES):
         for a in range(4):
             n = nodes[lane, a]
-            f = out if inside or share[FIRST] <= n < share[LAST] else seam
+            f = out if inside or share[OWN_LOW] <= n < share[OWN_HIGH] else seam
             f[n, 0] += s[a * LANES + lane]
             f[n, 1] += s[(4 + a) * LANES + lane]
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def add_force(
-    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+    blocks: Blocks,
+    displacement: Floats,
+    block: int,
+    share: Integers,
+    t: int,
+    out: Floats,
+    stored: Floats | None,
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
     gather(blocks.points, displacement, blocks.nodes[block], s)
-    block_force(s, blocks.reference[block])
+    block_force(s, blocks.reference[block], stored)
     scatter(s, blocks, block, share, t, out)
-
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def add_audited_force(
-    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
-) -> tuple[float, float]:
-    """See `loops`."""
-    s = blocks.scratch[t]
-    gather(blocks.points, displacement, blocks.nodes[block], s)
-    block_audited_force(s, blocks.reference[block])
-    scatter(s, blocks, block, share, t, out)
-    total = 0.0
-    for lane in range(LANES):
-        total += s[RESULT * LANES + lane]
-    return total, 0.0
+    if stored is not None:
+        energy = 0.0
+        for lane in range(LANES):
+            energy += s[RESULT * LANES + lane]
+        stored[t, 0] += energy
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -245,4 +241,4 @@ def stresses(
         cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])
 
 
-implement(Quad4Blocks, add_force, add_audited_force, energy, least_det)
+implement(Quad4Blocks, add_force, energy, least_det)

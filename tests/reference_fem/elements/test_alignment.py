@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from reference_fem.elements.blocks import LINE, aligned
-from reference_fem.elements.frames import aligned_frame
+from reference_fem.elements.alignment import LINE, aligned, aligned_frame
 
 
 @pytest.mark.parametrize("shape", [(1,), (3, 16), (2, 5, 7)])

@@ -11,7 +11,15 @@ from reference_fem.elements import hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.elements.base import BlockElement
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.loops import add_force
-from reference_fem.elements.threads import FIRST, LAST, START, STOP, begin, deal, finish
+from reference_fem.elements.threads import (
+    OWN_HIGH,
+    OWN_LOW,
+    START,
+    STOP,
+    add_buffers,
+    thread_shares,
+    zero_forces,
+)
 from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
 from tests.reference_fem.elements.bodies import SIZE, force, grid, material
 
@@ -70,7 +78,7 @@ def test_order_of_elements_does_not_matter(kind: str) -> None:
 @numba.njit
 def add_forces(blocks: Blocks, u: np.ndarray, shares: np.ndarray, t: int, out: np.ndarray) -> None:
     for block in range(shares[t, START], shares[t, STOP]):
-        add_force(blocks, u, block, shares[t], t, out)
+        add_force(blocks, u, block, shares[t], t, out, None)
 
 
 @each_kind
@@ -91,15 +99,15 @@ def test_shares_of_any_number_of_threads_meet(kind: str, threads: int, order: st
         scratch=np.zeros((threads, k.blocks.scratch.shape[1])),
         buffers=np.full((threads, *points.shape), np.nan),
     )
-    shares = deal(blocks.node_range, threads)
+    shares = thread_shares(blocks.node_range, threads)
     out = np.full(points.shape, np.nan)
     for t in reversed(range(threads)):
-        begin(blocks, shares, t, out)
+        zero_forces(blocks, shares, t, out)
         add_forces(blocks, u, shares, t, out)
-    finish(blocks, shares, out)
+    add_buffers(blocks, shares, out)
     expected = force(k, u)
     assert np.allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
-    own = (shares[:, LAST] - shares[:, FIRST]).sum() / len(points)
+    own = (shares[:, OWN_HIGH] - shares[:, OWN_LOW]).sum() / len(points)
     assert own == 1.0 if threads == 1 else own < 1.0
 
 

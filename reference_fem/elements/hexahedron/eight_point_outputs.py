@@ -1,6 +1,6 @@
 """Compiled kernels of the 8-node hexahedron for outputs: energy, det F, stress at the centre.
 
-Same equations, layout and scratch rows as `hex8_kernel`; row RESULT holds energies or dets.
+Same equations, layout and scratch rows as `eight_point_kernel`; row RESULT holds energies or dets.
 """
 
 import numpy as np
@@ -8,11 +8,10 @@ import numpy as np
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import Three
-from reference_fem.elements.hexahedron.kernel import (
+from reference_fem.elements.hexahedron.eight_point_kernel import (
     BASES,
     DILATATION,
     RESULT,
-    add_audited_force,
     add_force,
     block_dilatation,
 )
@@ -130,4 +129,4 @@ def stresses(
         cauchy_stress(f, mu[cell], pressure, stress[row])
 
 
-implement(Hex8Blocks, add_force, add_audited_force, energy, least_det)
+implement(Hex8Blocks, add_force, energy, least_det)

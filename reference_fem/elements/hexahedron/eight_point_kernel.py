@@ -9,8 +9,8 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_
 Only the volumetric term is reduced (selective reduced integration), so the element does not lock as
 nu -> 1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
 
-The covariant base vectors come from the edges (`hex8_edges`), each point has a frame of its own
-(`hex8_point`).
+The covariant base vectors come from the edges (`edges`), each point has a frame of its own
+(`point`).
 
 Layout: blocks of LANES elements in structure-of-arrays form, so the compiler vectorises over lanes.
 `reference[block, row*LANES + lane]`: rows 7q..7q+6 hold R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w
@@ -19,8 +19,8 @@ Lanes past the last element have zero rows and repeat its nodes.
 """
 
 from reference_fem.compiled import njit
+from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks
-from reference_fem.elements.frames import aligned_frame
 from reference_fem.elements.hexahedron.edges import (
     at_points,
     base_forces,
@@ -102,46 +102,39 @@ def lane_force(s: Floats, r: Floats, lane: int) -> float:
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_force(s: Floats, r: Floats) -> None:
-    """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s."""
-    aligned_frame()
-    for lane in range(LANES):
-        lane_force(s, r, lane)
+def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
+    """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s.
 
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_audited_force(s: Floats, r: Floats) -> None:
-    """`block_force`; row RESULT of s: the elements' energies, J."""
+    Where energies are `stored`, row RESULT of s: those of the elements, J.
+    """
     aligned_frame()
-    for lane in range(LANES):
-        s[RESULT * LANES + lane] = lane_force(s, r, lane)
+    if stored is None:
+        for lane in range(LANES):
+            lane_force(s, r, lane)
+    else:
+        for lane in range(LANES):
+            s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
 @njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def add_force(
-    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
+    blocks: Blocks,
+    displacement: Floats,
+    block: int,
+    share: Integers,
+    t: int,
+    out: Floats,
+    stored: Floats | None,
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
     r = blocks.reference[block]
     gather_positions(blocks.points, displacement, blocks.nodes[block], s)
     block_dilatation(s, r)
-    block_force(s, r)
+    block_force(s, r, stored)
     scatter(s, blocks, block, share, t, out)
-
-
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def add_audited_force(
-    blocks: Blocks, displacement: Floats, block: int, share: Integers, t: int, out: Floats
-) -> tuple[float, float]:
-    """See `loops`."""
-    s = blocks.scratch[t]
-    r = blocks.reference[block]
-    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-    block_dilatation(s, r)
-    block_audited_force(s, r)
-    scatter(s, blocks, block, share, t, out)
-    energy = 0.0
-    for lane in range(LANES):
-        energy += s[RESULT * LANES + lane]
-    return energy, 0.0
+    if stored is not None:
+        energy = 0.0
+        for lane in range(LANES):
+            energy += s[RESULT * LANES + lane]
+        stored[t, 0] += energy

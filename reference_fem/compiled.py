@@ -27,11 +27,21 @@ def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
         dispatcher = numba.njit(**options)(function)
         if options.get("cache"):
             stamp = source_stamp(Path(function.__code__.co_filename))
-            # Private to numba; a test shows that the version in use still reads it.
-            dispatcher._cache._cache_file._source_stamp = stamp
+            # Private to numba; a test shows that the version in use still reads them.
+            file = dispatcher._cache._cache_file
+            file._source_stamp = stamp
+            file._load_index = functools.partial(_readable_index, file._load_index)
         return dispatcher
 
     return compiled
+
+
+def _readable_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
+    """What a cache holds; nothing where it names a type that has moved since it was written."""
+    try:
+        return load()
+    except (ImportError, AttributeError):
+        return {}
 
 
 def source_stamp(file: Path) -> str:

@@ -13,7 +13,7 @@ from reference_fem.arrays import Array, Index
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements import ElementKernel, hex8
-from reference_fem.elements.plane_stress_thickness import chord_thickness
+from reference_fem.elements.quadrilateral.plane_stress import chord_thickness
 from reference_fem.joints.hinges import Hinges, build_hinges
 from reference_fem.joints.torques import Couple, build_couple
 from reference_fem.rigid_chain import RigidChain, build_chain

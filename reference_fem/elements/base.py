@@ -1,15 +1,16 @@
 """What elements of every kind have in common: arrays of a mesh, calls of the kernels."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 from typing import ClassVar
 
 import numba
 import numpy as np
 
 from reference_fem.elements import loops
-from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.frequency import largest_frequency
+from reference_fem.elements.blocks import Blocks, make_blocks
+from reference_fem.elements.frequency import element_stiffness, largest_frequency
+from reference_fem.elements.geometry import Geometry, geometries, sum_at_nodes
 from reference_fem.elements.protocol import Floats, Integers, check_displacement, check_out
 from reference_fem.elements.stress import von_mises
 
@@ -26,21 +27,35 @@ class BlockElement:
     mu, lame : (n_cells,) Lame's constants, Pa; the second one lambda* in plane stress
     cell_mass : (n_cells, corners) row-sum masses of each element's nodes, kg
     gradients : (n_cells, corners, dim) shape gradients that stresses are taken with, 1/m
-    blocks : what the kernels store, and workspaces that calls overwrite
-    stresses : the kind's compiled function, in the order of `Stresses`
+    rows : (n_cells, rows) what the kernels store of each element
+    blocks : that in blocks, and workspaces that calls overwrite
+
+    Of a kind: its class of `Blocks`, the rows of its kernels' workspace, its compiled function of
+    stresses in the order of `Stresses`, and whether its volumetric term is reduced.
     """
 
     points: Floats
     cells: Integers
     mu: Floats
     lame: Floats
-    lumped_mass: Floats
     cell_volume: Floats
     cell_mass: Floats
     gradients: Floats
-    blocks: Blocks
+    rows: InitVar[Floats]
+    lumped_mass: Floats = field(init=False)
+    blocks: Blocks = field(init=False)
 
+    blocks_of_kind: ClassVar[type[Blocks]]
+    scratch_rows: ClassVar[int]
     stresses: ClassVar[Stresses]
+    mean_dilatation: ClassVar[bool] = False
+
+    def __post_init__(self, rows: Floats) -> None:
+        mass = sum_at_nodes(self.cells, self.cell_mass, len(self.points))
+        kind, scratch_rows = type(self).blocks_of_kind, type(self).scratch_rows
+        blocks = make_blocks(kind, self.points, self.cells, rows, scratch_rows)
+        object.__setattr__(self, "lumped_mass", mass)
+        object.__setattr__(self, "blocks", blocks)
 
     @property
     def n_nodes(self) -> int:
@@ -114,9 +129,23 @@ class BlockElement:
     def _checked(self, displacement: Floats) -> Floats:
         return check_displacement(displacement, self.points.shape)
 
+    def _geometries(self) -> Iterator[Geometry]:
+        return geometries(self.points, self.cells)
+
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
         """Stiffness (n, a*dim, a*dim) and row-sum mass (n, a) of all elements, in chunks."""
-        raise NotImplementedError
+        for g in self._geometries():
+            mu, lame = self.mu[g.cells], self.lame[g.cells]
+            yield (
+                element_stiffness(g.gradients, g.weights, mu, lame, self.mean_dilatation),
+                self.cell_mass[g.cells],
+            )
+
+
+def lame_constants(young: Floats, poisson: Floats) -> tuple[Floats, Floats]:
+    """Shear modulus mu and lambda of Young's modulus and Poisson's ratio, Pa."""
+    mu = young / (2.0 * (1.0 + poisson))
+    return mu, young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
 
 
 def _energies(parts: Floats) -> tuple[float, float]:

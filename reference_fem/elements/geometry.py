@@ -1,6 +1,6 @@
 """What scikit-fem knows about elements at their points: volumes, gradients, Jacobians."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,10 +21,10 @@ CHUNK = 4096  # elements looked at in one go: 24 x 24 stiffness matrices of 19 M
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """A run of elements at their 2^dim Gauss points, point q the one nearest to corner q.
+    """Some elements at their 2^dim Gauss points, point q the one nearest to corner q.
 
     cells : which elements
-    weights : (n, q) volumes of the points, m^dim
+    weights : (n, q) volumes of the points, m^3; m^2 of a sheet without a thickness
     jacobian : (n, q, dim, dim) dX_i/dxi_k, m
     gradients : (n, q, a, dim) shape gradients, 1/m, corners a in VTK's order
     centre_gradients : (n, a, dim) the same at the centre
@@ -38,9 +38,31 @@ class Geometry:
     centre_gradients: Floats
     shape: Floats
 
+    @property
+    def volume(self) -> Floats:
+        """Of each element, (n,)."""
+        return self.weights.sum(axis=1)
 
-def geometries(points: Floats, cells: Integers) -> Iterator[Geometry]:
+    @property
+    def corner_volumes(self) -> Floats:
+        """Integrals of the shape functions, (n, a)."""
+        return self.weights @ self.shape
+
+    def rows_of_points(self) -> Floats:
+        """`triangular_inverse` and volume of each point in a row, (n, q (dim (dim + 1)/2 + 1))."""
+        rows = np.dstack((triangular_inverse(self.jacobian), self.weights))
+        return rows.reshape(len(rows), -1)
+
+
+def geometries(
+    points: Floats, cells: Integers, thickness: Floats | None = None
+) -> Iterator[Geometry]:
     """Geometry of all elements, CHUNK at a time, so that set-up needs little memory.
+
+    Parameters
+    ----------
+    points, cells : (n_nodes, dim), m, and (n_cells, 2^dim) in VTK's order
+    thickness : (n_cells, 4), m, of a sheet at its points
 
     Raises
     ------
@@ -82,14 +104,22 @@ def geometries(points: Floats, cells: Integers) -> Iterator[Geometry]:
             value, slope = element.lbasis(all_points, i)
             shape[:, a] = value[:-1]
             gradients[:, :, a, :] = np.einsum("kq,kinq->nqi", slope, inverse)
+        weights = det[:, :-1] * w
         yield Geometry(
             cells=some,
-            weights=det[:, :-1] * w,
+            weights=weights if thickness is None else weights * thickness[some],
             jacobian=jacobian[:, :-1],
             gradients=gradients[:, :-1],
             centre_gradients=gradients[:, -1],
             shape=shape,
         )
+
+
+def by_element(
+    chunks: Iterator[Geometry], values: Callable[[Geometry], tuple[Floats, ...]]
+) -> list[Floats]:
+    """Each of the `values` of all chunks in one array, (n_cells, ...)."""
+    return [np.concatenate(parts) for parts in zip(*map(values, chunks), strict=True)]
 
 
 def sum_at_nodes(cells: Integers, values: Floats, n_nodes: int) -> Floats:

@@ -14,7 +14,7 @@ from numba.extending import overload
 
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
     START,
@@ -27,35 +27,28 @@ from reference_fem.elements.threads import (
 
 
 def add_force(
-    blocks: Blocks,
-    displacement: Floats,
-    block: int,
-    share: Integers,
-    t: int,
-    out: Floats,
-    stored: Floats | None,
+    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
 ) -> None:
-    """Add the forces of one block, N; `share` of thread t as in `threads`.
+    """Add the forces of one block, N, and what `energy` gives to row t of `stored` if it is given.
 
-    `stored` (threads, 2) is None, by whose type the compiler leaves out what concerns energies, or
-    takes what `energy` gives, added to row t.
+    u (n_nodes, dim) displacements, m; `share` of thread t as in `threads`.
     """
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of add_force")
 
 
-def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+def energy(blocks: Blocks, u: Floats, block: int, s: Floats) -> tuple[float, float]:
     """Energy of the strains and of the hourglass modes of one block, J."""
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of energy")
 
 
-def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+def least_det(blocks: Blocks, u: Floats, block: int, s: Floats) -> float:
     """Smallest det F over the points of one block; NaN if any of them is NaN."""
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of least_det")
 
 
 def implement(
     kind: type[Blocks],
-    force: Callable[[Blocks, Floats, int, Integers, int, Floats, Floats | None], None],
+    force: Callable[[Blocks, Floats, int, Integers, int, Floats, Stored], None],
     energies_of: Callable[[Blocks, Floats, int, Floats], tuple[float, float]],
     det: Callable[[Blocks, Floats, int, Floats], float],
 ) -> None:
@@ -65,38 +58,29 @@ def implement(
         return getattr(blocks, "instance_class", None) is kind
 
     @overload(add_force, strict=False)  # annotations would count as a difference
-    def _force(
-        blocks: Any, displacement: Any, block: Any, share: Any, t: Any, out: Any, stored: Any
-    ) -> Any:
+    def _force(blocks: Any, u: Any, block: Any, share: Any, t: Any, out: Any, stored: Any) -> Any:
         if asked(blocks):
-            return lambda blocks, displacement, block, share, t, out, stored: force(
-                blocks, displacement, block, share, t, out, stored
+            return lambda blocks, u, block, share, t, out, stored: force(
+                blocks, u, block, share, t, out, stored
             )
         return None
 
-    @overload(energy, strict=False)  # annotations would count as a difference
-    def _energy(blocks: Any, displacement: Any, block: Any, s: Any) -> Any:
+    @overload(energy, strict=False)
+    def _energy(blocks: Any, u: Any, block: Any, s: Any) -> Any:
         if asked(blocks):
-            return lambda blocks, displacement, block, s: energies_of(
-                blocks, displacement, block, s
-            )
+            return lambda blocks, u, block, s: energies_of(blocks, u, block, s)
         return None
 
-    @overload(least_det, strict=False)  # annotations would count as a difference
-    def _det(blocks: Any, displacement: Any, block: Any, s: Any) -> Any:
+    @overload(least_det, strict=False)
+    def _det(blocks: Any, u: Any, block: Any, s: Any) -> Any:
         if asked(blocks):
-            return lambda blocks, displacement, block, s: det(blocks, displacement, block, s)
+            return lambda blocks, u, block, s: det(blocks, u, block, s)
         return None
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def share_force(
-    blocks: Blocks,
-    displacement: Floats,
-    shares: Integers,
-    t: int,
-    out: Floats,
-    stored: Floats | None,
+    blocks: Blocks, u: Floats, shares: Integers, t: int, out: Floats, stored: Stored
 ) -> None:
     """Forces of thread t's blocks and, where asked for, row t of what `energies` gives.
 
@@ -106,7 +90,7 @@ def share_force(
     if stored is not None:
         stored[t, 0], stored[t, 1] = 0.0, 0.0
     for block in range(shares[t, START], shares[t, STOP]):
-        add_force(blocks, displacement, block, shares[t], t, out, stored)
+        add_force(blocks, u, block, shares[t], t, out, stored)
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")

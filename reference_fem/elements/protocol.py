@@ -1,7 +1,7 @@
 """What the explicit loop asks of an element, and the checks that every element shares.
 
 Contract for whoever adds an element (one file for the set-up, one for its compiled kernel; what
-elements share is in `element`, `blocks` and `threads`):
+elements share is in `base`, `blocks`, `loops` and `threads`):
 
 1. One object per mesh, built once by a function (`hex8`, `quad4_plane_stress`), frozen afterwards.
 2. Arrays in, arrays out, SI units, node order of VTK and gmsh.
@@ -16,13 +16,20 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_fem.compiled import njit
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative indices
+# Energies of strains and of hourglass modes by thread, (threads, 2), J. Where it is None, numba
+# leaves out all that concerns them.
+Stored = Floats | None
 
 # Of compiled kernels. No nnan or ninf: a NaN in the displacement must reach the audit, not be
 # optimised away.
 SAFE_MATH = {"contract", "nsz"}
+compiled = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+inlined = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
 
 
 class ElementKernel(Protocol):

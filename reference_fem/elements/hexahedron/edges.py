@@ -4,9 +4,8 @@ The base vectors g_k = dx/dxi_k of a trilinear element need only the 12 edge vec
 each is bilinear in the other two coordinates, so 4 values per k serve 8 points.
 """
 
-from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.protocol import SAFE_MATH, Floats
+from reference_fem.elements.protocol import Floats, inlined
 
 LOW = 0.21132486540518713  # 1/2 - 1/sqrt(12): the first Gauss point on [0, 1]
 
@@ -15,7 +14,7 @@ Four = tuple[float, float, float, float]
 Bases = tuple[Four, Four, Four]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def at_gauss(e00: float, e10: float, e01: float, e11: float) -> Four:
     """Bilinear interpolation of 4 corner values to the 2 x 2 Gauss points (its own transpose)."""
     d, h = e10 - e00, e11 - e01
@@ -25,7 +24,7 @@ def at_gauss(e00: float, e10: float, e01: float, e11: float) -> Four:
     return p0 + LOW * d, p1 + LOW * h, q0 - LOW * d, q1 - LOW * h
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def base_vectors(s: Floats, row: int, lane: int) -> Bases:
     """One Cartesian component of g_1, g_2, g_3 (4 values each) from 8 nodal rows of scratch s."""
     o = row * LANES + lane
@@ -38,7 +37,7 @@ def base_vectors(s: Floats, row: int, lane: int) -> Bases:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def base_forces(s: Floats, row: int, lane: int, c1: Four, c2: Four, c3: Four) -> None:
     """Transpose of `base_vectors`: 8 nodal rows of s from the forces conjugate to g_1, g_2, g_3."""
     o = row * LANES + lane
@@ -55,7 +54,7 @@ def base_forces(s: Floats, row: int, lane: int, c1: Four, c2: Four, c3: Four) ->
     s[o + 7 * LANES] = b47 + d37 - a76
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def collect(
     f0: Three, f1: Three, f2: Three, f3: Three, f4: Three, f5: Three, f6: Three, f7: Three
 ) -> Bases:
@@ -67,7 +66,7 @@ def collect(
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def at_points(
     g: Bases,
 ) -> tuple[Three, Three, Three, Three, Three, Three, Three, Three]:
@@ -85,7 +84,7 @@ def at_points(
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def store_bases(s: Floats, row: int, lane: int, g: Bases) -> None:
     """Twelve rows of s: one Cartesian component of g_1, g_2, g_3."""
     o = row * LANES + lane
@@ -94,7 +93,7 @@ def store_bases(s: Floats, row: int, lane: int, g: Bases) -> None:
         o += 4 * LANES
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def load_bases(s: Floats, row: int, lane: int) -> Bases:
     """What `store_bases` stored."""
     o = row * LANES + lane

@@ -18,7 +18,6 @@ Layout: blocks of LANES elements in structure-of-arrays form, so the compiler ve
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
-from reference_fem.compiled import njit
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import (
@@ -31,9 +30,8 @@ from reference_fem.elements.hexahedron.edges import (
 )
 from reference_fem.elements.hexahedron.nodes import gather_positions, scatter
 from reference_fem.elements.hexahedron.point import POINT_ROWS, dilatation, point_force
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.protocol import Floats, Integers, Stored, compiled, inlined
 
-ROWS = 8 * POINT_ROWS + 2
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
 # energies or dets.
 BASES = 24
@@ -42,7 +40,7 @@ RESULT = DILATATION + 1
 SCRATCH_ROWS = RESULT + 1
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def add_dilatation(s: Floats, r: Floats, q: int, a: int, b: int, c: int) -> None:
     """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
     for lane in range(LANES):
@@ -54,7 +52,7 @@ def add_dilatation(s: Floats, r: Floats, q: int, a: int, b: int, c: int) -> None
         s[DILATATION * LANES + lane] += dilatation(gx, gy, gz, r, p)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def block_dilatation(s: Floats, r: Floats) -> None:
     """Rows BASES.. of s and, in row DILATATION, sum_q w tr E = V e, from the nodal positions.
 
@@ -75,7 +73,7 @@ def block_dilatation(s: Floats, r: Floats) -> None:
     add_dilatation(s, r, 7, 3, 2, 2)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def lane_force(s: Floats, r: Floats, lane: int) -> float:
     """One element's forces, from what `block_dilatation` left in s; its energy, J."""
     x = at_points(load_bases(s, BASES, lane))
@@ -101,8 +99,8 @@ def lane_force(s: Floats, r: Floats, lane: int) -> float:
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
+@compiled
+def block_force(s: Floats, r: Floats, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s.
 
     Where energies are `stored`, row RESULT of s: those of the elements, J.
@@ -116,20 +114,14 @@ def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
             s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def add_force(
-    blocks: Blocks,
-    displacement: Floats,
-    block: int,
-    share: Integers,
-    t: int,
-    out: Floats,
-    stored: Floats | None,
+    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
     r = blocks.reference[block]
-    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    gather_positions(blocks.points, u, blocks.nodes[block], s)
     block_dilatation(s, r)
     block_force(s, r, stored)
     scatter(s, blocks, block, share, t, out)

@@ -5,7 +5,6 @@ Same equations, layout and scratch rows as `eight_point_kernel`; row RESULT hold
 
 import numpy as np
 
-from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import Three
 from reference_fem.elements.hexahedron.eight_point_kernel import (
@@ -18,7 +17,7 @@ from reference_fem.elements.hexahedron.eight_point_kernel import (
 from reference_fem.elements.hexahedron.nodes import gather_positions
 from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det, shear_energy
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.protocol import Floats, Integers, compiled, inlined
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
@@ -31,7 +30,7 @@ class Hex8Blocks(Blocks):
     """Blocks of 8-point hexahedra."""
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Three, Three, Three]:
     """Rows of [g_1 g_2 g_3] at one point, from what `block_dilatation` left in s."""
     a, b, c = values
@@ -43,7 +42,7 @@ def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Thr
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def add_shear(s: Floats, r: Floats, q: int, values: tuple[int, int, int]) -> None:
     """Add w E:E of point q, which takes these values of g_1, g_2, g_3, to row RESULT."""
     for lane in range(LANES):
@@ -52,7 +51,7 @@ def add_shear(s: Floats, r: Floats, q: int, values: tuple[int, int, int]) -> Non
         s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def block_energy(s: Floats, r: Floats) -> float:
     """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
     for lane in range(LANES):
@@ -73,7 +72,7 @@ def block_energy(s: Floats, r: Floats) -> float:
     return energy
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
     """See `loops`."""
     gather_positions(blocks.points, displacement, blocks.nodes[block], s)
@@ -81,7 +80,7 @@ def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple
     return block_energy(s, blocks.reference[block]), 0.0
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
     """See `loops`."""
     smallest = np.inf
@@ -98,7 +97,7 @@ def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> fl
     return float(smallest)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def stresses(
     blocks: Blocks,
     displacement: Floats,

@@ -11,16 +11,15 @@ of X, gives v = L_1.(L_2 x L_3) + (L_1.(G_1 x G_3) + L_2.(G_2 x G_1) + L_3.(G_3 
 the last mode leaves no trace in the volume, and its b is zero.
 """
 
-from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.protocol import SAFE_MATH, Floats
+from reference_fem.elements.protocol import Floats, inlined
 
 Three = tuple[float, float, float]
 Six = tuple[Three, Three, Three, Three, Three, Three]
 Modes = tuple[float, float, float, float, float, float, float]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def modes(s: Floats, o: int) -> Modes:
     """x_m of one component, m as above, from 8 rows of s, the first one's lane at o."""
     x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
@@ -40,7 +39,7 @@ def modes(s: Floats, o: int) -> Modes:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def spread(s: Floats, o: int, m: Modes) -> None:
     """Transpose of `modes`: f_a = sum_m s_ma f_m into 8 rows of s, the first one's lane at o."""
     slope_low, slope_high = m[0] - m[5], m[0] + m[5]
@@ -56,19 +55,19 @@ def spread(s: Floats, o: int, m: Modes) -> None:
     s[o + 6 * LANES], s[o + 7 * LANES] = odd + far, odd - far
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def dot(a: Three, b: Three) -> float:
     """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def scaled(c: float, a: Three) -> Three:
     """Return c a."""
     return c * a[0], c * a[1], c * a[2]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def crosses(a: Three, b: Three, c: Three, d: Three) -> Three:
     """Return a x b + c x d."""
     return (
@@ -78,7 +77,7 @@ def crosses(a: Three, b: Three, c: Three, d: Three) -> Three:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def mean_gradients(x: Modes, y: Modes, z: Modes) -> Six:
     """b_m of the first six modes, 1/m, from the modes of the reference corners."""
     l1, l2, l3 = (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])

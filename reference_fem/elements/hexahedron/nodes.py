@@ -1,13 +1,12 @@
 """Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
 
-from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
+from reference_fem.elements.protocol import Floats, Integers, Nodes, inlined
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
     """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s."""
     for lane in range(0, LANES, WIDTH):
@@ -15,7 +14,7 @@ def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
             take_rows(values, nodes, lane * 8 + a, s, (row + a) * LANES + lane, 8 * LANES)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
     """Current nodal positions of a block into rows 0..23 of s."""
     for lane in range(0, LANES, WIDTH):
@@ -23,7 +22,7 @@ def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floa
             take_sums(points, displacement, nodes, lane * 8 + a, s, a * LANES + lane, 8 * LANES)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
     """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes = blocks.nodes[block]
@@ -42,7 +41,7 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
                 add(s, a * LANES + lane, seam, n)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def add(s: Floats, o: int, f: Floats, n: int) -> None:
     """Add one corner's force to node n."""
     f[n, 0] += s[o]

@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from reference_fem.elements.base import BlockElement, Stresses
-from reference_fem.elements.blocks import make_blocks
+from reference_fem.elements.base import BlockElement, Stresses, lame_constants
+from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.frequency import element_stiffness
-from reference_fem.elements.geometry import CHUNK, CORNERS, geometries, sum_at_nodes
+from reference_fem.elements.geometry import CHUNK, CORNERS, by_element, geometries
 from reference_fem.elements.hexahedron import one_point_kernel as kernel
 from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
 
@@ -31,6 +31,8 @@ class Hex8OnePoint(BlockElement):
 
     control: Floats
 
+    blocks_of_kind: ClassVar[type[Blocks]] = kernel.OnePointBlocks
+    scratch_rows: ClassVar[int] = kernel.SCRATCH_ROWS
     stresses: ClassVar[Stresses] = kernel.stresses
 
     def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
@@ -65,16 +67,16 @@ def hex8_one_point(
     """
     points, cells = check_mesh(points, cells, 3, 8)
     young, poisson, density = check_material(young, poisson, density, len(cells))
-    mu = young / (2.0 * (1.0 + poisson))
-    lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    volume = np.empty(len(cells))
-    cell_mass = np.empty(cells.shape)
-    gradients = np.empty((*cells.shape, 3))
-    for g in geometries(points, cells):
-        volume[g.cells] = g.weights.sum(axis=1)
-        cell_mass[g.cells] = density[g.cells, None] * (g.weights @ g.shape)
-        integral = np.einsum("nq,nqai->nai", g.weights, g.gradients)
-        gradients[g.cells] = integral / volume[g.cells, None, None]
+    mu, lame = lame_constants(young, poisson)
+    volume, corner_volumes, integrals = by_element(
+        geometries(points, cells),
+        lambda g: (
+            g.volume,
+            g.corner_volumes,
+            np.einsum("nq,nqai->nai", g.weights, g.gradients),
+        ),
+    )
+    gradients = integrals / volume[:, None, None]
     squares = np.einsum("nai,nai->n", gradients, gradients)
     control = HOURGLASS * young * volume * squares / 72.0
     return Hex8OnePoint(
@@ -82,16 +84,9 @@ def hex8_one_point(
         cells=cells,
         mu=mu,
         lame=lame,
-        lumped_mass=sum_at_nodes(cells, cell_mass, len(points)),
         cell_volume=volume,
-        cell_mass=cell_mass,
+        cell_mass=density[:, None] * corner_volumes,
         gradients=gradients,
-        blocks=make_blocks(
-            kernel.OnePointBlocks,
-            points,
-            cells,
-            np.stack((volume * mu, volume * lame, control), axis=1),
-            kernel.SCRATCH_ROWS,
-        ),
+        rows=np.stack((volume * mu, volume * lame, control), axis=1),
         control=control,
     )

@@ -36,10 +36,9 @@ from reference_fem.elements.hexahedron.modes import (
 )
 from reference_fem.elements.hexahedron.nodes import gather, scatter
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers
+from reference_fem.elements.protocol import Floats, Integers, Stored, compiled, inlined
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
-ROWS = 3
 CORNERS = 24
 RESULT = CORNERS + 24
 SCRATCH_ROWS = RESULT + 2
@@ -54,13 +53,13 @@ FourThrees = tuple[Three, Three, Three, Three]
 Tensor = tuple[Three, Three, Three]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def hourglass_shapes(x: Modes, y: Modes, z: Modes) -> FourThrees:
     """G^n, m."""
     return (x[3], y[3], z[3]), (x[4], y[4], z[4]), (x[5], y[5], z[5]), (x[6], y[6], z[6])
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gradient_row(u: Modes, b: Six) -> Three:
     """One row of H."""
     b1, b2, b3, b4, b5, b6 = b
@@ -71,13 +70,13 @@ def gradient_row(u: Modes, b: Six) -> Three:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def hourglass_row(u: Modes, h: Three, g: FourThrees) -> Four:
     """One component of q^1..q^4, h the same row of H."""
     return u[3] - dot(h, g[0]), u[4] - dot(h, g[1]), u[5] - dot(h, g[2]), u[6] - dot(h, g[3])
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def twice_strain(hx: Three, hy: Three, hz: Three) -> tuple[Three, Three]:
     """2E = H + H^T + H^T H as (11, 22, 33), (12, 23, 13)."""
     return (
@@ -94,20 +93,20 @@ def twice_strain(hx: Three, hy: Three, hz: Three) -> tuple[Three, Three]:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def strain_energy(d: Three, c: Three, v_mu: float, v_lame: float) -> float:
     """V (mu E:E + lambda (tr E)^2 / 2), J, from 2E as `twice_strain` gives it."""
     trace = d[0] + d[1] + d[2]
     return 0.25 * (v_mu * (dot(d, d) + 2.0 * dot(c, c)) + 0.5 * v_lame * trace * trace)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def square(q: Four) -> float:
     """One component's part of sum_n |q^n|^2."""
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def force_row(
     s: Floats, o: int, u: Modes, h: Three, f: Three, k: float, stress: Tensor, b: Six, g: FourThrees
 ) -> float:
@@ -125,7 +124,7 @@ def force_row(
     return square(q)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def lane_force(s: Floats, r: Floats, lane: int) -> tuple[float, float]:
     """One element's forces in place of its displacements; energies of strains and hourglass, J.
 
@@ -150,8 +149,8 @@ def lane_force(s: Floats, r: Floats, lane: int) -> tuple[float, float]:
     return strain_energy(d, c, mu, lame), 0.5 * k * squares
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
+@compiled
+def block_force(s: Floats, r: Floats, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces in place of the nodal displacements.
 
     Where energies are `stored`, rows RESULT and RESULT + 1 as `block_energy` fills them.
@@ -165,7 +164,7 @@ def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
             s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = lane_force(s, r, lane)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def block_energy(s: Floats, r: Floats) -> None:
     """Rows RESULT and RESULT + 1 of s: energy of the strains and of the hourglass modes, J."""
     for lane in range(LANES):
@@ -181,7 +180,7 @@ def block_energy(s: Floats, r: Floats) -> None:
         s[(RESULT + 1) * LANES + lane] = 0.5 * r[lane + 2 * LANES] * squares
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def block_det(s: Floats) -> None:
     """Row RESULT of s: det F."""
     for lane in range(LANES):
@@ -197,14 +196,14 @@ def block_det(s: Floats) -> None:
         )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gather_both(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> None:
     """Displacements and reference corners of a block into rows 0..47 of s."""
     gather(displacement, blocks.nodes[block], s, 0)
     gather(blocks.points, blocks.nodes[block], s, CORNERS)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def sum_energies(s: Floats) -> tuple[float, float]:
     """Rows RESULT and RESULT + 1, summed over the lanes."""
     strain, hourglass = 0.0, 0.0
@@ -214,19 +213,13 @@ def sum_energies(s: Floats) -> tuple[float, float]:
     return strain, hourglass
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def add_force(
-    blocks: Blocks,
-    displacement: Floats,
-    block: int,
-    share: Integers,
-    t: int,
-    out: Floats,
-    stored: Floats | None,
+    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
-    gather_both(blocks, displacement, block, s)
+    gather_both(blocks, u, block, s)
     block_force(s, blocks.reference[block], stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
@@ -235,7 +228,7 @@ def add_force(
         stored[t, 1] += hourglass
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
     """See `loops`."""
     gather_both(blocks, displacement, block, s)
@@ -243,7 +236,7 @@ def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple
     return sum_energies(s)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
     """See `loops`."""
     smallest = np.inf

@@ -7,17 +7,16 @@ instead of J^-1 and w, and two products become triangular.
 `r[o + row*LANES]`, row 0..6: R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w (m^3).
 """
 
-from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.hexahedron.edges import Three
-from reference_fem.elements.protocol import SAFE_MATH, Floats
+from reference_fem.elements.protocol import Floats, inlined
 
 POINT_ROWS = 7
 
 Rows = tuple[Three, Three, Three]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gradient_row(g1: float, g2: float, g3: float, r: Floats, o: int) -> Three:
     """One row of F Q = [g_1 g_2 g_3] R^-1, R^-1 at r[o], r[o + LANES] .. r[o + 5 LANES]."""
     return (
@@ -27,7 +26,7 @@ def gradient_row(g1: float, g2: float, g3: float, r: Floats, o: int) -> Three:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Floats, o: int) -> Three:
     """One row of w (F Q)(Q^T S Q) R^-T: the forces conjugate to that row of g_1, g_2, g_3."""
     p1 = fx[0] * s1[0] + fx[1] * s1[1] + fx[2] * s1[2]
@@ -40,7 +39,7 @@ def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Floats, o: int) -> 
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def dilatation(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
     """Return w tr E at one point, m^3, from the rows of [g_1 g_2 g_3]."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
@@ -52,7 +51,7 @@ def dilatation(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
     return r[o + 6 * LANES] * (0.5 * (xx + yy + zz) - 1.5)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
     """2E = C - I in the point's frame, as (11, 22, 33), (12, 23, 13)."""
     return (
@@ -69,14 +68,14 @@ def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def product(d: Three, h: Three) -> float:
     """E:E from 2E as `green_strain` gives it."""
     squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     return 0.25 * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def point_force(
     gx: Three, gy: Three, gz: Three, r: Floats, o: int, mu: float, pressure: float
 ) -> tuple[Rows, float]:
@@ -101,7 +100,7 @@ def point_force(
     return rows, wmu * product(d, h)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
     """Return w E:E at one point, m^3."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
@@ -111,7 +110,7 @@ def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
     return r[o + 6 * LANES] * product(d, h)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def point_det(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
     """Return det F at one point."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)

@@ -15,16 +15,14 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
 
 import numpy as np
 
-from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import LOW
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Nodes
+from reference_fem.elements.protocol import Floats, Integers, Nodes, Stored, compiled, inlined
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 POINT_ROWS = 4
-ROWS = 4 * POINT_ROWS + 2
 RESULT = 8
 SCRATCH_ROWS = RESULT + 1
 
@@ -38,7 +36,7 @@ Three = tuple[float, float, float]
 Points = tuple[Two, Two, Two, Two]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def base_vectors(s: Floats, row: int, lane: int) -> Points:
     """One Cartesian component of (g_1, g_2) at the 4 points, from 4 nodal rows of scratch s."""
     o = row * LANES + lane
@@ -51,7 +49,7 @@ def base_vectors(s: Floats, row: int, lane: int) -> Points:
     return (a, c), (a, d), (b, d), (b, c)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def base_forces(s: Floats, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: Two) -> None:
     """Transpose of `base_vectors`: 4 nodal rows of s from the points' forces on (g_1, g_2)."""
     o = row * LANES + lane
@@ -66,13 +64,13 @@ def base_forces(s: Floats, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: T
     s[o + 3 * LANES] = c - b
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gradient_row(g: Two, r: Floats, o: int) -> Two:
     """One row of F Q = [g_1 g_2] R^-1."""
     return g[0] * r[o], g[0] * r[o + LANES] + g[1] * r[o + 2 * LANES]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def green_strain(fx: Two, fy: Two) -> Three:
     """2E = C - I in the point's frame: 11, 22, 12."""
     return (
@@ -82,14 +80,14 @@ def green_strain(fx: Two, fy: Two) -> Three:
     )
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def force_row(f: Two, s11: float, s22: float, s12: float, r: Floats, o: int) -> Two:
     """One row of w (F Q)(Q^T S Q) R^-T."""
     p1, p2 = f[0] * s11 + f[1] * s12, f[0] * s12 + f[1] * s22
     return p1 * r[o] + p2 * r[o + LANES], p2 * r[o + 2 * LANES]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def strain_energy(c: Three, w: float, mu: float, lame: float) -> float:
     """Energy w (mu E:E + lambda* (tr E)^2 / 2), J, from 2E."""
     trace = c[0] + c[1]
@@ -97,7 +95,7 @@ def strain_energy(c: Three, w: float, mu: float, lame: float) -> float:
     return 0.25 * w * (mu * shear + 0.5 * lame * trace * trace)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def point_force(
     gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float
 ) -> tuple[Two, Two, float]:
@@ -114,14 +112,14 @@ def point_force(
     return x, y, strain_energy(c, w, mu, lame)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def point_energy(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> float:
     """Energy of one point, J."""
     c = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
     return strain_energy(c, r[o + 3 * LANES], mu, lame)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def lane_force(s: Floats, r: Floats, lane: int) -> float:
     """One element's forces in place of its positions; its energy, J."""
     step = POINT_ROWS * LANES
@@ -136,8 +134,8 @@ def lane_force(s: Floats, r: Floats, lane: int) -> float:
     return (f0[2] + f1[2]) + (f2[2] + f3[2])
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
+@compiled
+def block_force(s: Floats, r: Floats, stored: Stored) -> None:
     """Rows 0..7 of s: positions in, forces out.
 
     Where energies are `stored`, row RESULT of s: those of the elements, J.
@@ -150,7 +148,7 @@ def block_force(s: Floats, r: Floats, stored: Floats | None) -> None:
             s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
     """Current nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
     for lane in range(LANES):
@@ -160,7 +158,7 @@ def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> Non
             s[(4 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)
+@inlined
 def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
     """Add rows 0..7 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes, seam = blocks.nodes[block], blocks.buffers[t]
@@ -173,19 +171,13 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
             f[n, 1] += s[(4 + a) * LANES + lane]
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def add_force(
-    blocks: Blocks,
-    displacement: Floats,
-    block: int,
-    share: Integers,
-    t: int,
-    out: Floats,
-    stored: Floats | None,
+    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
-    gather(blocks.points, displacement, blocks.nodes[block], s)
+    gather(blocks.points, u, blocks.nodes[block], s)
     block_force(s, blocks.reference[block], stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
@@ -195,7 +187,7 @@ def add_force(
         stored[t, 0] += energy
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
     """See `loops`."""
     total, r = 0.0, blocks.reference[block]
@@ -208,7 +200,7 @@ def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple
     return total, 0.0
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
     """See `loops`."""
     smallest = np.inf
@@ -223,7 +215,7 @@ def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> fl
     return float(smallest)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@compiled
 def stresses(
     blocks: Blocks,
     displacement: Floats,

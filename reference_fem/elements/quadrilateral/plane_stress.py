@@ -7,17 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from reference_fem.elements.base import BlockElement, Stresses
-from reference_fem.elements.blocks import make_blocks
-from reference_fem.elements.frequency import element_stiffness
-from reference_fem.elements.geometry import (
-    geometries,
-    quadrature_points,
-    sum_at_nodes,
-    triangular_inverse,
-)
+from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.geometry import Geometry, by_element, geometries, quadrature_points
 from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
-from reference_fem.elements.quadrilateral import kernel as kernel
-from reference_fem.elements.quadrilateral.kernel import POINT_ROWS, ROWS, SCRATCH_ROWS
+from reference_fem.elements.quadrilateral import kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +22,12 @@ class Quad4PlaneStress(BlockElement):
 
     thickness: Floats
 
+    blocks_of_kind: ClassVar[type[Blocks]] = kernel.Quad4Blocks
+    scratch_rows: ClassVar[int] = kernel.SCRATCH_ROWS
     stresses: ClassVar[Stresses] = kernel.stresses
 
-    def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
-        for g in geometries(self.points, self.cells):
-            weights, mu, lame = g.weights * self.thickness[g.cells], self.mu[g.cells], self.lame
-            stiffness = element_stiffness(
-                g.gradients, weights, mu, lame[g.cells], mean_dilatation=False
-            )
-            yield stiffness, self.cell_mass[g.cells]
+    def _geometries(self) -> Iterator[Geometry]:
+        return geometries(self.points, self.cells, self.thickness)
 
 
 def quad4_quadrature_points(points: Floats, cells: Integers) -> Floats:
@@ -80,28 +70,35 @@ def quad4_plane_stress(
         raise ValueError(f"thickness_at_points is {thickness.min()} m at a point; it must be > 0")
     mu = young / (2.0 * (1.0 + poisson))
     lame = young * poisson / (1.0 - poisson**2)  # = 2 lambda mu/(lambda + 2 mu)
-    rows = np.empty((len(cells), ROWS))
-    volume = np.empty(len(cells))
-    cell_mass = np.empty(cells.shape)
-    centre_gradients = np.empty((*cells.shape, 2))
-    for g in geometries(points, cells):
-        weights = g.weights * thickness[g.cells]
-        at_points = np.dstack((triangular_inverse(g.jacobian), weights))
-        rows[g.cells, : 4 * POINT_ROWS] = at_points.reshape(len(at_points), -1)
-        volume[g.cells] = weights.sum(axis=1)
-        cell_mass[g.cells] = density[g.cells, None] * (weights @ g.shape)
-        centre_gradients[g.cells] = g.centre_gradients
-    rows[:, 4 * POINT_ROWS] = mu
-    rows[:, 4 * POINT_ROWS + 1] = lame
+    of_points, volume, corner_volumes, centre_gradients = by_element(
+        geometries(points, cells, thickness),
+        lambda g: (g.rows_of_points(), g.volume, g.corner_volumes, g.centre_gradients),
+    )
     return Quad4PlaneStress(
         points=points,
         cells=cells,
         mu=mu,
         lame=lame,
-        lumped_mass=sum_at_nodes(cells, cell_mass, len(points)),
         cell_volume=volume,
-        cell_mass=cell_mass,
+        cell_mass=density[:, None] * corner_volumes,
         gradients=centre_gradients,
-        blocks=make_blocks(kernel.Quad4Blocks, points, cells, rows, SCRATCH_ROWS),
+        rows=np.column_stack((of_points, mu, lame)),
         thickness=thickness,
     )
+
+
+def chord_thickness(points: Floats, cells: Integers, radius: Floats) -> Floats:
+    """Chord 2 sqrt(R^2 - y^2) of the round section at the points of each cell, (n_cells, 4), m.
+
+    With it area, second moment and mass of a section are those of the round beam, up to the
+    quadrature error of the square root next to the outline. The round end keeps the chord of the
+    section: it is half a cylinder across Z cut to that thickness, not half a ball.
+
+    Parameters
+    ----------
+    points : (n_points, 2), m
+    cells : (n_cells, 4)
+    radius : (n_cells,) R of the phalanx that the cell belongs to, m
+    """
+    height = quad4_quadrature_points(points, cells)[..., 1]
+    return np.asarray(2.0 * np.sqrt(np.maximum(radius[:, None] ** 2 - height**2, 0.0)))

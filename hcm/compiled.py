@@ -77,3 +77,5 @@ kernel = kernel_with("contract")
 # The same, for what has one caller in the innermost loop and becomes part of it: a call would hand
 # over two hundred words, seven for each array in its tuples, which takes as long as a small kernel.
 inlined = kernel_with("contract", inline="always")
+# For what allocates its results, outside the step: arrays are counted, and each sum is rounded.
+allocating = kernel_with(_nrt=True, error_model="python")

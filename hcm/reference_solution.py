@@ -156,15 +156,9 @@ def solve(
 
 
 def solve_chain(
-    chain: Chain,
-    law: ContactLaw,
-    start: Start,
-    rtol: float,
-    atol: float,
-    taps: int = 1,
-    end_time: float = 2.0,
-    dense: bool = False,
-) -> Truth:
+    chain: Chain, law: ContactLaw, start: Start, rtol: float, atol: float, taps: int = 1,
+    end_time: float = 2.0, dense: bool = False,
+) -> Truth:  # fmt: skip
     """`solve` for a chain of elements that is given as arrays."""
     mapping = minimal_coordinates(chain)
     m = mapping.place.size

@@ -89,14 +89,9 @@ def initial_clock(time: float, step: float) -> Clock:
 
 @kernel
 def advance_clock(
-    clock: Clock,
-    h: float,
-    old: Motion,
-    new: Motion,
-    chain: Chain,
-    contact: Contact,
+    clock: Clock, h: float, old: Motion, new: Motion, chain: Chain, contact: Contact,
     law: ContactLaw,
-) -> Clock:
+) -> Clock:  # fmt: skip
     """Advance the clock by an accepted step and add its losses and works.
 
     Friction takes -int F_t dX_P (trapezoidal); restitution loss and drive work are exact.

@@ -12,14 +12,13 @@ its precision when an event search makes h very short.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain
 from hcm.beam.element import inertia, internal_force, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
-from hcm.compiled import inlined, kernel
+from hcm.compiled import allocating, inlined, kernel
 from hcm.contact.law import Contact, ContactLaw, contact_force, contact_tangent
 
 
@@ -43,14 +42,9 @@ def move_chords(chords: Floats, moved: Floats, chain: Chain, out: Floats) -> Non
 
 @inlined
 def residual_from_chords(
-    q: Floats,
-    chords: Floats,
-    acceleration: Floats,
-    chain: Chain,
-    contact: Contact,
-    law: ContactLaw,
-    out: Floats,
-) -> None:
+    q: Floats, chords: Floats, acceleration: Floats, chain: Chain, contact: Contact,
+    law: ContactLaw, out: Floats,
+) -> None:  # fmt: skip
     """Write M q.. + Phi_q^T lam + K q - Q - tau - F_c (N, N m) and Phi_q q.. (m/s^2) to `out` (n,).
 
     `acceleration` is bordered: q.. in the nodes' places, lam in the hinges'. `chords` (N, 2) are
@@ -98,7 +92,7 @@ def residual_from_chords(
                 out[lam + c] -= acceleration[inner + c]
 
 
-@njit(cache=True)
+@allocating
 def residual(
     q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: ContactLaw, out: Floats
 ) -> None:
@@ -110,14 +104,9 @@ def residual(
 
 @kernel
 def add_component(
-    block: tuple[float, float, float, float, float, float],
-    mass: Floats,
-    weight: float,
-    length: float,
-    s1: float,
-    s2: float,
-    rows: Floats,
-) -> None:
+    block: tuple[float, float, float, float, float, float], mass: Floats, weight: float,
+    length: float, s1: float, s2: float, rows: Floats,
+) -> None:  # fmt: skip
     """Add one component's M + weight K of an element to `rows` (8, w + 1), the element's own.
 
     `block` is K in (c, r'_1, r'_2) (`tangent_stiffness`), s1 and s2 the slopes' units. The
@@ -140,13 +129,9 @@ def add_component(
 
 @kernel
 def add_coupling(
-    block: tuple[float, float, float, float, float, float],
-    weight: float,
-    length: float,
-    s1: float,
-    s2: float,
-    rows: Floats,
-) -> None:
+    block: tuple[float, float, float, float, float, float], weight: float, length: float, s1: float,
+    s2: float, rows: Floats,
+) -> None:  # fmt: skip
     """Add weight K_XY of an element, symmetric in the coordinates too, to its `rows` (8, w + 1).
 
     Entry (Y of i, X of j) lies one place left of where (i, j) of one component is, and

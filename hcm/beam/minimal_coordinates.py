@@ -14,12 +14,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.linalg import cho_factor, cho_solve
 
 from hcm.arrays import Floats, Ints
 from hcm.beam.chain import Chain
 from hcm.beam.equations import residual
+from hcm.compiled import allocating
 from hcm.contact.law import Contact, ContactLaw, contact_force, particle_velocity
 
 
@@ -63,7 +63,7 @@ def minimal_coordinates(chain: Chain) -> Coordinates:
     return Coordinates(source, place, unit, unit[:, None] * inverse * unit)
 
 
-@njit(cache=True)
+@allocating
 def expand(z: Floats, source: Ints) -> Floats:
     """Bordered q = N z, (n,)."""
     q = np.zeros(source.size)
@@ -73,7 +73,7 @@ def expand(z: Floats, source: Ints) -> Floats:
     return q
 
 
-@njit(cache=True)
+@allocating
 def acceleration(
     q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
 ) -> Floats:
@@ -88,15 +88,11 @@ def acceleration(
     return coordinates.inverse_mass @ force
 
 
-@njit(cache=True)
+@allocating
 def rate(
-    y: Floats,
-    origin: Floats,
-    coordinates: Coordinates,
-    chain: Chain,
-    contact: Contact,
+    y: Floats, origin: Floats, coordinates: Coordinates, chain: Chain, contact: Contact,
     law: ContactLaw,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """dy/dt of y = (z - origin, z., int F_n dt, -int F_t dX_P): m, m, 1 and 1 values."""
     m = coordinates.place.size
     q = expand(origin + y[:m], coordinates.source)
@@ -111,7 +107,7 @@ def rate(
     return out
 
 
-@njit(cache=True)
+@allocating
 def bordered_acceleration(
     q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
 ) -> Floats:

@@ -59,15 +59,9 @@ def event_values(
 
 @kernel
 def event_rates(
-    x: float,
-    gap: float,
-    vt: float,
-    vn: float,
-    at: float,
-    an: float,
-    contact: Contact,
+    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact,
     law: ContactLaw,
-) -> SlotValues:
+) -> SlotValues:  # fmt: skip
     """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
     if contact.normal == FLIGHT:
         return vn, 0.0, 0.0

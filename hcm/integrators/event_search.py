@@ -121,13 +121,9 @@ def locate(
 
 @kernel
 def first_event(
-    h: float,
-    tolerance: SlotValues,
-    contact: Contact,
-    old: Motion,
-    new: Motion,
+    h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
     integrator: AnyIntegrator,
-) -> tuple[float, int, int]:
+) -> tuple[float, int, int]:  # fmt: skip
     """Shorten the step `old` -> `new` (already taken with h) to end on the first event.
 
     Returns the step's length, the slot that fires (`NO_EVENT`) and the trials used. `new` holds the

@@ -58,14 +58,9 @@ def keep_count(iterations: int, age: Ints, key: Floats) -> None:
 
 @kernel
 def converged(
-    change: float,
-    previous: float,
-    largest: float,
-    settled: bool,
-    roundoff: float,
-    tolerance: float,
-    rate: Floats,
-) -> tuple[bool, bool]:
+    change: float, previous: float, largest: float, settled: bool, roundoff: float,
+    tolerance: float, rate: Floats,
+) -> tuple[bool, bool]:  # fmt: skip
     """Whether to stop after an iteration, and whether it was slow.
 
     What is left after it is the change times rate/(1 - rate) (Hairer and Wanner 1996, section

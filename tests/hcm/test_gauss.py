@@ -251,8 +251,14 @@ def test_whole_tap_to_five_digits(flight_step: float, reuse: bool) -> None:
 
 
 def test_tolerance_shortens_the_steps_and_buys_accuracy() -> None:
+    """A vibration below the tolerance reaches the contact in any phase.
+
+    Amplitude times k is 1.2e-6 of the peak force at 1e-10 m, and the contact's own steps leave as
+    much (1.2e-6 at 1e-11 m). At 1e-9 m the error is no function of the tolerance: changes of
+    gravity by some roundings, or of processor, move it between -3.3e-5 and 1.7e-5.
+    """
     errors, steps = [], []
-    for tolerance in (1e-6, 1e-9):
+    for tolerance in (1e-6, 1e-10):
         settings = hcm.Settings(flight_step=5e-3, flight_tolerance=tolerance, **FINE)
         result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
         flight = result.history.time_s[result.history.mode == 0][:-1]
@@ -261,7 +267,8 @@ def test_tolerance_shortens_the_steps_and_buys_accuracy() -> None:
         assert peak is not None
         errors.append(abs(peak / TRUTH["peak_normal_force_N"] - 1.0))
         steps.append(result.statistics.steps)
-    assert errors[1] < 2e-5
+    # measured: 3.2e-5, and 2.1e-6 to 3.3e-6 over 25 such changes
+    assert errors[1] < 1e-5
     assert errors[1] < errors[0]
     assert steps[1] > steps[0]
 

@@ -240,19 +240,19 @@ class _Falling:
     terminal = True
     direction = -1.0
 
-    def __init__(self, slot: int, values: Callable[[Floats], Slots], begin: float, start: Slots,
+    def __init__(self, slot: int, values: Callable[[Floats], Slots], begin_s: float, start: Slots,
                  soon: Slots):  # fmt: skip
-        self.slot, self.values, self.begin = slot, values, begin
+        self.slot, self.values, self.begin_s = slot, values, begin_s
         self.at_begin = start[slot]
         if abs(start[slot]) < 0.01 * abs(soon[slot]):
             self.at_begin = -math.copysign(1e-300, soon[slot])
 
     def __call__(self, time: float, y: Floats) -> float:
-        return self.values(y)[self.slot] if time > self.begin else self.at_begin
+        return self.values(y)[self.slot] if time > self.begin_s else self.at_begin
 
 
 def _event_functions(
-    begin: float, start: Floats, soon: Floats, origin: Floats, mapping: Coordinates, chain: Chain,
+    begin_s: float, start: Floats, soon: Floats, origin: Floats, mapping: Coordinates, chain: Chain,
     contact: Contact, law: ContactLaw,
 ) -> list[_Falling]:  # fmt: skip
     m = mapping.place.size
@@ -267,4 +267,4 @@ def _event_functions(
     wanted = [slot for slot in range(3) if math.isfinite(now[slot])]
     if contact.normal == FLIGHT and contact.gap_ref < 0.0:
         wanted.append(-1)
-    return [_Falling(slot, values, begin, now, later) for slot in wanted]
+    return [_Falling(slot, values, begin_s, now, later) for slot in wanted]

@@ -32,8 +32,8 @@ from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.newton import (
     ITERATIONS,
     converged,
+    count_iterations,
     is_finite,
-    keep_count,
     largest_in_units,
     largest_size,
 )
@@ -42,11 +42,11 @@ from hcm.state import Motion
 
 @inlined
 def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
-    """Fill own.stage (A), own.q and own.chords from own.unknown (B)."""
-    chain, table, own = integrator.chain, integrator.tableau, integrator.gauss
-    combine(table.inverse, own.unknown, own.stage)
+    """Fill gauss.stage (A), gauss.q and gauss.chords from gauss.unknown (B)."""
+    chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
+    combine(table.inverse, gauss.unknown, gauss.stage)
     for i in range(table.c.size):
-        place, b, chords, along = own.q[i], own.unknown[i], own.chords[i], table.c[i] * h
+        place, b, chords, along = gauss.q[i], gauss.unknown[i], gauss.chords[i], table.c[i] * h
         for m in range(place.size):
             place[m] = along * old.v[m] + h * h * b[m]
         move_chords(old.chords, place, chain, chords)
@@ -62,25 +62,25 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
     new.a is the step's mean acceleration, which the next step guesses its stages from: a polynomial
     continued would amplify what the iteration has left of the stiffest modes.
     """
-    chain, own, ends = integrator.chain, integrator.gauss, integrator.tableau.ends
+    chain, gauss, ends = integrator.chain, integrator.gauss, integrator.tableau.ends
     moved = integrator.work.increment
     for m in range(moved.size):
         to_q, to_v = 0.0, 0.0
         for j in range(ends.shape[1]):
-            to_q += ends[0, j] * own.unknown[j, m]
-            to_v += ends[1, j] * own.unknown[j, m]
+            to_q += ends[0, j] * gauss.unknown[j, m]
+            to_v += ends[1, j] * gauss.unknown[j, m]
         moved[m] = h * old.v[m] + h * h * to_q
         new.q[m] = old.q[m] + moved[m]
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
         new.jerk[m] = new.acceleration[m] = 0.0
     move_chords(old.chords, moved, chain, new.chords)
-    right = own.real_right[HALF_BANDWIDTH:]
+    right = gauss.real_right[HALF_BANDWIDTH:]
     law = integrator.law
     residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
     for m in range(right.size):
         right[m] *= -chain.scale[m]
-    solve(own.mass_factors, own.real_right)
+    solve(gauss.mass_factors, gauss.real_right)
     for m in range(right.size):
         new.acceleration[m] = chain.scale[m] * right[m]
     return is_finite(right)
@@ -94,60 +94,60 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
     the largest change of B with the largest B after the first change.
     """
     co, chain, work = integrator.co, integrator.chain, integrator.work
-    table, own = integrator.tableau, integrator.gauss
-    stages, n = own.unknown.shape
+    table, gauss = integrator.tableau, integrator.gauss
+    stages, n = gauss.unknown.shape
     for i in range(stages):
         for m in range(n):
-            own.stage[i, m] = old.a[m]
-    combine(table.double, own.stage, own.unknown)
+            gauss.stage[i, m] = old.a[m]
+    combine(table.double, gauss.stage, gauss.unknown)
     if not co.reuse:
-        own.key[0] = np.nan
+        gauss.key[0] = np.nan
     largest = 0.0
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
         move_stages(h, old, integrator)
-        if own.key[0] != h:
-            if not refactorize(h, own.q[stages // 2], contact, integrator):
+        if gauss.key[0] != h:
+            if not refactorize(h, gauss.q[stages // 2], contact, integrator):
                 return False
-            measure_turns(own, chain)
+            measure_turns(gauss, chain)
         elif iteration == 0:
-            measure_turns(own, chain)
+            measure_turns(gauss, chain)
         for i in range(stages):
             residual_from_chords(
-                own.q[i], own.chords[i], own.stage[i], chain, contact, integrator.law,
-                own.residual[i],
+                gauss.q[i], gauss.chords[i], gauss.stage[i], chain, contact, integrator.law,
+                gauss.residual[i],
             )  # fmt: skip
-        turn_back(own.turns, chain, own.residual)
-        combine(table.forward, own.residual, own.change)
-        solve_all(table, own)
-        combine(table.backward, own.change, own.residual)
+        turn_back(gauss.turns, chain, gauss.residual)
+        combine(table.forward, gauss.residual, gauss.change)
+        solve_all(table, gauss)
+        combine(table.backward, gauss.change, gauss.residual)
         work.cost[0] += 1
         change = 0.0
         for i in range(stages):
-            if not is_finite(own.residual[i]):
-                own.key[0] = np.nan
+            if not is_finite(gauss.residual[i]):
+                gauss.key[0] = np.nan
                 return False
-            change = max(change, largest_size(own.residual[i]))
-        turn_forth(own.turns, chain, own.residual)
+            change = max(change, largest_size(gauss.residual[i]))
+        turn_forth(gauss.turns, chain, gauss.residual)
         for i in range(stages):
             for m in range(n):
-                own.unknown[i, m] += own.residual[i, m]
+                gauss.unknown[i, m] += gauss.residual[i, m]
             if iteration == 0:
-                largest = max(largest, largest_in_units(own.unknown[i], chain.scale))
-        close_hinges(chain, own.unknown)
+                largest = max(largest, largest_in_units(gauss.unknown[i], chain.scale))
+        close_hinges(chain, gauss.unknown)
         done, slow = converged(
             change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
-            co.tolerance, own.rate,
+            co.tolerance, gauss.rate,
         )  # fmt: skip
         if done:
             break
         if slow or not co.reuse:
-            own.key[0] = np.nan
+            gauss.key[0] = np.nan
         fast, previous = previous < np.inf and not slow, change
     else:
-        own.key[0] = np.nan
+        gauss.key[0] = np.nan
         return False
-    keep_count(work.cost[0] - iterations, own.age, own.key)
+    count_iterations(work.cost[0] - iterations, gauss.age, gauss.key)
     return finish(h, old, new, contact, integrator)
 
 
@@ -158,12 +158,12 @@ def local_error(h: float, integrator: GaussIntegrator) -> float:
     The difference from a collocation with one stage less, of order h^(s+1): the step's own error,
     of order h^(2s+1), is far smaller. What stays below a bound is resolved, or negligible.
     """
-    own, chain, last = integrator.gauss, integrator.chain, integrator.tableau.last
+    gauss, chain, last = integrator.gauss, integrator.chain, integrator.tableau.last
     largest = 0.0
     for w in range(chain.hinge.size):
         for m in range(chain.hinge_outer[w], phalanx_end(w, chain)):
             term = 0.0
             for j in range(last.size):
-                term += last[j] * own.stage[j, m]
+                term += last[j] * gauss.stage[j, m]
             largest = max(largest, abs(term) / chain.scale[m])
     return h * h * largest

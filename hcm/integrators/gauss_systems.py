@@ -97,60 +97,60 @@ def close_hinges(chain: Chain, rows: Floats) -> None:
 @kernel
 def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrator) -> bool:
     """Keep the factors of all systems for the stiffness at q (n,)."""
-    chain, table, own = integrator.chain, integrator.tableau, integrator.gauss
-    own.key[0] = np.nan
-    tangent(q, h * h, chain, contact, integrator.law, own.stiff)
-    mass, stiff = own.mass, own.stiff
+    chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
+    gauss.key[0] = np.nan
+    tangent(q, h * h, chain, contact, integrator.law, gauss.stiff)
+    mass, stiff = gauss.mass, gauss.stiff
     for k in range(table.mu.size):
         mu = table.mu[k]
         if k == 0 and table.c.size % 2 == 1:
             for i in range(mass.shape[0]):
                 for j in range(mass.shape[1]):
-                    own.real_factors[i, j] = mass[i, j] + mu.real * (stiff[i, j] - mass[i, j])
-            if not factorize(own.real_factors):
+                    gauss.real_factors[i, j] = mass[i, j] + mu.real * (stiff[i, j] - mass[i, j])
+            if not factorize(gauss.real_factors):
                 return False
         else:
-            factors = own.factors[k]
+            factors = gauss.factors[k]
             for i in range(mass.shape[0]):
                 for j in range(mass.shape[1]):
                     factors[i, j] = mass[i, j] + mu * (stiff[i, j] - mass[i, j])
             if not factorize(factors):
                 return False
     for w in range(chain.hinge.size):
-        own.frame[w, 0], own.frame[w, 1] = direction(q, w, chain)
-    own.key[0] = h
-    own.rate[0] = 1.0
-    own.age[0] = own.age[1] = 0
+        gauss.frame[w, 0], gauss.frame[w, 1] = direction(q, w, chain)
+    gauss.key[0] = h
+    gauss.rate[0] = 1.0
+    gauss.age[0] = gauss.age[1] = 0
     integrator.work.cost[1] += table.mu.size
     return True
 
 
 @kernel
-def measure_turns(own: GaussWork, chain: Chain) -> None:
+def measure_turns(gauss: GaussWork, chain: Chain) -> None:
     """Fill the turns of all stages' phalanges since the factorization."""
-    for i in range(own.turns.shape[0]):
+    for i in range(gauss.turns.shape[0]):
         for w in range(chain.hinge.size):
-            x, y = direction(own.q[i], w, chain)
-            fx, fy = own.frame[w, 0], own.frame[w, 1]
-            own.turns[i, w, 0], own.turns[i, w, 1] = fx * x + fy * y, fx * y - fy * x
+            x, y = direction(gauss.q[i], w, chain)
+            fx, fy = gauss.frame[w, 0], gauss.frame[w, 1]
+            gauss.turns[i, w, 0], gauss.turns[i, w, 1] = fx * x + fy * y, fx * y - fy * x
 
 
 @kernel
-def solve_all(table: Tableau, own: GaussWork) -> None:
-    """Overwrite own.change (s, n), the right-hand sides T^-1 R, with w: pairs as (Re, Im)."""
+def solve_all(table: Tableau, gauss: GaussWork) -> None:
+    """Overwrite gauss.change (s, n), the right-hand sides T^-1 R, with w: pairs as (Re, Im)."""
     w, odd = HALF_BANDWIDTH, table.c.size % 2
     if odd == 1:
-        row, real = own.change[0], own.real_right
+        row, real = gauss.change[0], gauss.real_right
         for m in range(row.size):
             real[w + m] = row[m]
-        solve(own.real_factors, real)
+        solve(gauss.real_factors, real)
         for m in range(row.size):
             row[m] = real[w + m]
     for k in range(odd, table.mu.size):
         first = odd + 2 * (k - odd)
-        re, im, right = own.change[first], own.change[first + 1], own.right
+        re, im, right = gauss.change[first], gauss.change[first + 1], gauss.right
         for m in range(re.size):
             right[w + m] = complex(re[m], im[m])
-        solve(own.factors[k], right)
+        solve(gauss.factors[k], right)
         for m in range(re.size):
             re[m], im[m] = right[w + m].real, right[w + m].imag

@@ -21,8 +21,8 @@ from hcm.contact.law import Contact, contact_tangent
 from hcm.integrators.newton import (
     ITERATIONS,
     converged,
+    count_iterations,
     is_finite,
-    keep_count,
     largest_in_units,
     largest_size,
 )
@@ -100,7 +100,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     """Advance `old` by h into `new`, the contact staying in its mode.
 
     Newton's iteration on (q.., lam) with the exact tangent, whose factors are kept as long as each
-    iteration shrinks the change by `SLOW`. Returns whether it converged; `new` is then finite.
+    iteration shrinks the change by `SLOW_RATE`. Returns whether it converged; `new` is then finite.
     """
     co, chain, law, work = integrator
     n, right = old.q.size, work.right[HALF_BANDWIDTH:]
@@ -135,7 +135,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     else:
         return False
     update(h, co, old, new, chain, work.increment)
-    keep_count(work.cost[0] - iterations, work.age, work.key)
+    count_iterations(work.cost[0] - iterations, work.age, work.key)
     for i in range(n):
         new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
     return True

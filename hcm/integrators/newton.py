@@ -12,10 +12,10 @@ from hcm.compiled import kernel, kernel_with
 
 ITERATIONS = 20
 # Kept factors are given up once an iteration shrinks the change by less than this factor.
-SLOW = 0.1
+SLOW_RATE = 0.1
 # Once kept factors have taken more iterations than this beyond those of the step that they were
 # made in, new ones are made: one costs 2.6 to 2.7 (measured at 2 to 20 elements a phalanx).
-WORTH = 2
+SPARE_ITERATIONS = 2
 
 
 @kernel_with("nnan", "nsz")
@@ -46,13 +46,13 @@ def is_finite(x: Floats) -> bool:
 
 
 @kernel
-def keep_count(iterations: int, age: Ints, key: Floats) -> None:
+def count_iterations(iterations: int, age: Ints, key: Floats) -> None:
     """Note a step's iterations, and drop factors that have become dearer than new ones."""
     if age[0] == 0:
         age[0] = iterations
     else:
         age[1] += max(iterations - age[0], 0)
-        if age[1] > WORTH:
+        if age[1] > SPARE_ITERATIONS:
             key[0] = np.nan
 
 
@@ -73,7 +73,7 @@ def converged(
     slow, left = False, rate[0] ** 0.8  # a rate from an earlier step is trusted less
     if previous < np.inf:
         left = change / previous
-        slow = left > SLOW
+        slow = left > SLOW_RATE
         if slow and change <= roundoff and settled:
             return True, slow
         rate[0] = left

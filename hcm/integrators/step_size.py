@@ -17,15 +17,15 @@ from hcm.state import Clock, Motion, Plan
 REPEATS = 40
 # A contact step's local error, over the way that the tip goes in it at its largest speed so far: a
 # stiff surface is dented by less than any tolerance in metres. On a spring it bounds (omega h)^2.
-RELATIVE = 1e-3
+TRAVEL_SHARE = 1e-3
 # A flight step's local error, over the tip's clearance: a tip that has just left may touch again
 # within its own vibration, which the tolerance of a free flight skips.
-NEAR = 0.01
+CLEARANCE_SHARE = 0.01
 # Factors by which the error control may change a step at once, and the least that it changes it.
-SHRINK, GROW, WORTHWHILE = 0.2, 1.5, 1.2
+SHRINK, GROW, LEAST_CHANGE = 0.2, 1.5, 1.2
 # In an undamped flight the step grows only where the error allows this factor, and shrinks only
 # where a step fails: one that followed each swing of the vibration would feed its highest modes.
-CALM = 2.0
+UNDAMPED_MARGIN = 2.0
 
 
 @kernel
@@ -60,9 +60,9 @@ def accepted_step(
             work.key[0] = np.nan
             h *= 0.5
             continue
-        bound = min(plan.contact_tolerance, RELATIVE * speed * h)
+        bound = min(plan.contact_tolerance, TRAVEL_SHARE * speed * h)
         if in_flight:
-            near = bound + NEAR * clearance if bound > 0.0 else plan.flight_tolerance
+            near = bound + CLEARANCE_SHARE * clearance if bound > 0.0 else plan.flight_tolerance
             bound = min(plan.flight_tolerance, near)
         if bound > 0.0:
             error, order = error_of_step(h, contact, old, new, integrator)
@@ -72,9 +72,9 @@ def accepted_step(
                 continue
             # a changed step costs a factorization: small gains are not worth one
             if rebound:
-                growth = GROW if growth > CALM else 1.0
+                growth = GROW if growth > UNDAMPED_MARGIN else 1.0
             else:
-                growth = min(growth, GROW) if growth > WORTHWHILE or growth < 1.0 else 1.0
+                growth = min(growth, GROW) if growth > LEAST_CHANGE or growth < 1.0 else 1.0
         if chatter:
             return h, overshot(tolerance, new, contact, integrator), trials, repeats, growth
         length, slot, used = first_event(h, tolerance, contact, old, new, integrator)

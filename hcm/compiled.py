@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core.caching import IndexDataCacheFile
 
 PACKAGE = Path(__file__).parent
 IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)
@@ -51,6 +52,17 @@ def source_stamp(file: Path) -> str:
     return hashlib.sha256(b"".join(found[file] for file in sorted(found))).hexdigest()
 
 
+class CacheFile(IndexDataCacheFile):
+    """What is cached of one kernel: nothing where it was compiled for types that are gone."""
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            return super()._load_index()
+        # the index names its types by module and class, and is read before its stamp is compared
+        except (AttributeError, ImportError):
+            return {}
+
+
 def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., Any]], Any]:
     """`kernel` with these of LLVM's fast-math flags, and options of numba's own."""
     chosen: dict[str, Any] = {
@@ -65,8 +77,9 @@ def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., An
         dispatcher = njit(**chosen)(function)
         if chosen["cache"]:
             # private to numba, as is `_nrt`: the same test lets its next version in
-            stamp = source_stamp(Path(function.__code__.co_filename))
-            dispatcher._cache._cache_file._source_stamp = stamp
+            cache, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))
+            name = cache._impl.filename_base
+            cache._cache_file = CacheFile(cache.cache_path, name, stamp)
         return dispatcher
 
     return compiled

@@ -62,17 +62,32 @@ def test_a_kernel_that_allocates_is_refused() -> None:
         allocating(3)
 
 
-CALLEE = "from pair.compiled import kernel\n\n\n@kernel\ndef inner(x):\n    return {} * x\n"
-CALLER = """from pair.compiled import kernel
-from pair.callee import inner
+CALLEE = """from typing import NamedTuple
+
+from pair.compiled import kernel
+
+
+class {name}(NamedTuple):
+    x: float
+
+
+GIVEN = {name}(1.0)
 
 
 @kernel
-def outer(x):
-    return inner(x) + 1.0
+def inner(given):
+    return {factor} * given.x
+"""
+CALLER = """from pair.compiled import kernel
+from pair.callee import GIVEN, inner
 
 
-print(outer(1.0), sum(outer.stats.cache_hits.values()))
+@kernel
+def outer(given):
+    return inner(given) + 1.0
+
+
+print(outer(GIVEN), sum(outer.stats.cache_hits.values()))
 """
 
 
@@ -88,14 +103,17 @@ def test_the_cache_notices_an_edited_callee(tmp_path: Path, folder: str) -> None
     if folder == "NUMBA_CACHE_DIR":
         environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
 
-    def result(factor: float) -> list[str]:
-        (package / "callee.py").write_text(CALLEE.format(factor))
+    def result(factor: float, name: str = "Given") -> list[str]:
+        (package / "callee.py").write_text(CALLEE.format(factor=factor, name=name))
         command = [sys.executable, "-m", "pair.caller"]
         return subprocess.check_output(command, env=environment, text=True).split()
 
     assert result(2.0) == ["3.0", "0"]
     assert result(2.0) == ["3.0", "1"]
     assert result(5.0) == ["6.0", "0"]
+    # the cached index names a type that is gone
+    assert result(5.0, "Renamed") == ["6.0", "0"]
+    assert result(5.0, "Renamed") == ["6.0", "1"]
 
 
 def test_every_kernel_is_stamped_with_the_files_that_it_is_compiled_from() -> None:

@@ -27,7 +27,11 @@ POSTURE_TIMES: dict[str, tuple[float, ...]] = {
 }
 # s: postures are kept from before the earliest to after the latest contact of all variations,
 # closely enough for the largest deflection.
-AROUND = {"driven-1": (0.0908, 0.0934), "driven-2": (0.0118, 0.0138), "driven-3": (0.0104, 0.0136)}
+CONTACT_WINDOWS = {
+    "driven-1": (0.0908, 0.0934),
+    "driven-2": (0.0118, 0.0138),
+    "driven-3": (0.0104, 0.0136),
+}
 POSTURE_STEP = 1e-5
 NUMERICS = {"0.02 ms steps": POSTURE_GRID, "printed steps": PRINTED}
 OTHERS = {
@@ -57,8 +61,7 @@ def driven(
 
 def contact_times(scene: str) -> tuple[float, ...]:
     """Times of the postures that are kept around the contact, s."""
-    begin, end = AROUND[scene]
-    return tuple(np.arange(begin, end, POSTURE_STEP).tolist())
+    return tuple(np.arange(*CONTACT_WINDOWS[scene], POSTURE_STEP).tolist())
 
 
 def with_postures(scene: str, factor: float) -> Case:

@@ -11,27 +11,11 @@ from collections.abc import Callable
 import numpy as np
 
 from validation.compare.claims import Claim, read_claims
+from validation.studies.paper import readings
 from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, VARIED
 from validation.studies.paper.ledger import Finding, printed_rounding
-from validation.studies.paper.readings import (
-    Runs,
-    counting,
-    curve,
-    deflection_peaks_after_first_restitution,
-    event_times,
-    largest_deflection,
-    largest_drawn_deflection,
-    largest_stress,
-    particle_velocity,
-    phases,
-    scalar,
-    slip_to_stick,
-    slips,
-    sticks,
-    time_of_largest_deflection,
-    transitions,
-)
+from validation.studies.paper.readings import Runs
 from validation.studies.paper.torque_factor import IdentifiedTorque
 
 FIRST = "first_peak_normal_force_N"
@@ -39,7 +23,7 @@ ONE, TWO, THREE = PRINTED_TORQUES
 ARROW = {1: "right", -1: "left", 0: "stick"}
 
 
-def _varied(runs: Runs, read: Callable[[str], object]) -> str:
+def _varied(read: Callable[[str], object]) -> str:
     """A reading under each variation, as text; ``read`` takes the case's suffix."""
     parts = []
     for label in VARIED:
@@ -53,7 +37,7 @@ def _ratio(runs: Runs, over: str, key: Callable[[CaseRun], float]) -> Callable[[
 
 
 def _stress(runs: Runs, case: str) -> Callable[[str], float]:
-    return lambda suffix: 1e-6 * largest_stress(runs[case + suffix])
+    return lambda suffix: 1e-6 * readings.largest_stress(runs[case + suffix])
 
 
 def _first_peak(run: CaseRun) -> float:
@@ -61,8 +45,8 @@ def _first_peak(run: CaseRun) -> float:
 
 
 def _first_tangential_peak(run: CaseRun) -> float:
-    time, force = curve(run, "tangential_force_N")
-    turn = event_times(run, "compression_to_restitution")[0]
+    time, force = readings.curve(run, "tangential_force_N")
+    turn = readings.event_times(run, "compression_to_restitution")[0]
     return float(np.abs(force[time <= turn]).max())
 
 
@@ -97,7 +81,7 @@ def _arrivals(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
             f" {1e3 * own.best_time_s:.3f} ms at {own.best_factor:.3g}"
         )
         rows[id_] = Finding(
-            scalar(runs, case, "contact_time_s"),
+            readings.scalar(runs, case, "contact_time_s"),
             "the t_3 factor was identified from these times, which it misses by"
             f" {found.common.misfit_percent:.2g} % (rms); {text}; with the article's numerics"
             f" {numerics}",
@@ -118,44 +102,47 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     claims = {claim.id: claim for claim in read_claims()}
     for id_, case, key in (
         ("F14.1", TWO, _first_peak), ("F14.2", TWO, _first_tangential_peak),
-        ("F15.1", TWO, largest_deflection), ("F15.2", THREE, largest_deflection),
+        ("F15.1", TWO, readings.largest_deflection), ("F15.2", THREE, readings.largest_deflection),
     ):  # fmt: skip
         read = _ratio(runs, case, key)
-        reason = f"{_band(read, claims[id_])}; {_varied(runs, read)}"
-        if key is largest_deflection:
-            drawn = _ratio(runs, case, largest_drawn_deflection)("")
+        reason = f"{_band(read, claims[id_])}; {_varied(read)}"
+        if key is readings.largest_deflection:
+            drawn = _ratio(runs, case, readings.largest_drawn_deflection)("")
             reason += f"; at the instants that fig. 15 draws {drawn:.4g}"
         rows[id_] = Finding(read(""), reason)
     three = runs[THREE]
     rows["F14.3"] = Finding(
-        transitions(three),
-        f"{counting(three)}; with variations:"
-        f" {_varied(runs, lambda s: transitions(runs[THREE + s]))}; the contact lasts"
+        readings.transitions(three),
+        f"{readings.counting(three)}; with variations:"
+        f" {_varied(lambda s: readings.transitions(runs[THREE + s]))}; the contact lasts"
         f" {duration_ms(three):.2f} ms, which jumps inside the factor's band"
-        f" ({_varied(runs, lambda s: duration_ms(runs[THREE + s]))}); fig. 14 shows about 0.9 ms",
+        f" ({_varied(lambda s: duration_ms(runs[THREE + s]))}); fig. 14 shows about 0.9 ms",
     )
     for id_, case in (("F14.5", ONE), ("F14.6", TWO), ("F14.7", THREE)):
         read = _stress(runs, case)
-        rows[id_] = Finding(read(""), f"{_band(read, claims[id_])}; {_varied(runs, read)}")
-    _, tangential = curve(three, "tangential_force_N")
+        rows[id_] = Finding(read(""), f"{_band(read, claims[id_])}; {_varied(read)}")
+    _, tangential = readings.curve(three, "tangential_force_N")
     rows["F14.4"] = Finding(
         bool(tangential.min() < 0 < tangential.max()),
         f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",
     )
-    late = {c: deflection_peaks_after_first_restitution(runs[c]) for c in (ONE, TWO, THREE)}
+    late = {
+        c: readings.deflection_peaks_after_first_restitution(runs[c]) for c in (ONE, TWO, THREE)
+    }
     rows["F15.3"] = Finding(
         all(late.values()),
         "among the instants that fig. 15 draws; "
         + "; ".join(
             f"{c}: {'yes' if ok else 'no'}, the largest of all"
-            f" {100 * time_of_largest_deflection(runs[c]):.0f} % through the contact"
+            f" {100 * readings.time_of_largest_deflection(runs[c]):.0f} % through the contact"
             for c, ok in late.items()
         ),
     )
     for id_, case in (("F16.1", ONE), ("F16.2", TWO)):
-        _, velocity = particle_velocity(runs[case])
+        _, velocity = readings.particle_velocity(runs[case])
         rows[id_] = Finding(
-            not sticks(runs[case]), f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s"
+            not readings.sticks(runs[case]),
+            f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s",
         )
     rows |= _stick_slip(runs)
     return rows
@@ -163,18 +150,18 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
 
 def _stick_slip(runs: Runs) -> dict[str, Finding]:
     three = runs[THREE]
-    words = " ".join(ARROW[s] for s in phases(three))
-    shares = ", ".join(str(slip_to_stick(three, share)) for share in (0.001, 0.01, 0.02))
-    directions = _varied(runs, lambda s: "".join("RL"[d < 0] for d in slips(runs[THREE + s])))
+    words = " ".join(ARROW[s] for s in readings.phases(three))
+    shares = ", ".join(str(readings.slip_to_stick(three, share)) for share in (0.001, 0.01, 0.02))
+    directions = _varied(lambda s: "".join("RL"[d < 0] for d in readings.slips(runs[THREE + s])))
     return {
         "F16.3": Finding(
-            slip_to_stick(three),
+            readings.slip_to_stick(three),
             "phases of at least 0.5 % of the contact are counted; with 0.1, 1, 2 %:"
             f" {shares}; located in all: {three.record.summary['slip_to_stick']}; with variations:"
-            f" {_varied(runs, lambda s: slip_to_stick(runs[THREE + s]))}",
+            f" {_varied(lambda s: readings.slip_to_stick(runs[THREE + s]))}",
         ),
         "F16.4": Finding(
-            slips(three)[:4] == [1, -1, 1, -1],
+            readings.slips(three)[:4] == [1, -1, 1, -1],
             f"phases in order: {words}; slips with variations: {directions}",
         ),
     }

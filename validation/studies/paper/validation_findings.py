@@ -13,19 +13,29 @@ from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import Runs, curve, scalar, transitions
 from validation.studies.paper.reference_runs import JUDGED, VARIANTS, References, sensitivity
 
-PEAKS = {"normal": "peak_normal_force_N", "tangential": "peak_tangential_force_N"}
+NORMAL, TANGENTIAL = "peak_normal_force_N", "peak_tangential_force_N"
+# In Table 2's order: claims T2.1 to T2.4 are hcm's, 5 to 8 the reference's, 9 to 12 the errors.
+PEAKS = (("hard", NORMAL), ("hard", TANGENTIAL), ("soft", NORMAL), ("soft", TANGENTIAL))
 SLIP_MU = 0.5  # of both scenes
-TIME, MEMORY = "wall_time_s", "peak_memory_MB"
+COSTS = {"time": "wall_time_s", "memory": "peak_memory_MB"}
+NO_REFERENCE = "no reference run"
 
 
-def _errors(runs: Runs, references: References) -> dict[str, Finding]:
+def _peaks(runs: Runs, references: References, printed: Mapping[str, float]) -> dict[str, Finding]:
+    """Table 2: peak forces of both models, and their differences."""
     rows = {}
-    for id_, scene, which in (
-        ("T2.9", "hard", "normal"), ("T2.10", "hard", "tangential"),
-        ("T2.11", "soft", "normal"), ("T2.12", "soft", "tangential"),
-    ):  # fmt: skip
-        mine, key = scalar(runs, scene, PEAKS[which]), PEAKS[which]
-        theirs = references.value(JUDGED, scene, key)
+    for number, (scene, key) in enumerate(PEAKS, start=1):
+        mine, theirs = scalar(runs, scene, key), references.value(JUDGED, scene, key)
+        rows[f"T2.{number}"] = Finding(mine)
+        wanted = printed[f"T2.{number + 4}"]
+        reason = sensitivity(references, scene, key, wanted)
+        if key == TANGENTIAL:
+            ratio = abs(wanted) / printed[f"T2.{number + 3}"]
+            reason += (
+                f"; the printed forces are in the ratio {ratio:.3f},"
+                f" ours slides throughout with mu = {SLIP_MU:g}"
+            )
+        rows[f"T2.{number + 4}"] = Finding(theirs, reason)
         value = error_percent(mine, theirs)
         others = "; ".join(
             f"{name} {abs(error):.3g} %"
@@ -33,85 +43,63 @@ def _errors(runs: Runs, references: References) -> dict[str, Finding]:
             if name != JUDGED
             and (error := error_percent(mine, references.value(name, scene, key))) is not None
         )
-        rows[id_] = Finding(
+        rows[f"T2.{number + 8}"] = Finding(
             None if value is None else abs(value),
             f"hcm {mine:.4g} N against {theirs:.4g} N of the ls-dyna-like reference (other model);"
             f" the error is as uncertain as the reference: {others}"
-            if theirs is not None else "no reference run",
+            if theirs is not None else NO_REFERENCE,
+            "the printed forces 32.218 and 29.683 N differ by"
+            f" {100 * 2.535 / 32.218:.2f} % of the one and {100 * 2.535 / 29.683:.2f} % of the"
+            " other, neither of which is 7.80 %" if number == 4 else "",
         )  # fmt: skip
     return rows
 
 
-def _reference_rows(references: References, alone: Mapping[str, RunRecord]) -> dict[str, Finding]:
-    claims = {claim.id: claim for claim in read_claims()}
+def _costs(
+    apart: Mapping[str, RunRecord], references: References, printed: Mapping[str, float]
+) -> dict[str, Finding]:
+    """Table 3: time, then memory, of both models; odd claims are the hard scene's."""
     rows = {}
-    for id_, scene, which in (
-        ("T2.5", "hard", "normal"), ("T2.6", "hard", "tangential"),
-        ("T2.7", "soft", "normal"), ("T2.8", "soft", "tangential"),
-    ):  # fmt: skip
-        printed = float(claims[id_].value)
-        reason = sensitivity(references, scene, PEAKS[which], printed)
-        if which == "tangential":
-            normal = float(claims[f"T2.{int(id_[3:]) - 1}"].value)
-            reason += (
-                f"; the printed forces are in the ratio {abs(printed) / normal:.3f},"
-                f" ours slides throughout with mu = {SLIP_MU:g}"
-            )
-        rows[id_] = Finding(references.value(JUDGED, scene, PEAKS[which]), reason)
-    for scene, ids in (("hard", ("T3.1", "T3.3", "T3.5", "T3.7")),
-                       ("soft", ("T3.2", "T3.4", "T3.6", "T3.8"))):  # fmt: skip
-        mine = alone.get(scene)
-        ours = [
-            mine.value(TIME) if mine else None, references.value(JUDGED, scene, TIME),
-            mine.value(MEMORY) if mine else None, references.value(JUDGED, scene, MEMORY),
-        ]  # fmt: skip
-        printed_ones = [float(claims[id_].value) for id_ in ids]
-        for i, (id_, value) in enumerate(zip(ids, ours, strict=True)):
-            first = 2 * (i // 2)
-            rows[id_] = Finding(
-                value, _machine(printed_ones[i], value, printed_ones[first:], ours[first:], i < 2)
-            )
+    for first, scene in ((1, "hard"), (2, "soft")):
+        for start, (what, key) in zip((first, first + 4), COSTS.items(), strict=True):
+            ids = (f"T3.{start}", f"T3.{start + 2}")
+            mine = apart[scene].value(key) if scene in apart else None
+            ours = (mine, references.value(JUDGED, scene, key))
+            for id_, value in zip(ids, ours, strict=True):
+                reason = _other_machine(what, printed[id_], value, [printed[i] for i in ids], ours)
+                rows[id_] = Finding(value, reason)
     return rows
 
 
-def _machine(
-    printed: float, ours: float | None, prints: list[float], values: list[float | None], time: bool
-) -> str:
-    """Why a run time or a memory can't agree: how far off it is, and the models' ratio instead."""
-    what = "time" if time else "memory"
+def _other_machine(
+    what: str, printed: float, value: float | None, prints: list[float],
+    ours: tuple[float | None, float | None],
+) -> str:  # fmt: skip
+    """Why a run time or a memory can't agree: how far off it is, and the models' ratio instead.
+
+    prints, ours : of the reduced model and of the reference.
+    """
     parts = [f"another program on another machine (4-core laptop of 2016): {what}s can't agree"]
-    if ours is not None:
-        parts.append(f"printed over ours {printed / ours:.3g}")
+    if value is not None:
+        parts.append(f"printed over ours {printed / value:.3g}")
     parts.append(f"reference over reduced model: printed {prints[1] / prints[0]:.3g}")
-    if values[0] is not None and values[1] is not None:
-        parts[-1] += f", ours {values[1] / values[0]:.3g}"
-        if time:
+    if ours[0] is not None and ours[1] is not None:
+        parts[-1] += f", ours {ours[1] / ours[0]:.3g}"
+        if what == "time":
             parts[-1] += " (our reference starts just before contact, from a rigid flight)"
     return "; ".join(parts)
 
 
 def validation_findings(
-    runs: Runs, alone: Mapping[str, RunRecord], references: References
+    runs: Runs, apart: Mapping[str, RunRecord], references: References
 ) -> dict[str, Finding]:
     """Findings by claim.
 
-    ``alone`` holds hcm's run of each scene in a process of its own, ``references`` those of the 3D
+    ``apart`` holds hcm's run of each scene in a process of its own, ``references`` those of the 3D
     model; a run that failed is absent.
     """
-    rows = {**_reference_rows(references, alone), **_errors(runs, references)}
-    hard, soft = (scalar(runs, s, PEAKS["normal"]) for s in ("hard", "soft"))
-    for id_, scene, which in (
-        ("T2.1", "hard", "normal"), ("T2.2", "hard", "tangential"),
-        ("T2.3", "soft", "normal"), ("T2.4", "soft", "tangential"),
-    ):  # fmt: skip
-        rows[id_] = Finding(scalar(runs, scene, PEAKS[which]))
-    error = abs(-32.218 + 29.683)
-    rows["T2.12"] = Finding(
-        rows["T2.12"].value,
-        rows["T2.12"].reason,
-        f"the printed forces 32.218 and 29.683 N differ by {100 * error / 32.218:.2f} % of the one"
-        f" and {100 * error / 29.683:.2f} % of the other, neither of which is 7.80 %",
-    )
+    printed = {claim.id: claim.number for claim in read_claims() if claim.where.startswith("Table")}
+    rows = _peaks(runs, references, printed) | _costs(apart, references, printed)
     for id_, scene in (("F7.1", "hard"), ("F7.2", "soft")):
         time, force = curve(runs[scene], "normal_force_N")
         coarse = np.interp(time, *curve(runs[f"{scene} N=15"], "normal_force_N"), right=0.0)
@@ -125,6 +113,7 @@ def validation_findings(
             1e3 * scalar(runs, scene, "contact_duration_s"),
             f"{count} compression-restitution transition{'s' if count > 1 else ''}",
         )
+    hard, soft = (scalar(runs, scene, NORMAL) for scene in ("hard", "soft"))
     rows["C4.1.1"] = Finding(
         100 * soft / hard,
         "",
@@ -132,11 +121,11 @@ def validation_findings(
         " and the conclusion prints a decrease of 63 %",
     )
     rows["C5.1"] = Finding(100 * (1 - soft / hard))
-    errors = [rows[id_].value for id_ in ("T2.9", "T2.10", "T2.11", "T2.12")]
+    errors = [rows[f"T2.{number}"].value for number in (9, 10, 11, 12)]
     known = [float(error) for error in errors if error is not None]
     rows["A.2"] = Finding(
         max(known) < 8.0 if len(known) == len(errors) else None,
         f"largest error of a peak force against the ls-dyna-like reference: {max(known):.2g} %"
-        if known else "no reference run",
+        if known else NO_REFERENCE,
     )  # fmt: skip
     return rows

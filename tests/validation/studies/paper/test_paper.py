@@ -17,7 +17,7 @@ from validation.studies.paper import torque_factor
 from validation.studies.paper.case_runs import CaseRun, solve_case
 from validation.studies.paper.cases import DEFAULTS, Case, experiments, undriven_cases
 from validation.studies.paper.driven_cases import (
-    AROUND,
+    CONTACT_WINDOWS,
     NUMERICS,
     POSTURE_TIMES,
     PRINTED_TORQUES,
@@ -159,7 +159,7 @@ def test_each_driven_case_has_its_variations_and_its_postures() -> None:
     names = {case.name for case in DRIVEN}
     assert names == {f"{s} {v}".strip() for s in PRINTED_TORQUES for v in ("", *VARIED)}
     for case in DRIVEN:
-        begin, end = AROUND[case.scene]
+        begin, end = CONTACT_WINDOWS[case.scene]
         assert begin < printed_arrivals()[case.scene] < end
         assert any(begin < time < end for time in case.frame_times)
         if case.name == case.scene:

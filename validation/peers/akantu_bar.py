@@ -30,8 +30,7 @@ def run_bar(bar: Bar) -> BarRun:
     model.setTimeStep(bar.step_s)
     model.getVelocity()[:] = bar.velocity(points)
     return BarRun(
-        "Akantu", "hexahedron_8, small strain", 8,
-        seconds_per_step(lambda: model.solveStep("explicit_lumped"), bar.steps),
+        8, seconds_per_step(lambda: model.solveStep("explicit_lumped"), bar.steps),
         float(model.getDisplacement()[points[:, 0] == 0.0, 0].mean()), bar.step_s, PARTS,
     )  # fmt: skip
 

@@ -98,12 +98,11 @@ class Bar:
 class BarRun:
     """What one code made of the bar.
 
-    seconds_per_step : shortest of `runs` measurements. end_m : mean displacement along x of the
-    nodes at x = 0. step_s : the step that was taken.
+    points : of the element, at which it takes stresses. seconds_per_step : shortest of `runs`
+    measurements. end_m : mean displacement along x of the nodes at x = 0. step_s : the step that
+    was taken.
     """
 
-    code: str
-    element: str
     points: int
     seconds_per_step: float
     end_m: float

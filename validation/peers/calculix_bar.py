@@ -64,5 +64,4 @@ def run_bar(bar: Bar, element: str) -> BarRun:
     _, step, end = long[0]
     few, many = (math.ceil(count * bar.step_s / step) for count in (SHORT_STEPS, bar.steps))
     saved = min(seconds for seconds, _, _ in long) - min(seconds for seconds, _, _ in short)
-    name = f"{element}, small strain"
-    return BarRun("CalculiX", name, POINTS[element], saved / (many - few), end, step, RUNS)
+    return BarRun(POINTS[element], saved / (many - few), end, step, RUNS)

@@ -62,8 +62,7 @@ def run_bar(bar: Bar) -> BarRun:
     seconds = seconds_per_step(step, bar.steps)
     ends = [node.GetSolutionStepValue(kratos.DISPLACEMENT_X) for node in part.Nodes
             if node.X0 == 0.0]  # fmt: skip
-    name = f"{ELEMENT}, small strain"
-    return BarRun("Kratos", name, 8, seconds, sum(ends) / len(ends), bar.step_s, PARTS)
+    return BarRun(8, seconds, sum(ends) / len(ends), bar.step_s, PARTS)
 
 
 if __name__ == "__main__":

@@ -47,6 +47,6 @@ def run_bar(bar: Bar, element: str) -> BarRun:
         numba.set_num_threads(before)
     end = timed.result[0].displacement[points[:, 0] == 0.0, 0].mean()
     return BarRun(
-        "fingertap", element, POINTS[element], timed.wall_time_s / bar.steps, float(end),
+        POINTS[element], timed.wall_time_s / bar.steps, float(end),
         bar.step_s, timed.runs,
     )  # fmt: skip

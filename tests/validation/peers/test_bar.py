@@ -84,7 +84,7 @@ def test_a_program_that_dies_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_ratios_are_taken_of_the_same_number_of_points() -> None:
     def row(code: str, points: int, seconds: float) -> BarRow:
-        ran = BarRun(code, "e", points, seconds, BAR.exact_end_m, BAR.step_s, 1)
+        ran = BarRun(points, seconds, BAR.exact_end_m, BAR.step_s, 1)
         return BarRow(code, "1", "", "e", BAR, ran)
 
     rows = [row("fingertap", 8, 2.0), row("fingertap", 1, 1.0), row("CalculiX", 1, 30.0)]

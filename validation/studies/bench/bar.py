@@ -6,11 +6,11 @@ A program that is not installed is left out; one that fails is a row that says h
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from validation.harness.provenance import version
+from validation.models.adapter import Progress
 from validation.peers import own_bar
 from validation.peers.bar import Bar, BarRun
 from validation.peers.bar_programs import PROGRAMS, TIMEOUT_S, BarProgram
@@ -52,7 +52,7 @@ def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
         return BarRow(*head, None, f"failed: {error}")
 
 
-def measure_bar(bar: Bar, progress: Callable[[float, str], None]) -> list[BarRow]:
+def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
     """The reference, every program that is there, and the reference again: its best time counts.
 
     All on as many threads as the bar asks for and numba may use.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from itertools import islice
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from validation.harness.identity import program
 from validation.harness.line_store import LineStore
 from validation.harness.processes import Workers
+from validation.models.adapter import Progress
 from validation.studies.stress.stability_map import Cell
 
 AHEAD = 4  # cells that wait, per process
@@ -28,14 +29,11 @@ def verdict_inputs(cell: Cell) -> dict[str, Any]:
 
 def judge_cell(cell: Cell) -> dict[str, Any]:
     """A cell's verdict as a row."""
-    return cell.judge(cell.scene).row()
+    return dict(vars(cell.judge(cell.scene)))
 
 
 def run_cells(
-    cells: Sequence[Cell],
-    finished: LineStore,
-    pool: Workers,
-    progress: Callable[[float, str], None],
+    cells: Sequence[Cell], finished: LineStore, pool: Workers, progress: Progress
 ) -> None:
     """Judge what is not finished; progress is the share of cells that are done."""
     todo = [cell for cell in cells if finished.load(verdict_inputs(cell)) is None]

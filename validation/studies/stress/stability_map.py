@@ -39,7 +39,7 @@ class Answer(StrEnum):
 
 @dataclass(frozen=True)
 class Verdict:
-    """A cell's answer.
+    """A cell's answer; its fields are the columns of the CSV.
 
     reason : why. checked_by : what the answer rests on, besides the solver. error : largest
     relative difference to that, where it is a number. energy_residual : the solver's own. steps,
@@ -53,10 +53,6 @@ class Verdict:
     energy_residual: float | None = None
     steps: int = 0
     wall_time_s: float = 0.0
-
-    def row(self) -> dict[str, Any]:
-        """Columns of the CSV."""
-        return dict(vars(self))
 
     def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Verdict:
         """With one more check: wrong where it differs from `other` by more than `LARGEST_ERROR`.
@@ -92,7 +88,6 @@ class Map:
     panel_name is empty where there is one panel. A map of one y is a list: it gets no figure.
     """
 
-    solver: str
     name: str
     x_name: str
     y_name: str
@@ -102,6 +97,7 @@ class Map:
     panels: tuple[float, ...]
     scene: Callable[[float, float, float], Any]
     judge: Judge
+    solver: str
 
     def cells(self) -> Iterator[Cell]:
         """All cells, panel by panel."""

@@ -10,14 +10,10 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcm import Status, TapResult
 from validation.studies.random_scenes import HcmScene
-from validation.studies.stress.hcm.audit import audit
-
-Floats = NDArray[np.float64]
-EPS = float(np.finfo(float).eps)
+from validation.studies.stress.hcm.audit import EPS, Floats, audit
 
 # s per Newton iteration and element, a hundred times what a free core needs, and per run
 ITERATION_BOUND_S, RUN_BOUND_S = 1e-4, 5.0
@@ -31,16 +27,8 @@ def violations(scene: HcmScene, result: TapResult) -> list[str]:
     if found:
         return found
     for check in (
-        _ending,
-        _energy,
-        _contact_law,
-        _cone,
-        _dissipation,
-        _events,
-        _postures,
-        _work,
-        audit,
-    ):
+        _ending, _energy, _contact_law, _cone, _dissipation, _events, _postures, _work, audit,
+    ):  # fmt: skip
         found += check(scene, result)
     return found
 

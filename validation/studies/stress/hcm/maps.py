@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from validation.studies.random_scenes import HcmScene, random_numbers, random_sc
 from validation.studies.stress.hcm.dop853 import judge_by_dop853
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.rigid_rod import judge_by_closed_form
-from validation.studies.stress.stability_map import Judge, Map
+from validation.studies.stress.stability_map import Map
 
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
@@ -74,63 +73,59 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
     def n(full: int, coarse: int) -> int:
         return coarse if quick else full
 
-    def plane(
-        name: str, x_name: str, y_name: str, panel_name: str, x: tuple[float, ...],
-        y: tuple[float, ...], panels: tuple[float, ...],
-        scene: Callable[[float, float, float], HcmScene], judge: Judge = judge_by_tighter_run,
-        solver: str = "hcm",
-    ) -> Map:  # fmt: skip
-        return Map(solver, name, x_name, y_name, panel_name, x, y, panels, scene, judge)
-
     maps = (
-        plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
-              _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
-              (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
-              lambda step, modulus, radius: replace(
-                  SOFT_SCENE, finger=_finger(modulus), settings=_soft(
-                      contact_step=step, flight_step=min(100 * step, 1e-3),
-                      spectral_radius=radius))),
-        plane("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
-              _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
-              (1.0,) if quick else (1.0, 0.5),
-              lambda stiffness, step, restitution: replace(
-                  SOFT_SCENE, tip=Tip(stiffness, restitution),
-                  settings=_soft(contact_step=step))),
-        plane("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
-              (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
-              (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0),
-              lambda friction, ratio, restitution: replace(
-                  SOFT_SCENE, surface=Surface(0.1, friction), tip=Tip(0.78e6, restitution, ratio))),
-        plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
-              _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
-              (1e9,) if quick else (1e7, 1e9), _slender),
-        plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
-              (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
-              (1.0, -1.0),
-              lambda torque, gravity, sign: replace(
-                  SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity))),
-        plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
-              _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
-              (2.0,) if quick else (1.0, 2.0, 5.0), _many),
-        plane("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
-              _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
-              (0.002,) if quick else (0.002, 0.02), _falling_rod, judge_by_closed_form),
-        plane("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
-              (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
-              (1.0,) if quick else (1.0, 0.5),
-              lambda friction, modulus, restitution: replace(
-                  SOFT_SCENE, finger=_finger(modulus), surface=Surface(0.1, friction),
-                  tip=Tip(0.78e6, restitution)),
-              judge_by_dop853),
-        plane("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
-              (2026.0,), (0.0,),
-              lambda number, seed, _: random_scene(random_numbers(int(seed), int(number))),
-              judge_by_laws, "fuzz"),
+        Map("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
+            _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
+            (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
+            lambda step, modulus, radius: replace(
+                SOFT_SCENE, finger=_finger(modulus), settings=_soft(
+                    contact_step=step, flight_step=min(100 * step, 1e-3),
+                    spectral_radius=radius)),
+            judge_by_tighter_run, "hcm"),
+        Map("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
+            _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
+            (1.0,) if quick else (1.0, 0.5),
+            lambda stiffness, step, restitution: replace(
+                SOFT_SCENE, tip=Tip(stiffness, restitution),
+                settings=_soft(contact_step=step)),
+            judge_by_tighter_run, "hcm"),
+        Map("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
+            (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
+            (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0),
+            lambda friction, ratio, restitution: replace(
+                SOFT_SCENE, surface=Surface(0.1, friction), tip=Tip(0.78e6, restitution, ratio)),
+            judge_by_tighter_run, "hcm"),
+        Map("slenderness-elements", "slenderness", "elements", "youngs_modulus",
+            _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
+            (1e9,) if quick else (1e7, 1e9), _slender, judge_by_tighter_run, "hcm"),
+        Map("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
+            (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
+            (1.0, -1.0),
+            lambda torque, gravity, sign: replace(
+                SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity)),
+            judge_by_tighter_run, "hcm"),
+        Map("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
+            _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
+            (2.0,) if quick else (1.0, 2.0, 5.0), _many, judge_by_tighter_run, "hcm"),
+        Map("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
+            _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
+            (0.002,) if quick else (0.002, 0.02), _falling_rod, judge_by_closed_form, "hcm"),
+        Map("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
+            (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
+            (1.0,) if quick else (1.0, 0.5),
+            lambda friction, modulus, restitution: replace(
+                SOFT_SCENE, finger=_finger(modulus), surface=Surface(0.1, friction),
+                tip=Tip(0.78e6, restitution)),
+            judge_by_dop853, "hcm"),
+        Map("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
+            (2026.0,), (0.0,),
+            lambda number, seed, _: random_scene(random_numbers(int(seed), int(number))),
+            judge_by_laws, "fuzz"),
     )  # fmt: skip
     if quick:
         return maps
-    taps = plane(
+    taps = Map(
         "taps", "restitution", "end_time (s)", "friction", (0.9, 0.99, 1.0), (1.0, 3.0, 10.0),
-        (0.0, 0.5), _bouncing_rod, judge_by_laws,
+        (0.0, 0.5), _bouncing_rod, judge_by_laws, "hcm",
     )  # fmt: skip
     return (*maps, taps)

@@ -21,6 +21,7 @@ from typing import Any
 import hcm
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import workers
+from validation.models.adapter import Progress
 from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import first_tap, tighter
@@ -152,7 +153,7 @@ def _exudyn_cell(cell: HardCell, result: hcm.TapResult, truth: Tap | None) -> st
     )
 
 
-def peers_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
+def peers_table(progress: Progress) -> list[dict[str, Any]]:
     """One row a cell; errors are the larger of peak F_n and impulse against a much tighter run."""
     cells, rows = hard_cells(), []
     _hcm(cells[0].scene)  # loads the compiled kernels: not charged

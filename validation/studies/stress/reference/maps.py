@@ -38,8 +38,7 @@ def reference_maps(quick: bool) -> tuple[Map, ...]:
         if quick:
             x, y = x[::3], y[::3]
         return Map(
-            "reference", f"reference-{name}", x_name, y_name, panel_name, x, y, panels, scene,
-            judge,
+            f"reference-{name}", x_name, y_name, panel_name, x, y, panels, scene, judge, "reference"
         )  # fmt: skip
 
     step, factor, friction = "step_factor", "penalty_factor, surface_factor/1e4", "friction"

@@ -15,7 +15,6 @@ over its second hit. With a pressure ten times softer, both peaks agree to 3 %.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 import reference_fem as rf
 from reference_fem.model import Model
 from validation.harness.interrupts import unless_interrupted
+from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_block
 from validation.studies.stress.reference.bodies import SIDE
 from validation.studies.stress.reference.judge import bar_impulse, judge
@@ -156,7 +156,7 @@ def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
     }
 
 
-def calculix_table(progress: Callable[[float, str], None]) -> list[dict[str, Any]]:
+def calculix_table(progress: Progress) -> list[dict[str, Any]]:
     """One row a cell; empty where CalculiX is not installed."""
     if not calculix.available():
         return []

@@ -33,7 +33,7 @@ TABLE_ROWS, EVENT_ROWS = 4096, 256
 # Newton iterations allowed per step of `max_steps`, those of event searches and of repeated steps
 # included: a smooth motion takes 2 to 4.
 ITERATIONS_A_STEP = 20
-# Iterations times elements between two looks at the clock, about a second: progress is shown, and
+# Iterations times elements that a call of the loop may take, about a second: progress is shown, and
 # an interrupt obeyed, that often.
 UPDATES_A_CALL = 4_000_000
 

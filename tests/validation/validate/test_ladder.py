@@ -252,7 +252,7 @@ def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
     assert peak.error_percent is not None
     assert peak.reference is not None
     assert peak.reference_uncertainty is not None
-    # Issue 4: within 2 % of the converged solid, whose own error is far below that.
+    # Within 2 % of the converged solid, whose own error is far below that.
     assert abs(peak.error_percent) < 2.0
     assert peak.reference_uncertainty < 0.005 * peak.reference
     own = rows[f"tip velocity vy at contact (m/s), {OWN}"]

@@ -1,1 +1,1 @@
-"""The ladder of comparisons (design.md section 7): structure, contact, the paper's own set-up."""
+"""The ladder of comparisons: structure (rung 2), contact (3), the paper's own set-up (4)."""

@@ -1,13 +1,13 @@
 """Element sizes of the finger, their presets, and what a mesh of such sizes will cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Annotated
 
-from meshes.geometry import FingerGeometry, require_positive
+from meshes.bounds import Bound, check_fields
+from meshes.geometry import FingerGeometry
 from meshes.mesh import MeshError
 
 # What mesh and model of 83,000 hexahedra took beyond one of 3,700, with the fields that a run
@@ -16,64 +16,46 @@ from meshes.mesh import MeshError
 BYTES_PER_ELEMENT, UPDATES_PER_S, STEPS_A_TAP = 4000.0, 1e7, 20.0
 
 
+EDGE = Bound("m", at_least=1e-9, at_most=100, advice="give a positive length in metres")
+
+
 @dataclass(frozen=True)
 class Sizing:
     """Target edge lengths; the block structure rounds them to whole numbers of elements.
 
-    Parameters
-    ----------
-    section_size
-        Edge length on the round section (circumference and radius), m.
-    axial_size
-        Edge length along the axis, m.
-    tip_size
-        Edge length on the tip's surface where it touches, m. Equal to or above `section_size`:
-        the tip is meshed evenly. Below: edges grow from `tip_size` at the contact point, in all
-        three directions, by the factor `growth` from one to the next until the block ends.
-        The element count grows only with ``log(1/tip_size)`` per direction, so 1e-4 is possible.
-    contact_angle
-        Angle between the axis (towards the tip) and the contact direction, measured towards the
-        lower side, rad. At impact the last phalanx of the paper's finger points 38 degrees below
-        the horizontal, so its lowest point is 52 degrees off the axis. The refinement follows it
-        between 40 and 60 degrees (outside, blocks would be too flat) and stays at the limit beyond.
-    growth
-        Largest ratio of neighbouring edges in the refinement, above 1 and at most 2.
-    max_elements
-        Meshes with more elements (as built, that is in the half model) are refused before
-        anything is allocated.
-    max_updates
-        Elements times time steps of a tap, by the estimate of `require_bearable`; more
-        are refused likewise. The default, three hours of one thread, is some ten times what
-        `max_elements` even ones take in the paper's finger.
-
     Raises
     ------
     MeshError
-        If a size is not positive and finite, or the angle, growth or limit is out of range.
+        If a size, the angle, growth or a limit is out of its bounds.
     """
 
-    section_size: float
-    axial_size: float
-    tip_size: float
-    contact_angle: float = math.radians(52.0)
-    growth: float = 1.25
-    max_elements: int = 2_000_000
-    max_updates: float = 1e11
+    section_size: Annotated[float, EDGE]
+    """Edge length on the round section (circumference and radius)."""
+    axial_size: Annotated[float, EDGE]
+    """Edge length along the axis."""
+    tip_size: Annotated[float, EDGE]
+    """Edge length on the tip's surface where it touches. Equal to or above `section_size`: the tip
+    is meshed evenly. Below: edges grow from `tip_size` at the contact point, in all three
+    directions, by the factor `growth` from one to the next until the block ends. The element count
+    grows only with ``log(1/tip_size)`` per direction, so 1e-4 is possible."""
+    contact_angle: Annotated[float, Bound("rad, from the pole to the shaft", at_least=0,
+                                          at_most=0.5 * math.pi)] = math.radians(52.0)  # fmt: skip
+    """Angle between the axis (towards the tip) and the contact direction, measured towards the
+    lower side. At impact the last phalanx of the paper's finger points 38 degrees below the
+    horizontal, so its lowest point is 52 degrees off the axis. The refinement follows it between
+    40 and 60 degrees (outside, blocks would be too flat) and stays at the limit beyond."""
+    growth: Annotated[float, Bound(above=1, at_most=2)] = 1.25
+    """Largest ratio of neighbouring edges in the refinement."""
+    max_elements: Annotated[int, Bound(integer=True, at_least=1)] = 2_000_000
+    """Meshes with more elements (as built, that is in the half model) are refused before anything
+    is allocated."""
+    max_updates: Annotated[float, Bound(above=0)] = 1e11
+    """Elements times time steps of a tap, by the estimate of `require_bearable`; more are refused
+    likewise. The default, three hours of one thread, is some ten times what `max_elements` even
+    ones take in the paper's finger."""
 
     def __post_init__(self) -> None:
-        for key in ("section_size", "axial_size", "tip_size"):
-            require_positive(key, getattr(self, key))
-        if not 0.0 <= self.contact_angle <= 0.5 * math.pi:
-            raise MeshError(
-                f"contact_angle = {self.contact_angle!r}: must lie between 0 (the pole) and "
-                "pi/2 rad (the shaft)"
-            )
-        if not 1.0 < self.growth <= 2.0:
-            raise MeshError(f"growth = {self.growth!r}: must be above 1 and at most 2")
-        if self.max_elements < 1:
-            raise MeshError(f"max_elements = {self.max_elements!r}: must be at least 1")
-        if not self.max_updates > 0.0:
-            raise MeshError(f"max_updates = {self.max_updates!r}: must be above 0")
+        check_fields(self, MeshError)
 
     @property
     def block_angle(self) -> float:

@@ -1,61 +1,40 @@
-"""What a run is given: materials, surface, drive and numerical settings (SI units)."""
+"""What a run is given: materials, surface, drive and numerical settings (SI units).
 
-from __future__ import annotations
+Every class is frozen and checks itself when it is made: a ValueError names the key, its value, what
+is allowed and what is usual.
+"""
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal, get_args
 
+from meshes.bounds import Bound, check_fields
 from reference_fem.contact.lumped import LumpedContact
 
 Flight = Literal["rigid", "explicit"]
-FLIGHTS: tuple[str, ...] = ("rigid", "explicit")
 Contact = Literal["penalty", "surface", "impulse"]
-CONTACTS: tuple[str, ...] = ("penalty", "surface", "impulse")
+CONTACTS: tuple[str, ...] = get_args(Contact)
 
-
-def _finite(key: str, value: float, remedy: str) -> None:
-    if not math.isfinite(value):
-        raise ValueError(f"{key} = {value}: must be a finite number; {remedy}")
-
-
-def _positive(key: str, value: float, remedy: str) -> None:
-    _finite(key, value, remedy)
-    if value <= 0.0:
-        raise ValueError(f"{key} = {value}: must be greater than 0; {remedy}")
+LONGEST_S = 1e12
+"""Bound on times: beyond it sums of steps lose their digits."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic elastic material; one per phalanx.
+    """An isotropic elastic material; one per phalanx."""
 
-    Parameters
-    ----------
-    youngs_modulus
-        E, Pa, greater than 0.
-    poisson_ratio
-        ν, between -1 and 0.5, both excluded.
-    density
-        ρ of the undeformed body, kg/m³, greater than 0.
-
-    Raises
-    ------
-    ValueError
-        Naming the key, its value and what is allowed.
-    """
-
-    youngs_modulus: float
-    poisson_ratio: float
-    density: float
+    youngs_modulus: Annotated[float, Bound("Pa", above=0)]
+    """E."""
+    poisson_ratio: Annotated[
+        float,
+        Bound(above=-1, below=0.5, advice="an incompressible body needs a value such as 0.49"),
+    ]
+    """ν."""
+    density: Annotated[float, Bound("kg/m3", above=0)]
+    """ρ of the undeformed body."""
 
     def __post_init__(self) -> None:
-        _positive("youngs_modulus", self.youngs_modulus, "give it in Pa")
-        _positive("density", self.density, "give it in kg/m3")
-        if not -1.0 < self.poisson_ratio < 0.5:
-            raise ValueError(
-                f"poisson_ratio = {self.poisson_ratio}: must lie between -1 and 0.5, both "
-                "excluded; an incompressible body needs a value such as 0.49"
-            )
+        check_fields(self)
 
     @property
     def bulk_modulus(self) -> float:
@@ -75,58 +54,29 @@ class Material:
 
 @dataclass(frozen=True)
 class Surface:
-    """The rigid plane Y = -height.
+    """The rigid plane Y = -height."""
 
-    Parameters
-    ----------
-    height
-        H, m, greater than 0.
-    friction
-        Coulomb's μ, at least 0.
-
-    Raises
-    ------
-    ValueError
-        Naming the key, its value and what is allowed.
-    """
-
-    height: float
-    friction: float
+    height: Annotated[float, Bound("m", above=0, advice="the surface lies at Y = -height")]
+    """H."""
+    friction: Annotated[float, Bound(at_least=0, advice="0 means a smooth surface")]
+    """Coulomb's μ."""
 
     def __post_init__(self) -> None:
-        _positive("height", self.height, "the surface lies at Y = -height, in m")
-        _finite("friction", self.friction, "give a Coulomb coefficient such as 0.5")
-        if self.friction < 0.0:
-            raise ValueError(
-                f"friction = {self.friction}: must not be negative; 0 means a smooth surface"
-            )
+        check_fields(self)
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Joint torques and gravity.
+    """Joint torques and gravity."""
 
-    Parameters
-    ----------
-    torques
-        t_w, N·m, one per phalanx, counter-clockwise positive, acting on phalanx w at its first
-        hinge without a reaction on its neighbour (paper eq. 14). Empty: no torque anywhere.
-    gravity
-        g, m/s², acting along -Y.
-
-    Raises
-    ------
-    ValueError
-        For values that are not finite.
-    """
-
-    torques: tuple[float, ...] = ()
-    gravity: float = 9.8
+    torques: Annotated[tuple[float, ...], Bound("N m")] = ()
+    """t_w, one per phalanx, counter-clockwise positive, acting on phalanx w at its first hinge
+    without a reaction on its neighbour (paper eq. 14). Empty: no torque anywhere."""
+    gravity: Annotated[float, Bound("m/s2")] = 9.8
+    """g, acting along -Y."""
 
     def __post_init__(self) -> None:
-        for number, torque in enumerate(self.torques, start=1):
-            _finite(f"torques[{number}]", torque, "give N m")
-        _finite("gravity", self.gravity, "give m/s2")
+        check_fields(self)
 
     def torques_for(self, phalanges: int) -> tuple[float, ...]:
         """One torque per phalanx; raises ValueError if their number differs."""
@@ -142,115 +92,63 @@ class Drive:
 
 @dataclass(frozen=True)
 class Settings:
-    """Numerical choices of the explicit run.
-
-    Parameters
-    ----------
-    contact
-        Contact law. "penalty": springs at the nodes, as stiff as the elements behind them.
-        "surface": a penalty pressure integrated over the surface, of a stiffness that does not
-        depend on the mesh. "impulse": no penetration, by forward-increment multipliers. A
-        `LumpedContact`: the reduced model's law, at one point (see `contact.lumped_point`).
-    penalty_factor
-        f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact_stiffness`).
-    surface_factor
-        f in the modulus κ = f E*/R of "surface" (see `surface_contact.contact_modulus`).
-    contact_damping
-        Dashpots of "surface" over the body's impedance ρ c, from 0 to 1; see `surface_contact`.
-    step_factor
-        Time step over the stable step 2/ω_max. Above 1 central differences diverge; the run
-        then ends with `Status.UNSTABLE`.
-    threads
-        Threads of the compiled kernels. None: one below `simulate.THREADED_CELLS` cells, where
-        waking a second one costs as much as it saves, else all that numba may use.
-    element
-        Name of the element formulation, one of `model.ELEMENTS` for the mesh's dimension; None
-        takes the first of them.
-    flight
-        "rigid": the finger's own rigid chain flies up to the contact window. "explicit": all of
-        it, from rest, by the explicit loop.
-    lead_steps
-        Explicit steps between the end of the rigid flight and the first touch.
-    end_time_s
-        None ends the run when the first tap is over. A time continues through further taps.
-    max_contact_time_s
-        Longest contact to follow; beyond it the run ends as STILL_IN_CONTACT.
-    max_flight_time_s
-        Longest fall to wait for; beyond it the run ends as NOT_REACHED.
-    output_interval
-        Steps between two energy audits, which also sample history and stress; None aims at some
-        150 of them in a tap. Forces are recorded at every step (`TapResult.forces`).
-    max_samples
-        The history keeps between half this number and this number of samples of the contact
-        window, equally spaced; a longer window is thinned.
-    snapshots
-        Between half this number and this number of fields are kept, equally spaced over the
-        window, besides the last one and the one at peak force.
-    max_steps
-        Most explicit steps; a run that needs more is refused where that is known, else it ends as
-        WORK_LIMIT. The default is some hours of the coarsest finger.
-    energy_tolerance
-        The run ends as UNSTABLE where the balance error exceeds this share of the largest
-        kinetic energy.
-
-    Raises
-    ------
-    ValueError
-        Naming the key, its value and what is allowed.
-    """
+    """Numerical choices of the explicit run."""
 
     contact: Contact | LumpedContact = "penalty"
-    penalty_factor: float = 0.1
-    surface_factor: float = 1000.0
-    contact_damping: float = 0.2
-    step_factor: float = 0.9
-    threads: int | None = None
+    """Contact law. "penalty": springs at the nodes, as stiff as the elements behind them.
+    "surface": a penalty pressure integrated over the surface, of a stiffness that does not depend
+    on the mesh. "impulse": no penetration, by forward-increment multipliers. A `LumpedContact`: the
+    reduced model's law, at one point (see `contact.lumped_point`)."""
+    penalty_factor: Annotated[
+        float, Bound(above=0, at_most=1000, advice="0.1 is LS-DYNA's usual value")
+    ] = 0.1
+    """f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact.stiffness`)."""
+    surface_factor: Annotated[
+        float, Bound(above=0, at_most=1e6, advice="1000 adds 1 % of Hertz's compliance")
+    ] = 1000.0
+    """f in the modulus κ = f E*/R of "surface" (see `contact.surface.contact_modulus`)."""
+    contact_damping: Annotated[float, Bound(at_least=0, at_most=1, advice="0.2 is usual")] = 0.2
+    """Dashpots of "surface" over the body's impedance ρ c; see `contact.surface`."""
+    step_factor: Annotated[
+        float, Bound(above=0, at_most=2, advice="0.9 is usual, above 1 is unstable")
+    ] = 0.9
+    """Time step over the stable step 2/ω_max. Above 1 central differences diverge; the run then
+    ends with `Status.UNSTABLE`."""
+    threads: Annotated[
+        int | None,
+        Bound(integer=True, at_least=1, at_most=1024, advice="left out, the mesh decides"),
+    ] = None
+    """Threads of the compiled kernels. None: one below `simulate.THREADED_CELLS` cells, where
+    waking a second one costs as much as it saves, else all that numba may use."""
     element: str | None = None
+    """Name of the element formulation, one of `model.ELEMENTS` for the mesh's dimension; None takes
+    the first of them."""
     flight: Flight = "rigid"
-    lead_steps: int = 20
-    end_time_s: float | None = None
-    max_contact_time_s: float = 5e-3
-    max_flight_time_s: float = 2.0
-    output_interval: int | None = None
-    max_samples: int = 1000
-    snapshots: int = 16
-    max_steps: int = 50_000_000
-    energy_tolerance: float = 0.1
+    """Rigid: the finger's own rigid chain flies up to the contact window. Explicit: all of it, from
+    rest, by the explicit loop."""
+    lead_steps: Annotated[int, Bound(integer=True, at_least=1)] = 20
+    """Explicit steps between the end of the rigid flight and the first touch."""
+    end_time_s: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
+    """None ends the run when the first tap is over. A time continues through further taps."""
+    max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 5e-3
+    """Longest contact to follow; beyond it the run ends as STILL_IN_CONTACT."""
+    max_flight_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
+    """Longest fall to wait for; beyond it the run ends as NOT_REACHED."""
+    output_interval: Annotated[int | None, Bound(integer=True, at_least=1)] = None
+    """Steps between two energy audits, which also sample history and stress; None aims at some 150
+    of them in a tap. Forces are recorded at every step (`TapResult.forces`)."""
+    max_samples: Annotated[int, Bound(integer=True, at_least=16)] = 1000
+    """The history keeps between half this number and this number of samples of the contact window,
+    equally spaced; a longer window is thinned."""
+    snapshots: Annotated[int, Bound(integer=True, at_least=2)] = 16
+    """Between half this number and this number of fields are kept, equally spaced over the window,
+    besides the last one and the one at peak force."""
+    max_steps: Annotated[int, Bound(integer=True, at_least=1, at_most=10**15)] = 50_000_000
+    """Most explicit steps; a run that needs more is refused where that is known, else it ends as
+    WORK_LIMIT. The default is some hours of the coarsest finger."""
+    energy_tolerance: Annotated[float, Bound(above=0, advice="0.1 is usual")] = 0.1
+    """The run ends as UNSTABLE where the balance error exceeds this share of the largest kinetic
+    energy."""
 
     def __post_init__(self) -> None:
-        _positive("penalty_factor", self.penalty_factor, "0.1 is LS-DYNA's usual value")
-        _positive("surface_factor", self.surface_factor, "1000 adds 1 % of Hertz's compliance")
-        if not 0.0 <= self.contact_damping <= 1.0:
-            raise ValueError(
-                f"contact_damping = {self.contact_damping}: must lie between 0 and 1; 0.2 is usual"
-            )
-        _positive("step_factor", self.step_factor, "0.9 is usual, above 1 is unstable")
-        _positive("max_contact_time_s", self.max_contact_time_s, "give seconds")
-        _positive("max_flight_time_s", self.max_flight_time_s, "give seconds")
-        _positive("energy_tolerance", self.energy_tolerance, "0.1 is usual")
-        if self.end_time_s is not None:
-            _positive("end_time_s", self.end_time_s, "give seconds, or leave it out")
-        for key, least in (
-            ("output_interval", 1),
-            ("max_samples", 16),
-            ("snapshots", 2),
-            ("lead_steps", 1),
-            ("max_steps", 1),
-        ):
-            value = getattr(self, key)
-            if value is None and key == "output_interval":
-                continue
-            if not isinstance(value, int) or value < least:
-                raise ValueError(f"{key} = {value}: must be a whole number, at least {least}")
-        if self.threads is not None and (not isinstance(self.threads, int) or self.threads < 1):
-            raise ValueError(
-                f"threads = {self.threads}: must be a whole number, at least 1, or left out"
-            )
-        if not isinstance(self.contact, LumpedContact) and self.contact not in CONTACTS:
-            raise ValueError(
-                f"contact = {self.contact!r}: must be one of {', '.join(map(repr, CONTACTS))}"
-            )
-        if self.flight not in FLIGHTS:
-            raise ValueError(
-                f"flight = {self.flight!r}: must be one of {', '.join(map(repr, FLIGHTS))}"
-            )
+        check_fields(self)

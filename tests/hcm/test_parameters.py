@@ -10,36 +10,38 @@ import pytest
 import hcm
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
-POSITIVE = "a finite number above 0"
+COUNT = "a whole number, >= 1"
 REFUSED: list[tuple[Any, str, Any, str]] = [
-    (SOFT, "length", -0.04, POSITIVE),
-    (SOFT, "length", math.nan, POSITIVE),
-    (SOFT, "diameter", 0.0, POSITIVE),
-    (SOFT, "youngs_modulus", math.inf, POSITIVE),
-    (SOFT, "density", -1.0, POSITIVE),
-    (SOFT, "elements", 0, "a whole number above 0"),
-    (SOFT, "elements", 2.5, "a whole number above 0"),
-    (SOFT, "elements", True, "a whole number above 0"),
-    (SOFT, "elements", np.float64(5.0), "a whole number above 0"),
-    (SURFACE, "height", -0.1, POSITIVE),
-    (SURFACE, "friction", -1.0, "0 or above"),
-    (SURFACE, "friction", math.nan, "0 or above"),
-    (SOFT_TIP, "normal_stiffness", 0.0, POSITIVE),
-    (SOFT_TIP, "restitution", 0.0, "in (0, 1]"),
-    (SOFT_TIP, "restitution", 1.01, "in (0, 1]"),
-    (SOFT_TIP, "tangential_ratio", -0.1, "0 or above"),
-    (hcm.Drive(), "gravity", math.nan, "a finite number"),
-    (hcm.Settings(), "flight_step", 0.0, POSITIVE),
-    (hcm.Settings(), "contact_step", -1e-7, POSITIVE),
-    (hcm.Settings(), "max_flight_time", math.inf, POSITIVE),
-    (hcm.Settings(), "max_contact_time", 0.0, POSITIVE),
-    (hcm.Settings(), "flight_tolerance", -1e-9, "0 or above"),
-    (hcm.Settings(), "spectral_radius", 1.5, "in [0, 1]"),
-    (hcm.Settings(), "newton_tolerance", 1.0, "in [1e-13, 1e-3]"),
-    (hcm.Settings(), "taps", 0, "a whole number above 0"),
-    (hcm.Settings(), "taps", True, "a whole number above 0"),
-    (hcm.Settings(), "max_steps", 1.5, "a whole number above 0"),
-    (hcm.Settings(), "end_time", -1.0, POSITIVE),
+    (SOFT, "length", -0.04, "a finite number in m, > 0"),
+    (SOFT, "length", math.nan, "a finite number in m, > 0"),
+    (SOFT, "length", "40 mm", "a finite number in m, > 0"),
+    (SOFT, "diameter", 0.0, "a finite number in m, > 0"),
+    (SOFT, "youngs_modulus", math.inf, "a finite number in Pa, > 0"),
+    (SOFT, "density", -1.0, "a finite number in kg/m3, > 0"),
+    (SOFT, "elements", 0, COUNT),
+    (SOFT, "elements", 2.5, COUNT),
+    (SOFT, "elements", True, COUNT),
+    (SOFT, "elements", np.float64(5.0), COUNT),
+    (SURFACE, "height", -0.1, "a finite number in m, > 0"),
+    (SURFACE, "friction", -1.0, "a finite number, >= 0"),
+    (SURFACE, "friction", math.nan, "a finite number, >= 0"),
+    (SOFT_TIP, "normal_stiffness", 0.0, "a finite number in N/m, > 0"),
+    (SOFT_TIP, "restitution", 0.0, "a finite number, > 0 and <= 1"),
+    (SOFT_TIP, "restitution", 1.01, "a finite number, > 0 and <= 1"),
+    (SOFT_TIP, "tangential_ratio", -0.1, "a finite number, >= 0"),
+    (hcm.Drive(), "gravity", math.nan, "a finite number in m/s2"),
+    (hcm.Settings(), "flight_step", 0.0, "a finite number in s, > 0 and <= 1"),
+    (hcm.Settings(), "contact_step", -1e-7, "a finite number in s, > 0 and <= 1"),
+    (hcm.Settings(), "max_flight_time", math.inf, "a finite number in s, > 0"),
+    (hcm.Settings(), "max_contact_time", 0.0, "a finite number in s, > 0"),
+    (hcm.Settings(), "flight_tolerance", -1e-9, "a finite number in m, >= 0 and <= 1"),
+    (hcm.Settings(), "spectral_radius", 1.5, "a finite number, >= 0 and <= 1"),
+    (hcm.Settings(), "newton_tolerance", 1.0, "a finite number, >= 1e-13 and <= 0.001"),
+    (hcm.Settings(), "taps", 0, COUNT),
+    (hcm.Settings(), "taps", True, COUNT),
+    (hcm.Settings(), "max_steps", 1.5, COUNT),
+    (hcm.Settings(), "max_steps", 10**400, COUNT),
+    (hcm.Settings(), "end_time", -1.0, "a finite number in s, > 0"),
 ]
 
 
@@ -64,8 +66,15 @@ def test_numpy_integers_count_and_are_kept_as_plain_ones() -> None:
 
 
 def test_torques_must_be_finite() -> None:
-    with pytest.raises(hcm.ParameterError, match=r"torques = nan: must be finite"):
+    with pytest.raises(hcm.ParameterError, match=r"torques = nan: must be a finite number in N m"):
         hcm.Drive((0.0, math.nan, 1.0))
+
+
+def test_frame_times_rise_from_zero() -> None:
+    with pytest.raises(hcm.ParameterError, match=r"frame_times = -0\.1: .* in s, >= 0"):
+        hcm.Settings(frame_times=(-0.1, 0.2))
+    with pytest.raises(hcm.ParameterError, match=r"frame_times = 0\.1: must be in rising order"):
+        hcm.Settings(frame_times=(0.2, 0.1))
 
 
 def test_a_finger_needs_a_phalanx() -> None:

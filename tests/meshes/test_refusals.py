@@ -17,7 +17,7 @@ NAN, INF = math.nan, math.inf
 @pytest.mark.parametrize("key", ["section_size", "axial_size", "tip_size"])
 def test_bad_sizes_are_refused_by_name(key: str, bad: float) -> None:
     sizes = {"section_size": 1e-3, "axial_size": 1e-3, "tip_size": 1e-3, key: bad}
-    with pytest.raises(meshes.MeshError, match=f"{key} = .*positive"):
+    with pytest.raises(meshes.MeshError, match=f"{key} = .* in m, >= 1e-09 .*positive"):
         meshes.Sizing(**sizes)
 
 

@@ -49,11 +49,6 @@ class Adapter(Protocol):
         """Translate and solve."""
 
 
-def given(**settings: Any) -> dict[str, Any]:
-    """The settings that the scene states; a model keeps its own default for the others."""
-    return {name: value for name, value in settings.items() if value is not None}
-
-
 def _members(source: object) -> dict[str, Any]:
     """A result object's public members: a mapping's items or a dataclass's fields."""
     if source is None:

@@ -5,7 +5,7 @@ from typing import Any
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
+from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
 from validation.scenes.load import NamedScene, load_scene
 
 WARM_UP = ("finger.elements=2", "surface.height=0.002", "solver.hcm.contact_step=1e-6")
@@ -50,7 +50,7 @@ def translate(scene: NamedScene) -> dict[str, Any]:
                 gravity=tables.drive.gravity,
                 reaction=tables.drive.reaction,
             ),
-            "settings": hcm.Settings(**given(**tables.solver.hcm.model_dump())),
+            "settings": hcm.Settings(**tables.solver.hcm.stated(hcm.Settings)),
         }
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from validation.errors import RunFailedError, UserError
+from validation.models.solid import solver_settings
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
@@ -77,7 +78,7 @@ def impact_of(scene: NamedScene) -> Impact:
     def gap(angles: Any) -> float:
         return height - float(lengths @ np.sin(angles))
 
-    patience = tables.solver.fem.max_flight_time or 2.0
+    patience = solver_settings(tables).max_flight_time_s
     state_at, touch = fly(chain, rest, gap, patience)
     if touch is None:
         raise RunFailedError(

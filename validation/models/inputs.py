@@ -16,7 +16,7 @@ def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
     """The tables that a model reads, canonical: defaults filled in, the other models' left out."""
     document: dict[str, Any] = tables.model_dump(mode="json")
     own = "hcm" if model == "hcm" else "fem"
-    document["solver"] = {own: document["solver"][own]}
+    document["solver"] = {own: getattr(tables.solver, own).model_dump(mode="json")}
     mesh = tables.solver.fem.mesh if own == "fem" else None
     return {"tables": document, "mesh_sha256": None if mesh is None else _content(Path(mesh))}
 

@@ -8,14 +8,12 @@ from typing import Any, Literal
 from validation.errors import UserError
 from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Outcome, Progress, given, to_record
+from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
 
 Dimension = Literal[2, 3]
 
-SIZE_NAMES = ("section_size", "axial_size", "tip_size")
-PENALTY_FACTOR = 0.1  # both presets: they then differ by their mesh alone
 CONTACT = {"converged": "impulse"}  # by preset, where it isn't the solver's own default
 LENGTH_TOLERANCE = 0.01  # of a phalanx in a mesh file against the scene's
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
@@ -42,9 +40,7 @@ def build_mesh(tables: Scene, dimension: Dimension) -> Any:
     if fem.mesh is not None:
         return _read_mesh(tables, fem.mesh, dimension)
     preset = meshes.SIZINGS[fem.preset]
-    sizes = {name: size_scale(tables) * getattr(preset, name) for name in SIZE_NAMES}
-    sizes |= given(**{name: getattr(fem, name) for name in (*SIZE_NAMES, "growth")})
-    sizing = replace(preset, **sizes)
+    sizing = replace(_scaled(preset, tables), **fem.stated(meshes.Sizing))
     if sizing.tip_size < sizing.section_size:
         import reference_fem
 
@@ -57,6 +53,12 @@ def build_mesh(tables: Scene, dimension: Dimension) -> Any:
 def size_scale(tables: Scene) -> float:
     """What the presets' sizes are multiplied by for this finger."""
     return min(tables.per_phalanx(tables.finger.diameter)) / PRESET_DIAMETER
+
+
+def _scaled(sizing: Any, tables: Scene) -> Any:
+    names = ("section_size", "axial_size", "tip_size")
+    sizes = {name: size_scale(tables) * getattr(sizing, name) for name in names}
+    return replace(sizing, **sizes)
 
 
 def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
@@ -81,11 +83,9 @@ def impact_state(tables: Scene, dimension: Dimension) -> Any:
     import meshes
     import reference_fem
 
-    sizing = meshes.SIZINGS["fast"]
-    sizes = {name: size_scale(tables) * getattr(sizing, name) for name in SIZE_NAMES}
     materials, surface, drive, settings = inputs(tables)
     clearance = CLEARANCE * 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-    mesh = _mesh(tables, dimension, replace(sizing, **sizes))
+    mesh = _mesh(tables, dimension, _scaled(meshes.SIZINGS["fast"], tables))
     return reference_fem.impact_state(
         mesh, materials, surface, drive, clearance, settings.max_flight_time_s
     )
@@ -121,44 +121,39 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
     return mesh
 
 
+def solver_settings(tables: Scene) -> Any:
+    """The reference's settings: its defaults, then the preset's, then the scene's own."""
+    import reference_fem
+
+    fem = tables.solver.fem
+    preset = {"contact": CONTACT[fem.preset]} if fem.preset in CONTACT else {}
+    return reference_fem.Settings(**(preset | fem.stated(reference_fem.Settings)))
+
+
 def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     """Materials, surface, drive and settings of the reference."""
     import reference_fem
 
-    fem, material = tables.solver.fem, tables.material
+    material = tables.material
     columns = (material.youngs_modulus, material.poisson_ratio, material.density)
     materials = tuple(
         reference_fem.Material(youngs_modulus=modulus, poisson_ratio=nu, density=density)
         for modulus, nu, density in zip(*map(tables.per_phalanx, columns), strict=True)
     )
-    settings = reference_fem.Settings(
-        penalty_factor=PENALTY_FACTOR if fem.penalty_factor is None else fem.penalty_factor,
-        **given(
-            contact=fem.contact or CONTACT.get(fem.preset),
-            surface_factor=fem.surface_factor,
-            contact_damping=fem.contact_damping,
-            step_factor=fem.step_factor,
-            threads=fem.threads,
-            element=fem.element,
-            flight=fem.flight,
-            end_time_s=fem.end_time,
-            max_flight_time_s=fem.max_flight_time,
-            max_contact_time_s=fem.max_contact_time,
-            max_steps=fem.max_steps,
-        ),
-    )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
     drive = reference_fem.Drive(torques=tables.drive.torques or (), gravity=tables.drive.gravity)
-    return materials, surface, drive, settings
+    return materials, surface, drive, solver_settings(tables)
 
 
 def variant(tables: Scene) -> str:
     """Preset or mesh file, holes for shafts, and the penalty factor where the scene changes it."""
+    import reference_fem
+
     fem = tables.solver.fem
     name = fem.preset if fem.mesh is None else Path(fem.mesh).stem
     if fem.shaft_radius is not None:
         name += " shaft holes"
-    if fem.penalty_factor in (None, PENALTY_FACTOR):
+    if fem.penalty_factor in (None, reference_fem.Settings().penalty_factor):
         return name
     return f"{name} penalty {fem.penalty_factor:g}"
 

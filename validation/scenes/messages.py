@@ -6,11 +6,15 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from validation.scenes.tables import Scene
+from validation.scenes.tables import SOLVER_TABLES, Scene, SolverTable
 
 
 def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str]:
     """All dotted keys of a scene."""
+    if table is SolverTable:
+        for name, solver_table in SOLVER_TABLES.items():
+            yield from known_keys(solver_table(), f"{prefix}{name}.")
+        return
     for name, field in table.model_fields.items():
         kind = field.annotation
         if isinstance(kind, type) and issubclass(kind, BaseModel):

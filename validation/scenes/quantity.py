@@ -14,40 +14,32 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number (or one per phalanx) with a unit and bounds.
+    """A finite number (or one per phalanx) with a unit and bounds.
 
     Attributes
     ----------
     unit : SI unit, "" for a pure number.
     above, below : open bounds; at_least, at_most : closed bounds.
     integer : whether only whole numbers are allowed.
+    advice : what to do instead, appended to the refusal.
     per_phalanx : whether a list with one number per phalanx is allowed.
     only_list : whether only such a list is allowed.
-    advice : what to do instead, appended to the refusal.
     """
 
     unit: str = ""
-    above: float | None = None
-    at_least: float | None = None
-    below: float | None = None
-    at_most: float | None = None
+    above: float = -math.inf
+    at_least: float = -math.inf
+    below: float = math.inf
+    at_most: float = math.inf
     integer: bool = False
+    advice: str = ""
     per_phalanx: bool = False
     only_list: bool = False
-    advice: str = ""
 
     def allowed(self) -> str:
         """The sentence that says what is allowed."""
-        bounds = [
-            f"{word} {bound:g}"
-            for word, bound in (
-                (">", self.above),
-                (">=", self.at_least),
-                ("<", self.below),
-                ("<=", self.at_most),
-            )
-            if bound is not None
-        ]
+        named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        bounds = [f"{word} {bound:g}" for word, bound in named if math.isfinite(bound)]
         number = "whole number" if self.integer else "number"
         if self.only_list:
             kind = f"a list with one {number} per phalanx"
@@ -76,13 +68,7 @@ class Quantity:
             raise self._refuse(whole if not isinstance(item, str) else item)
         if self.integer and not isinstance(item, int):
             raise self._refuse(whole)
-        inside = (
-            (isinstance(item, int) or math.isfinite(item))
-            and (self.above is None or item > self.above)
-            and (self.at_least is None or item >= self.at_least)
-            and (self.below is None or item < self.below)
-            and (self.at_most is None or item <= self.at_most)
-        )
+        inside = self.above < item < self.below and self.at_least <= item <= self.at_most
         if not inside:
             raise self._refuse(whole)
         return item if self.integer else float(item)

@@ -1,8 +1,15 @@
-"""The scene's tables, as TOML writes them (design.md section 9). All quantities are SI."""
+"""The scene's tables, as TOML writes them. All quantities are SI.
 
-from typing import Annotated, Literal, Self
+The tables of finger, material, surface, tip and drive are declared here, with the bounds of what a
+scene may be. Those of the solvers follow from the settings that the solvers declare themselves.
+"""
 
-from pydantic import BaseModel, ConfigDict, model_validator
+import dataclasses
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Annotated, Any, Literal, Self, get_args, get_origin
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from validation.scenes.quantity import Quantity
@@ -22,6 +29,11 @@ class Table(BaseModel):
     """A TOML table: frozen, and a key that it does not know is refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    def stated(self, settings: type) -> dict[str, Any]:
+        """The fields of a solver's settings that the scene states; others keep their defaults."""
+        values = {f.name: getattr(self, _key(f.name), None) for f in dataclasses.fields(settings)}
+        return {name: value for name, value in values.items() if value is not None}
 
 
 class FingerTable(Table):
@@ -76,27 +88,6 @@ class DriveTable(Table):
     reaction: bool = False
 
 
-class HcmTable(Table):
-    """Names are those of ``hcm.Settings``; what is absent keeps that class's default."""
-
-    flight: Literal["elastic", "rigid"] | None = None
-    flight_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
-    flight_tolerance: Annotated[float | None, Quantity("m", at_least=0, at_most=1)] = None
-    contact_step: Annotated[float | None, Quantity("s", above=0, at_most=1)] = None
-    contact_tolerance: Annotated[float | None, Quantity("m", at_least=0, at_most=1)] = None
-    spectral_radius: Annotated[float | None, Quantity(at_least=0, at_most=1)] = None
-    newton_tolerance: Annotated[float | None, Quantity(at_least=1e-13, at_most=1e-3)] = None
-    taps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10_000)] = None
-    end_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_flight_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
-    consistent_start: bool | None = None
-    reuse_factors: bool | None = None
-    flight_integrator: Literal["generalized-alpha", "gauss"] | None = None
-    repeat: bool | None = None
-
-
 def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
     return PydanticCustomError("scene", "{text}", {"text": text, "key": key, "value": value})
 
@@ -109,27 +100,41 @@ def _cost(elements: float) -> str:
     return f"some {memory:.2g} GiB and {step:.2g} s a time step"
 
 
-class FemTable(Table):
-    """The solid models' settings: a preset gives defaults, other keys override it."""
+def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
+    """Keys of a solver's table, from the fields of its settings; None: the scene states nothing."""
+    keys: dict[str, Any] = {}
+    for field in dataclasses.fields(settings):
+        if field.name in left_out:
+            continue
+        kind: Any = field.type
+        members = get_args(kind)
+        if get_origin(kind) is Annotated:
+            number, bound = members
+            kind = Annotated[number | None, Quantity(**vars(bound))]
+        else:  # of names or an object of the solver's, a scene states a name
+            kind = next((m for m in members if get_origin(m) is Literal), kind) | None
+        keys[_key(field.name)] = (kind, None)
+    return keys
+
+
+def _key(field: str) -> str:
+    """A scene's key is a field's name without the suffix of its unit."""
+    return field.removesuffix("_s")
+
+
+@cache
+def hcm_table() -> type[Table]:
+    """``[solver.hcm]``: the reduced model's settings, but for postures that a figure asks for."""
+    from hcm import Settings
+
+    return create_model("HcmTable", __base__=Table, **_declared(Settings, ["frame_times"]))
+
+
+class FemMeshTable(Table):
+    """The solid models' mesh: a preset gives sizes and contact law, other keys override it."""
 
     preset: Literal["fast", "ls-dyna-like", "converged"] = "fast"
-    contact: Literal["penalty", "surface", "impulse"] | None = None
-    surface_factor: Annotated[float | None, Quantity(above=0, at_most=1e6)] = None
-    contact_damping: Annotated[float | None, Quantity(at_least=0, at_most=1)] = None
-    penalty_factor: Annotated[float | None, Quantity(above=0, at_most=1000)] = None
-    step_factor: Annotated[float | None, Quantity(above=0, at_most=2)] = None
-    threads: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=1024)] = None
-    element: str | None = None
-    flight: Literal["rigid", "explicit"] | None = None
     symmetry: bool = True
-    end_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_flight_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_contact_time: Annotated[float | None, Quantity("s", above=0, at_most=1e4)] = None
-    max_steps: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=10**9)] = None
-    section_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
-    axial_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
-    tip_size: Annotated[float | None, Quantity("m", at_least=1e-6, at_most=100)] = None
-    growth: Annotated[float | None, Quantity(above=1, at_most=2)] = None
     shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
     mesh: str | None = None
 
@@ -144,11 +149,53 @@ class FemTable(Table):
         return self
 
 
-class SolverTable(Table):
-    """One table per model."""
+OUTPUT = ("lead_steps", "output_interval", "max_samples", "snapshots", "energy_tolerance")
+LIMITS = ("contact_angle", "max_elements", "max_updates")
 
-    hcm: HcmTable = HcmTable()
-    fem: FemTable = FemTable()
+
+@cache
+def fem_table() -> type[Table]:
+    """``[solver.fem]``: the mesh's keys, the reference's settings and the mesh's sizes.
+
+    What is sampled, how refinement is aimed and the guards are no matter of a scene.
+    """
+    from meshes import Sizing
+    from reference_fem import Settings
+
+    keys = _declared(Settings, OUTPUT) | _declared(Sizing, LIMITS)
+    return create_model("FemTable", __base__=FemMeshTable, **keys)
+
+
+SOLVER_TABLES: dict[str, Callable[[], type[Table]]] = {"hcm": hcm_table, "fem": fem_table}
+
+
+def _checked_by(table: Callable[[], type[Table]]) -> AfterValidator:
+    def check(stated: dict[str, Any]) -> dict[str, Any]:
+        table().model_validate(stated)
+        return stated
+
+    return AfterValidator(check)
+
+
+class SolverTable(Table):
+    """What the scene states for each solver, checked by the bounds of that solver's settings.
+
+    A solver's package, which takes a second to import, is imported where the scene states
+    something for it or its table is read, not for a scene that the other one solves.
+    """
+
+    stated_hcm: Annotated[dict[str, Any], _checked_by(hcm_table)] = Field({}, alias="hcm")
+    stated_fem: Annotated[dict[str, Any], _checked_by(fem_table)] = Field({}, alias="fem")
+
+    @property
+    def hcm(self) -> Any:
+        """The `hcm_table` of this scene."""
+        return hcm_table().model_validate(self.stated_hcm)
+
+    @property
+    def fem(self) -> Any:
+        """The `fem_table` of this scene."""
+        return fem_table().model_validate(self.stated_fem)
 
 
 class Scene(Table):
@@ -159,7 +206,7 @@ class Scene(Table):
     surface: SurfaceTable
     tip: TipTable
     drive: DriveTable = DriveTable()
-    solver: SolverTable = SolverTable()
+    solver: SolverTable = SolverTable.model_validate({})
 
     def per_phalanx(self, values: Numbers | tuple[int, ...]) -> tuple[float, ...]:
         """One number per phalanx, whether the scene gives one or a list."""

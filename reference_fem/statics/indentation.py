@@ -1,7 +1,7 @@
 """Static indentation of a fingertip by a rigid plane: normal, then tangential under full stick.
 
 Frictionless penalty contact integrated over the surface (3 x 3 points a facet), as in the explicit
-runs' law "surface"; C is the compliance of the candidate nodes (see `static_tip`):
+runs' law "surface"; C is the compliance of the candidate nodes (see `tip`):
 
     p_q = κ max(0, δ - h_q - u_q),   f = Σ_q w_q N_q p_q,   u = C f,   copies Σ f = F
 
@@ -24,16 +24,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Flags
+from reference_fem.contact.facet_quadrature import facet_quadrature
 from reference_fem.settings import Material
 from reference_fem.statics.tip import TipCompliance
 
-Array = NDArray[np.float64]
-
-PENALTY = 2000.0
-ROUNDS = 60
-_CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
+PENALTY = 2000.0  # f
+ITERATIONS, HALVINGS = 60, 12  # of Newton's method, and of one step
 
 
 @dataclass(frozen=True)
@@ -70,12 +68,15 @@ class Indentation:
 
 @dataclass(frozen=True)
 class ContactArea:
-    """Quadrature of the candidates' facets: shapes N (q, k), weights w (q,), heights h (q,)."""
+    """Quadrature of the candidates' facets: shapes N (q, k), weights w (q,), heights h (q,).
+
+    `outermost` (q,) are the points of facets at the candidates' rim, which contact must not reach.
+    """
 
     shapes: Array
     weights: Array
     heights: Array
-    outermost: NDArray[np.bool_]
+    outermost: Flags
 
 
 def contact_area(tip: TipCompliance) -> ContactArea:
@@ -83,20 +84,11 @@ def contact_area(tip: TipCompliance) -> ContactArea:
 
     The nodal heights of the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
     """
-    abscissa, weight = np.polynomial.legendre.leggauss(3)
-    grid = np.array([(a, b) for a in abscissa for b in abscissa])
-    product = np.array([v * w for v in weight for w in weight])
-    shape = 0.25 * (1 + grid[:, :1] * _CORNERS[:, 0]) * (1 + grid[:, 1:] * _CORNERS[:, 1])
-    d_xi = 0.25 * _CORNERS[:, 0] * (1 + grid[:, 1:] * _CORNERS[:, 1])
-    d_eta = 0.25 * _CORNERS[:, 1] * (1 + grid[:, :1] * _CORNERS[:, 0])
-    corners = tip.points[tip.facets]
-    normal = np.cross(
-        np.einsum("qa,fad->fqd", d_xi, corners), np.einsum("qa,fad->fqd", d_eta, corners)
-    )
-    weights = (np.linalg.norm(normal, axis=2) * product).ravel()
-    by_facet = np.zeros((len(tip.facets), len(grid), len(tip.points)))
+    quadrature = facet_quadrature(tip.points, tip.facets, None)
+    weights = quadrature.weight.ravel()
+    by_facet = np.zeros((*quadrature.weight.shape, len(tip.points)))
     for f, nodes in enumerate(tip.facets):
-        by_facet[f][:, nodes] = shape
+        by_facet[f][:, nodes] = quadrature.shape
     shapes = by_facet.reshape(-1, len(tip.points))
     flat = shapes @ tip.points
     sphere = tip.radius - np.sqrt(tip.radius**2 - (flat[:, :2] ** 2).sum(axis=1))
@@ -106,7 +98,7 @@ def contact_area(tip: TipCompliance) -> ContactArea:
     # plane (two on it).
     count = np.bincount(tip.facets.ravel(), minlength=len(tip.points))
     rim = count < np.where(tip.held, 2, 4)
-    outermost = np.repeat(rim[tip.facets].any(axis=1), len(grid))
+    outermost = np.repeat(rim[tip.facets].any(axis=1), len(quadrature.shape))
     return ContactArea(shapes, weights, shapes @ heights, outermost)
 
 
@@ -146,7 +138,7 @@ def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
     )
 
 
-def _springs(area: ContactArea, kappa: float, touching: NDArray[np.bool_]) -> Array:
+def _springs(area: ContactArea, kappa: float, touching: Flags) -> Array:
     """Σ_q κ w_q N_q N_qᵀ over the points in contact, (k, k)."""
     shapes = area.shapes[touching]
     return np.asarray((shapes.T * (kappa * area.weights[touching])) @ shapes)
@@ -157,9 +149,9 @@ def _solve(
 ) -> tuple[float, Array]:
     """Newton for (u, δ): u - C f = 0 and copies Σ f = F; the step is halved where it overshoots."""
     k = len(tip.points)
-    scale = (0.75 * force / (tip.plane_strain_modulus * math.sqrt(tip.radius))) ** (2 / 3)
+    scale = _hertz_approach(tip.plane_strain_modulus, tip.radius, force)
 
-    def residual(x: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def residual(x: Array) -> tuple[Array, Flags]:
         depth = x[k] - area.heights - area.shapes @ x[:k]
         f = area.shapes.T @ (area.weights * kappa * np.maximum(0.0, depth))
         missing = (tip.copies * f.sum() - force) / force * scale
@@ -168,7 +160,7 @@ def _solve(
     heights = tip.points[:, 2]
     x = np.append(np.maximum(0.0, scale - heights), scale)
     r, touching = residual(x)
-    for _ in range(ROUNDS):
+    for _ in range(ITERATIONS):
         springs = _springs(area, kappa, touching)
         matrix = np.zeros((k + 1, k + 1))
         matrix[:k, :k] = np.eye(k) + tip.normal @ springs
@@ -177,7 +169,7 @@ def _solve(
         matrix[k, :k], matrix[k, k] = -row, row.sum()
         step = np.linalg.solve(matrix, -r)
         size, length = np.linalg.norm(r), 1.0
-        for _ in range(12):
+        for _ in range(HALVINGS):
             following, active = residual(x + length * step)
             if active.any() and np.linalg.norm(following) < size:
                 break
@@ -205,7 +197,11 @@ def _stick(tip: TipCompliance, springs: Array) -> float:
 
 def hertz_indentation(material: Material, radius: float, force: float) -> float:
     """Hertz: δ = (3 F/(4 E* sqrt(R)))^(2/3) of an elastic sphere on a rigid plane, m."""
-    return float((0.75 * force / (material.plane_strain_modulus * math.sqrt(radius))) ** (2 / 3))
+    return _hertz_approach(material.plane_strain_modulus, radius, force)
+
+
+def _hertz_approach(plane_strain_modulus: float, radius: float, force: float) -> float:
+    return float((0.75 * force / (plane_strain_modulus * math.sqrt(radius))) ** (2 / 3))
 
 
 def hertz_stiffness(material: Material, radius: float, force: float) -> float:

@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import meshes
+from reference_fem.arrays import Array, Flags, Index
 from reference_fem.settings import Material
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Candidates whose three loads are solved for at once.
 COLUMNS = 16
@@ -59,7 +56,7 @@ class TipCompliance:
     radius: float
     normal: Array
     tangential: Array
-    held: NDArray[np.bool_]
+    held: Flags
     copies: int
     plane_strain_modulus: float
 
@@ -88,23 +85,13 @@ def tip_compliance(
     """
     if mesh.dim != 3:
         raise ValueError(f"mesh: {mesh.dim}-dimensional; the indentation needs a 3D mesh")
-    last = mesh.phalanges
-    cells = mesh.cells[mesh.cell_sets[f"phalanx_{last}"]]
-    used, local = np.unique(cells, return_inverse=True)
-    points, cells = mesh.points[used], local.reshape(cells.shape)
-    place = np.full(len(mesh.points), -1)
-    place[used] = np.arange(used.size)
-
-    def here(nodes: Index) -> Index:
-        inside = place[np.asarray(nodes, dtype=np.int64)]
-        return inside[inside >= 0]
-
+    nodes, body = _last_phalanx(mesh)
+    points, surface, symmetry = body.points, body.facet_sets["surface"], body.node_sets["symmetry"]
     radius = float(np.abs(points[:, 1]).max())
     centre = np.array([points[:, 0].min() + radius, 0.0, 0.0])
     outward = np.array([-np.cos(angle), -np.sin(angle), 0.0])
     along = np.array([-outward[1], outward[0], 0.0])
     contact = centre + radius * outward
-    surface = place[mesh.facet_sets["surface"]]
     near = np.linalg.norm(points[surface] - contact, axis=2).min(axis=1) < reach
     candidates, facets = np.unique(surface[near], return_inverse=True)
     if candidates.size < 9:
@@ -112,25 +99,18 @@ def tip_compliance(
             f"tip: {candidates.size} surface nodes within {reach:.3g} m of the contact point; "
             "refine tip_size or press harder"
         )
-    symmetry = here(mesh.node_sets.get("symmetry", np.empty(0, np.int64)))
-    held = here(mesh.node_sets[f"proximal_face_{last}"])
-    fixed = np.concatenate([(3 * held[:, None] + np.arange(3)).ravel(), 3 * symmetry + 2])
     directions = np.array([-outward, along, [0.0, 0.0, 1.0]])
-    displacement = _solve(points, cells, material, np.unique(fixed), candidates, directions)
+    displacement = _solve(body, material, candidates, directions)
     section = _section(points, centre[0] + behind)
     weights = np.where(np.isin(section, symmetry), 1.0, 2.0)
-    lever = contact[:2]
-    k = candidates.size
-    moved = np.empty((k, 3, 3))
     matrix = np.einsum("idjb,ad->ijab", displacement[candidates], directions)
-    for j in range(k):
+    for j in range(candidates.size):
         for b in range(3):
             u = displacement[section, :2, j, b]
-            moved[j, :, b] = directions @ _rigid(points[section, :2], u, weights, lever)
-    matrix -= moved[None]
+            matrix[:, j, :, b] -= directions @ _rigid(points[section, :2], u, weights, contact[:2])
     offset = points[candidates] - contact
     return TipCompliance(
-        nodes=used[candidates],
+        nodes=nodes[candidates],
         facets=facets.reshape(-1, 4),
         points=np.stack([offset @ along, offset[:, 2], -offset @ outward], axis=1),
         radius=radius,
@@ -142,20 +122,35 @@ def tip_compliance(
     )
 
 
+def _last_phalanx(mesh: meshes.FingerMesh) -> tuple[Index, meshes.FingerMesh]:
+    """The last phalanx as a mesh of its own, behind the numbers of its nodes in the given one."""
+    cells = mesh.cells[mesh.cell_sets[f"phalanx_{mesh.phalanges}"]]
+    nodes, local = np.unique(cells, return_inverse=True)
+    place = np.full(len(mesh.points), -1)
+    place[nodes] = np.arange(nodes.size)
+    symmetry = place[mesh.node_sets.get("symmetry", np.empty(0, np.int64))]
+    face = place[mesh.node_sets[f"proximal_face_{mesh.phalanges}"]]
+    return nodes, meshes.FingerMesh(
+        mesh.points[nodes],
+        local.reshape(cells.shape),
+        {"proximal_face_1": face, "symmetry": symmetry[symmetry >= 0]},
+        {"surface": place[mesh.facet_sets["surface"]]},
+        {"phalanx_1": np.arange(len(cells))},
+    )
+
+
 def _solve(
-    points: Array,
-    cells: Index,
-    material: Material,
-    fixed: Index,
-    candidates: Index,
-    directions: Array,
+    body: meshes.FingerMesh, material: Material, candidates: Index, directions: Array
 ) -> Array:
     """Displacements (n_points, 3, k, 3) for a unit force at each candidate along each direction."""
     from scipy.sparse.linalg import splu
 
-    stiffness = _stiffness(points, cells, material)
+    stiffness = _stiffness(body.points, body.cells, material)
     size = stiffness.shape[0]
-    free = np.setdiff1d(np.arange(size), fixed)
+    clamped = (3 * body.node_sets["proximal_face_1"][:, None] + np.arange(3)).ravel()
+    free = np.setdiff1d(
+        np.arange(size), np.concatenate([clamped, 3 * body.node_sets["symmetry"] + 2])
+    )
     force = np.zeros((size, candidates.size, 3))
     for j, node in enumerate(candidates):
         force[3 * node : 3 * node + 3, j] = directions.T

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot
 from reference_fem.settings import Settings
-
-Array = NDArray[np.float64]
 
 # Second difference of F_n at its peak over three times the peak, between times a step apart or as
 # far as a wave needs for a cell, whichever is longer (τ). A wave of frequency ω shows (ω τ)²/3:

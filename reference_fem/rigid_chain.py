@@ -10,11 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from reference_fem.arrays import Array, Index
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def simulate(
     materials
         One per phalanx.
     surface, drive, settings
-        See `parameters`.
+        See `settings`.
     progress
         Called with the share done and what is going on.
     start

@@ -6,13 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements import ElementKernel
 from reference_fem.joints.rotation import best_fit_angle, centred_arms
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from reference_fem.contact.impulse import ImpulseContact
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.lumped import LumpedContact, LumpedLaw
 from reference_fem.contact.lumped_point import lumped_point
-from reference_fem.contact.stiffness import adjoining_cells, contact_surface, edge_thickness
+from reference_fem.contact.stiffness import adjoining_cells, penalty_contact, edge_thickness
 from reference_fem.contact.surface import contact_modulus, surface_contact
 from reference_fem.settings import Material, Settings
 
@@ -60,7 +60,7 @@ def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
     if isinstance(settings.contact, LumpedContact):
         return LumpedLaw.on(lumped_point(body.mesh, body.mass), body.copies, settings.contact)
     if settings.contact == "penalty":
-        return contact_surface(
+        return penalty_contact(
             body.mesh.points,
             body.mesh.cells,
             body.facets,

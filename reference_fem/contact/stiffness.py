@@ -64,7 +64,7 @@ def facet_areas(points: Array, facets: Index) -> tuple[Array, Array]:
     return share.sum(axis=1), share
 
 
-def contact_surface(
+def penalty_contact(
     points: Array,
     cells: Index,
     facets: Index,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -47,14 +48,39 @@ class Restart:
 
 
 def identity(**parts: object) -> dict[str, str]:
-    """What a run is, part by part: SHA-256 of each input and of this package's own source.
+    """What a run is, part by part: SHA-256 of each input and of what decides its bits.
 
-    The same bits need the same code, numba, number of threads and inputs.
+    The same bits need the same code, compiler and number of threads, and arithmetic that rounds
+    alike: a run that went on with another BLAS would take another step in its last bits, and
+    nobody could repeat it.
     """
-    code = hashlib.sha256(numba.__version__.encode())
+    code = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):
         code.update(source.read_bytes())
-    return {"program": code.hexdigest()} | {name: _digest(part) for name, part in parts.items()}
+    run = {"program": code.hexdigest(), "processor or BLAS": arithmetic()}
+    return run | {name: _digest(part) for name, part in parts.items()}
+
+
+def arithmetic() -> str:
+    """SHA-256 of what linear algebra makes of fixed numbers here, and of the target processor.
+
+    BLAS chooses its kernels by the processor, its number of threads and the environment, and they
+    round differently. Their results tell which of them differ in effect; names do not. Such
+    operations set the stable step and the hinges, and read the stress.
+    """
+    numbers = np.sqrt(np.arange(1.0, 30001.0)) % 1.0  # exact: the same everywhere
+    square, long = numbers[:576].reshape(24, 24), numbers.reshape(1000, 30)
+    results = (
+        np.linalg.norm(numbers),
+        numbers @ numbers[::-1].copy(),
+        long @ numbers[:30],
+        numbers[:1000] @ long,
+        *np.linalg.eigh(square + square.T),
+        np.linalg.inv(square @ square.T + np.eye(24)),
+        np.linalg.pinv(long[:40, :2].copy()),
+    )
+    processor = numba.config.CPU_NAME or llvmlite.binding.get_host_cpu_name()
+    return _digest([processor, *map(np.asarray, results)])
 
 
 def _digest(value: object) -> str:

@@ -13,7 +13,7 @@ from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
 from reference_fem.contact.friction import return_map
 from reference_fem.contact.law import COLUMNS, Memory, Motion
 from reference_fem.contact.penalty import contact_forces
-from reference_fem.contact.stiffness import adjoining_cells, contact_surface
+from reference_fem.contact.stiffness import adjoining_cells, penalty_contact
 from reference_fem.dynamics.loop import explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.model import Model, build_model
@@ -63,7 +63,7 @@ def test_stiffness_is_f_k_a2_over_v_and_spread_by_area() -> None:
     mesh = boxes((0.06,), (0.01, 0.02), (3, 2, 2), hinged=False)
     volume = np.full(len(mesh.cells), 0.02 * 0.005 * 0.01)
     facets = mesh.facet_sets["surface"]
-    surface = contact_surface(
+    surface = penalty_contact(
         mesh.points, mesh.cells, facets, volume, np.full(len(volume), 2e9), 0.1
     )
     area = 0.02 * 0.01

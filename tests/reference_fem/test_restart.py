@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import reference_fem as rf
+from reference_fem.dynamics.restart import arithmetic
 from reference_fem.settings import CONTACTS
 from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
 
@@ -62,14 +63,18 @@ def undisturbed() -> tuple[rf.TapResult, int]:
     return tap(None, counter), counter.reports
 
 
-def killed(path: Path, calls: int) -> None:
-    """A run killed while it reports for the `calls`-th time."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"}
+def environment(**changes: str) -> dict[str, str]:
+    """That of a child process."""
+    return {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1", **changes}
+
+
+def killed(path: Path, calls: int, **changes: str) -> None:
+    """A run killed while it reports for the `calls`-th time, in a changed environment."""
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(path), str(calls)],
         stdout=subprocess.PIPE,
         text=True,
-        env=environment,
+        env=environment(**changes),
     )
     assert child.stdout is not None
     with child:
@@ -228,6 +233,20 @@ def test_another_runs_file_is_refused_by_name(left: Path) -> None:
 def test_another_programs_file_is_refused(left: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba, "__version__", "0.0")
     assert "other program" in refusal(left)
+
+
+def test_a_file_from_other_kernels_of_blas_is_refused(tmp_path: Path) -> None:
+    # OpenBLAS takes the kernels of a processor that it is told of; the oldest of all run anywhere.
+    other = {"OPENBLAS_CORETYPE": "Prescott"}
+    show = "from reference_fem.dynamics.restart import arithmetic; print(arithmetic())"
+    found = subprocess.check_output(
+        [sys.executable, "-c", show], env=environment(**other), text=True
+    )
+    if found.strip() == arithmetic():
+        pytest.skip("this BLAS has one set of kernels")
+    path = tmp_path / "restart.npz"
+    killed(path, 2, **other)
+    assert "belongs to another run: other processor or BLAS;" in refusal(path)
 
 
 def test_folder_that_cannot_be_written(tmp_path: Path) -> None:

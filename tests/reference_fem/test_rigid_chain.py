@@ -53,7 +53,7 @@ def test_energy_of_a_driven_chain_is_constant_to_1e9() -> None:
 
 
 def test_thin_rods_arrive_as_two_independent_solvers_say() -> None:
-    # design.md section 5: t_c = 0.136107 s, v = (+1.8136, -1.6544) m/s for flexible beams
+    # Two independent solvers: t_c = 0.136107 s, v = (+1.8136, -1.6544) m/s for flexible beams
     # without rotary inertia; flexibility changes neither in the digits given.
     def tip_gap(angles: np.ndarray) -> float:
         return 0.1 - LENGTH * float(np.sin(angles).sum())
@@ -65,7 +65,7 @@ def test_thin_rods_arrive_as_two_independent_solvers_say() -> None:
     v_y = -LENGTH * np.sum(np.cos(impact.angles) * impact.rates)
     assert (v_x, v_y) == (pytest.approx(1.8136, abs=1e-4), pytest.approx(-1.6544, abs=1e-4))
     later = fly(chain(3, ROD + ROTARY), rest(3), tip_gap, 1.0)[1]
-    # design.md section 6: rotary inertia delays the fall by 0.5 %.
+    # Rotary inertia delays the fall by 0.5 %.
     assert later == pytest.approx(1.005 * 0.136107, rel=5e-4)
 
 

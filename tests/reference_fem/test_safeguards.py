@@ -10,7 +10,7 @@ import pytest
 
 import reference_fem as rf
 from reference_fem.cautions import spike
-from reference_fem.dynamics import guards as watchdogs
+from reference_fem.dynamics import guards
 from reference_fem.dynamics.loop import explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.dynamics.tap import next_touch_s
@@ -92,7 +92,7 @@ def test_a_crushed_element_is_found_between_two_searches(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Jelly at half of its wave speed, and all elements searched at the start only.
-    monkeypatch.setattr(watchdogs, "FULL_SEARCH", 10**9)
+    monkeypatch.setattr(guards, "FULL_SEARCH", 10**9)
     result, _ = fall(speed=50.0, contact="impulse", energy_tolerance=1.0)
     assert result.status is rf.Status.INVERTED_ELEMENT
     assert result.snapshots

@@ -1,4 +1,4 @@
-"""The whole tap on small finger meshes: outcome, audit, watchdogs, bad input."""
+"""The whole tap on small finger meshes: outcome, audit, guards, bad input."""
 
 import dataclasses
 from typing import Any
@@ -39,7 +39,7 @@ def test_soft_finger_taps(soft: rf.TapResult, mesh: meshes.FingerMesh) -> None:
     # would (0.1368 s with rotary inertia); the rest is the lighter end.
     assert s.contact_time_s == pytest.approx(0.1340, abs=5e-4)
     assert s.tip_velocity_at_contact_m_per_s == pytest.approx((1.73, -1.71), abs=0.02)
-    # design.md section 6: the peak depends on mesh and penalty; this is what it can be.
+    # The peak depends on mesh and penalty; this is what it can be.
     assert 50.0 < (s.peak_normal_force_N or 0.0) < 95.0
     assert s.peak_tangential_force_N == pytest.approx(-0.5 * (s.peak_normal_force_N or 0), rel=1e-3)
     assert s.compression_to_restitution == 1

@@ -13,7 +13,7 @@ from reference_fem.contact.impulse import ImpulseContact
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.lumped import LumpedContact, LumpedLaw
 from reference_fem.contact.lumped_point import lumped_point
-from reference_fem.contact.stiffness import adjoining_cells, penalty_contact, edge_thickness
+from reference_fem.contact.stiffness import adjoining_cells, edge_thickness, penalty_contact
 from reference_fem.contact.surface import contact_modulus, surface_contact
 from reference_fem.settings import Material, Settings
 

@@ -136,17 +136,18 @@ def build_model(
     bodies = [_wanted(mesh.cell_sets, f"phalanx_{w}", "cell") for w in range(1, count + 1)]
     body_nodes = [np.unique(cells[body]) for body in bodies]
     body_of_point = np.full(len(points), -1, dtype=np.int64)
-    young, poisson, density, bulk, radius = (np.full(len(cells), np.nan) for _ in range(5))
-    for w, (body, material) in enumerate(zip(bodies, materials, strict=True)):
-        body_of_point[body_nodes[w]] = w
-        young[body], poisson[body] = material.youngs_modulus, material.poisson_ratio
-        density[body], bulk[body] = material.density, material.bulk_modulus
-        radius[body] = np.abs(points[body_nodes[w], 1]).max()
-    if np.isnan(young).any() or (body_of_point < 0).any():
+    phalanx = np.full(len(cells), -1, dtype=np.int64)
+    for w, (body, nodes) in enumerate(zip(bodies, body_nodes, strict=True)):
+        phalanx[body], body_of_point[nodes] = w, w
+    if (phalanx < 0).any() or (body_of_point < 0).any():
         raise ValueError(
             "cell sets phalanx_w: some cells or nodes belong to no phalanx; every cell needs one "
             "and every node a cell"
         )
+    young, poisson, density, bulk = np.array(
+        [(m.youngs_modulus, m.poisson_ratio, m.density, m.bulk_modulus) for m in materials]
+    )[phalanx].T.copy()
+    radius = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])[phalanx]
     kernel = _element(mesh.dim, settings)(points, cells, young, poisson, density, radius)
     mass = np.ascontiguousarray(kernel.lumped_mass)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)

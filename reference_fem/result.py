@@ -68,9 +68,8 @@ _ADVICE = {
 class History:
     """Samples of the explicit run, arrays of equal length n; t is absolute time.
 
-    Energies are measured from the finger at rest at t = 0, so that the balance
-    kinetic + strain + gravity + contact + friction dissipation + contact damping - drive
-    work, which the
+    Energies are measured from the finger at rest at t = 0, so that the balance kinetic + strain +
+    gravity + contact + friction dissipation + contact damping - drive work, which the
     discretization alone keeps from being zero, covers a skipped flight as well.
 
     Attributes
@@ -85,10 +84,11 @@ class History:
     stress_R_Pa : (n,)
         Axial Cauchy stress at R, mid-length of the last phalanx, lower surface.
     kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,)
-        Contact energy is that of the normal and tangential penalty springs.
+        Contact energy is that of the law's normal and tangential springs.
     hourglass_energy_J : (n,)
         What hourglass control holds of the strain energy; 0 for elements without it.
     friction_dissipation_J, contact_damping_J, drive_work_J, energy_balance_J : (n,)
+        Contact damping is what dashpots take, and the lumped law's hysteresis.
     coulomb_excess : (n,)
         Largest |f_t| - μ f_n over the nodes in contact, N.
     contact_area_m2 : (n,)
@@ -163,7 +163,7 @@ class Snapshot:
     at_peak: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Summary:
     """The scalars of a tap; None where a quantity has no meaning (no contact, no friction).
 
@@ -171,20 +171,20 @@ class Summary:
     definitions of the transitions.
     """
 
-    contact_time_s: float | None
-    tip_velocity_at_contact_m_per_s: tuple[float, float] | None
-    peak_normal_force_N: float | None
-    peak_normal_force_time_s: float | None
-    first_peak_normal_force_N: float | None
-    peak_tangential_force_N: float | None
-    contact_duration_s: float | None
-    normal_impulse_N_s: float | None
-    compression_to_restitution: int | None
-    stick_to_slip: int | None
-    slip_to_stick: int | None
-    reverse_slip: bool | None
-    peak_stress_R_Pa: float | None
-    energy_residual: float | None
+    contact_time_s: float | None = None
+    tip_velocity_at_contact_m_per_s: tuple[float, float] | None = None
+    peak_normal_force_N: float | None = None
+    peak_normal_force_time_s: float | None = None
+    first_peak_normal_force_N: float | None = None
+    peak_tangential_force_N: float | None = None
+    contact_duration_s: float | None = None
+    normal_impulse_N_s: float | None = None
+    compression_to_restitution: int | None = None
+    stick_to_slip: int | None = None
+    slip_to_stick: int | None = None
+    reverse_slip: bool | None = None
+    peak_stress_R_Pa: float | None = None
+    energy_residual: float | None = None
     wall_time_s: float
     steps: int
     elements: int

@@ -144,13 +144,13 @@ def chain_and_start(
     """
     if chain is None:
         raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
-    begin = start or ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
-    if begin.angles.shape != (chain.links,) or begin.rates.shape != (chain.links,):
+    first = start or ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
+    if first.angles.shape != (chain.links,) or first.rates.shape != (chain.links,):
         raise ValueError(
-            f"start: {begin.angles.size} angles and {begin.rates.size} rates for "
+            f"start: {first.angles.size} angles and {first.rates.size} rates for "
             f"{chain.links} phalanges; give one of each per phalanx"
         )
-    return chain, begin
+    return chain, first
 
 
 def fly(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ import numba
 
 import meshes
 from reference_fem.arrays import Progress
-from reference_fem.dynamics.loop import Attendance, explicit_tap, resume_tap
+from reference_fem.dynamics.loop import Reporting, explicit_tap, resume_tap
 from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
@@ -80,47 +81,39 @@ def simulate(
             file = RestartFile(restart, identity(**inputs, settings=given, start=start))
         archive = None if file is None else file.read()
         model = build_model(mesh, materials, surface, drive, settings)
-        attendance = Attendance(progress, file, started)
+        reporting = Reporting(progress, file, started)
         if archive is not None:
-            return resume_tap(model, settings, archive, attendance)
-        chain, begin = chain_and_start(model.chain, start)
-        clearance = surface_gap(model, chain)(begin.angles)
+            return resume_tap(model, settings, archive, reporting)
+        chain, rigid = chain_and_start(model.chain, start)
+        clearance = surface_gap(model, chain)(rigid.angles)
         if clearance <= 0.0:
             raise ValueError(
                 f"height = {surface.height}: the surface cuts {-clearance:.3g} m into the finger "
                 "at the start; it must lie below it"
             )
-        origin = chain.energy(begin) * model.copies
+        origin = chain.energy(rigid) * model.copies
         if settings.flight == "rigid":
             if progress is not None:
                 progress(0.0, "rigid flight")
             try:
-                landed = landing(model, chain, begin, settings)
+                landed = landing(model, chain, rigid, settings)
             except KeyboardInterrupt:
-                stopped = Status.INTERRUPTED
-                message = f"interrupted in the rigid flight: {stopped.advice}"
-                return _without_contact_window(model, settings, started, stopped, message)
+                how = Status.INTERRUPTED, "interrupted in the rigid flight"
+                return _without_contact_window(model, settings, started, *how)
             if landed is None:
-                missed = Status.NOT_REACHED
+                longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
                 message = (
-                    f"height = {surface.height}: the surface is not reached within "
-                    f"{_patience(settings):.6g} s: {missed.advice}"
+                    f"height = {surface.height}: the surface is not reached within {longest:.6g} s"
                 )
-                return _without_contact_window(model, settings, started, missed, message)
-            begin = landed
-        check_work(model, settings, begin.time_s)
-        displacement, velocity = pose(chain, begin, model.points, model.body_of_point)
+                how = Status.NOT_REACHED, message
+                return _without_contact_window(model, settings, started, *how)
+            rigid = landed
+        check_work(model, settings, rigid.time_s)
+        displacement, velocity = pose(chain, rigid, model.points, model.body_of_point)
         loop_state = first_loop_state(
-            model, displacement, velocity, begin.time_s, origin, begin.angles
+            model, displacement, velocity, rigid.time_s, origin, rigid.angles
         )
-        return explicit_tap(model, settings, loop_state, attendance)
-
-
-def _patience(settings: Settings) -> float:
-    """Longest flight, s."""
-    if settings.end_time_s is None:
-        return settings.max_flight_time_s
-    return min(settings.max_flight_time_s, settings.end_time_s)
+        return explicit_tap(model, settings, loop_state, reporting)
 
 
 def _without_contact_window(
@@ -132,7 +125,7 @@ def _without_contact_window(
     elements = model.copies * len(model.cells)
     cost = Cost(time.perf_counter() - started, 0, elements, model.step_s)
     summary = summarize(forces, history, model.surface.friction, None, None, None, cost)
-    return TapResult(status, message, history, forces, (), summary)
+    return TapResult(status, f"{message}: {status.advice}", history, forces, (), summary)
 
 
 @contextmanager

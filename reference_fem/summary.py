@@ -57,7 +57,7 @@ def summarize(
     """
     touched = np.flatnonzero(forces.normal_force_N > 0.0)
     if not touched.size:
-        return _without_contact(energy_residual, cost)
+        return Summary(energy_residual=energy_residual, **vars(cost))
     first = int(touched[0])
     contact_time = _crossing(forces, first)
     end = forces.time_s.size - 1
@@ -102,24 +102,4 @@ def _crossing(forces: ForceRecord, first: int) -> float:
     share = before / (before - after)
     return float(
         forces.time_s[first - 1] + share * (forces.time_s[first] - forces.time_s[first - 1])
-    )
-
-
-def _without_contact(energy_residual: float | None, cost: Cost) -> Summary:
-    return Summary(
-        contact_time_s=None,
-        tip_velocity_at_contact_m_per_s=None,
-        peak_normal_force_N=None,
-        peak_normal_force_time_s=None,
-        first_peak_normal_force_N=None,
-        peak_tangential_force_N=None,
-        contact_duration_s=None,
-        normal_impulse_N_s=None,
-        compression_to_restitution=None,
-        stick_to_slip=None,
-        slip_to_stick=None,
-        reverse_slip=None,
-        peak_stress_R_Pa=None,
-        energy_residual=energy_residual,
-        **vars(cost),
     )

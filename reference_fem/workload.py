@@ -10,7 +10,7 @@ UPDATES_PER_S = 1e7
 YEAR_S = 365.25 * 86400.0
 
 
-def check_work(model: Model, settings: Settings, begin_s: float) -> None:
+def check_work(model: Model, settings: Settings, start_s: float) -> None:
     """Refuse a run whose known length is more than `settings.max_steps` steps.
 
     Known are an end time, the longest explicit flight that is waited for, and otherwise that a
@@ -28,9 +28,9 @@ def check_work(model: Model, settings: Settings, begin_s: float) -> None:
     elif settings.flight == "explicit":
         key, end = f"max_flight_time_s = {settings.max_flight_time_s:g}", settings.max_flight_time_s
     else:
-        key, end = f"step_factor = {settings.step_factor:g}", begin_s + model.transit_s
+        key, end = f"step_factor = {settings.step_factor:g}", start_s + model.transit_s
         remedy = "raise it, enlarge the smallest elements"
-    steps = (end - begin_s) / model.step_s
+    steps = (end - start_s) / model.step_s
     if steps > settings.max_steps:
         raise ValueError(
             f"{key}: asks for {steps:.3g} steps of {model.step_s:.3g} s, some "

@@ -11,9 +11,9 @@ from reference_fem.arrays import Progress
 from reference_fem.cautions import cautions
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import failure
-from reference_fem.dynamics.loop_state import Arrays, LoopState, pack, unpack
+from reference_fem.dynamics.loop_state import LoopState, pack, unpack
 from reference_fem.dynamics.recorder import Recorder
-from reference_fem.dynamics.restart import RestartFile
+from reference_fem.dynamics.restart import Arrays, RestartFile
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import advance, lowest_gap
 from reference_fem.dynamics.tap import Tap, ending, tap_after
@@ -29,8 +29,8 @@ SPEED_MARGIN = 1.0
 
 
 @dataclass(frozen=True)
-class Attendance:
-    """Who is told of a run as it goes on.
+class Reporting:
+    """What a run reports to as it goes on.
 
     Attributes
     ----------
@@ -48,20 +48,20 @@ class Attendance:
 
 
 def resume_tap(
-    model: Model, settings: Settings, archive: Arrays, attendance: Attendance
+    model: Model, settings: Settings, archive: Arrays, reporting: Reporting
 ) -> TapResult:
     """Continue the run that `archive` was written by."""
     recorder = Recorder(settings.max_samples, settings.snapshots)
     held = {k.removeprefix("recorder."): a for k, a in archive.items() if k.startswith("recorder.")}
     recorder.restore(held)
-    return explicit_tap(model, settings, unpack(archive), attendance, recorder)
+    return explicit_tap(model, settings, unpack(archive), reporting, recorder)
 
 
 def explicit_tap(
     model: Model,
     settings: Settings,
     loop_state: LoopState,
-    attendance: Attendance | None = None,
+    reporting: Reporting | None = None,
     recorder: Recorder | None = None,
 ) -> TapResult:
     """Explicit run from `loop_state` to the end of the first tap or `settings.end_time_s`.
@@ -73,7 +73,7 @@ def explicit_tap(
     recorder
         Of the run that this one continues.
     """
-    attendance = attendance or Attendance()
+    reporting = reporting or Reporting()
     recorder = recorder or Recorder(settings.max_samples, settings.snapshots)
     now = loop_state
     interval = settings.output_interval or audit_interval(model)
@@ -103,27 +103,27 @@ def explicit_tap(
             if ends is not None:
                 status, message = ends
                 break
-            _tell(model, settings, now, attendance, recorder)
+            _report(model, settings, now, reporting, recorder)
     except KeyboardInterrupt:
         message = f"interrupted at step {now.state.step}, t = {now.state.time_s:.6g} s"
     if status.advice:
         message = f"{message}: {status.advice}"
-    if attendance.restart is not None and attendance.restart.problem:
-        message = f"{message}; {attendance.restart.problem}"
-    return _result(model, settings, now, attendance, recorder, status, message)
+    if reporting.restart is not None and reporting.restart.problem:
+        message = f"{message}; {reporting.restart.problem}"
+    return _result(model, settings, now, reporting, recorder, status, message)
 
 
-def _tell(
+def _report(
     model: Model,
     settings: Settings,
     now: LoopState,
-    attendance: Attendance,
+    reporting: Reporting,
     recorder: Recorder,
 ) -> None:
     """Write the restart file if it is due, and report."""
-    restart, progress = attendance.restart, attendance.progress
+    restart, progress = reporting.restart, reporting.progress
     if restart is not None and restart.due:
-        spent = now.spent_s + time.perf_counter() - attendance.started
+        spent = now.spent_s + time.perf_counter() - reporting.started
         held = {f"recorder.{name}": a for name, a in recorder.archive().items()}
         restart.write(pack(replace(now, spent_s=spent)) | held)
     if progress is not None:
@@ -134,7 +134,7 @@ def _result(
     model: Model,
     settings: Settings,
     now: LoopState,
-    attendance: Attendance,
+    reporting: Reporting,
     recorder: Recorder,
     status: Status,
     message: str,
@@ -142,7 +142,7 @@ def _result(
     """What the run has to show."""
     forces, history, tap = recorder.forces(), recorder.history(), now.tap
     cost = Cost(
-        wall_time_s=now.spent_s + time.perf_counter() - attendance.started,
+        wall_time_s=now.spent_s + time.perf_counter() - reporting.started,
         steps=now.state.step,
         elements=model.copies * len(model.cells),
         time_step_s=model.step_s,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
@@ -11,12 +10,11 @@ from numpy.typing import NDArray
 
 from reference_fem.arrays import Array
 from reference_fem.contact.law import Memory
+from reference_fem.dynamics.restart import Arrays
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import start_state
 from reference_fem.dynamics.tap import Tap
 from reference_fem.model import Model
-
-Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)

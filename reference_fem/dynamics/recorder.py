@@ -81,15 +81,15 @@ class Recorder:
         self._last = taken
         (self._window if block.searched else self._flight).offer(taken)
         # States are never written to again, so holding them is no copy.
-        kept = (state.time_s, state.displacement, block.velocity, block.pressure)
-        self._latest_fields = kept
+        shown = (state.time_s, state.displacement, block.velocity, block.pressure)
+        self._latest_fields = shown
         if not block.searched:
             return
-        self._fields.offer(kept)
+        self._fields.offer(shown)
         if taken.normal_force_N > 0.0 and (
             self._peak is None or taken.normal_force_N > self._peak[0]
         ):
-            self._peak = (taken.normal_force_N, kept)
+            self._peak = (taken.normal_force_N, shown)
         steps = np.arange(len(block.log), dtype=np.float64)
         times: Array = state.time_s + model.step_s * steps
         self._times.append(times)
@@ -111,15 +111,18 @@ class Recorder:
 
     def history(self) -> History:
         """The samples as arrays."""
-        kept = [*self._flight.items, *self._window.items]
-        if self._last is not None and (not kept or kept[-1] is not self._last):
-            kept.append(self._last)
-        if not kept:
+        samples = [*self._flight.items, *self._window.items]
+        if self._last is not None and (not samples or samples[-1] is not self._last):
+            samples.append(self._last)
+        if not samples:
             empty = {name: np.empty(shape) for name, shape in _EMPTY.items()}
             return History(**{f.name: empty.get(f.name, np.empty(0)) for f in fields(Sample)})
-        kept.sort(key=lambda item: item.time_s)
+        samples.sort(key=lambda item: item.time_s)
         return History(
-            **{f.name: np.array([getattr(item, f.name) for item in kept]) for f in fields(Sample)}
+            **{
+                f.name: np.array([getattr(item, f.name) for item in samples])
+                for f in fields(Sample)
+            }
         )
 
     def snapshots(self, model: Model) -> tuple[Snapshot, ...]:
@@ -127,7 +130,7 @@ class Recorder:
         held = list(self._fields.items)
         if self._latest_fields is not None and (not held or held[-1][0] != self._latest_fields[0]):
             held.append(self._latest_fields)
-        chosen = [(kept, False) for kept in held]
+        chosen = [(entry, False) for entry in held]
         if self._peak is not None:
             peak = self._peak[1]
             chosen = [(f, flag) for f, flag in chosen if f[0] != peak[0]] + [(peak, True)]

@@ -31,7 +31,7 @@ DISTRIBUTIONS = {
     "skfem": ("scikit-fem",),
 }
 ENVIRONMENT = ("NUMBA_", "OMP_", "OPENBLAS_", "MKL_")
-NO_MEANING = ("NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES", "NUMBA_COLOR_SCHEME")
+WITHOUT_EFFECT = ("NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES", "NUMBA_COLOR_SCHEME")
 
 # Parsing all of a package takes a tenth of a second; its imports are found in a hundredth.
 IMPORT = re.compile(
@@ -127,8 +127,10 @@ def source_digest(sources: Mapping[str, bytes]) -> str:
     return digest.hexdigest()
 
 
-@cache  # code that runs doesn't change, whatever becomes of its files
-def _code(modules: tuple[str, ...], without: tuple[str, ...]) -> tuple[str, Mapping[str, str]]:
+@cache  # code that runs does not change, whatever becomes of its files
+def _sources_and_versions(
+    modules: tuple[str, ...], without: tuple[str, ...]
+) -> tuple[str, Mapping[str, str]]:
     """Digest of the sources, and versions of the libraries."""
     sources, libraries = closure(modules, without)
     names = sorted({name for one in libraries for name in DISTRIBUTIONS.get(one, (one,))})
@@ -143,11 +145,11 @@ def program(*modules: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
     modules : dotted names of the modules whose code makes the result.
     without : packages of ours that have no part in it; see `closure`.
     """
-    source, versions = _code(modules, without)
+    source, versions = _sources_and_versions(modules, without)
     environment = {
         name: value
         for name, value in sorted(os.environ.items())
-        if name.startswith(ENVIRONMENT) and name not in NO_MEANING
+        if name.startswith(ENVIRONMENT) and name not in WITHOUT_EFFECT
     }
     return {
         "source": source,

@@ -13,6 +13,7 @@ from validation.converge.refinements import PENALTY, SHAFT_MESH, TIP_MESH, refin
 from validation.converge.verdicts import preset_rows
 from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
+from validation.harness.store import VALUES
 
 
 def test_refinements_change_one_thing_each() -> None:
@@ -69,9 +70,10 @@ def test_plane_study_is_written_and_resumed(tmp_path: Path) -> None:
     folder = tmp_path / "converge" / "soft-fem2d-quick"
     for name in ("levels.csv", "convergence.csv", "convergence.md", "convergence.png"):
         assert (folder / name).stat().st_size > 100
-    kept = sorted((tmp_path / "converge" / "levels").iterdir())
+    kept = sorted((tmp_path / "store").iterdir())
+    assert len(kept) > 5
     times = [path.stat().st_mtime_ns for path in kept]
-    value = json.loads(kept[0].read_text())["values"][OF_A_TAP[0].key]
+    value = json.loads((kept[0] / VALUES).read_text())[OF_A_TAP[0].key]
     assert math.isfinite(value)
     run_converge("soft", model="fem2d", quick=True, out=tmp_path)
     assert [path.stat().st_mtime_ns for path in kept] == times

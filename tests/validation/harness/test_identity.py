@@ -39,7 +39,7 @@ def inputs(*overrides: str, model: str = "hcm", scene: str = "soft", **more: Any
 def afresh() -> Iterator[None]:
     """Whatever is patched, no other test finds the digests."""
     yield
-    identity._code.cache_clear()
+    identity._sources_and_versions.cache_clear()
 
 
 @pytest.mark.parametrize(
@@ -79,9 +79,9 @@ def test_another_program_or_machine_has_another_name(monkeypatch: pytest.MonkeyP
     for name in ("version", "processor", "source_digest"):
         with monkeypatch.context() as patch:
             patch.setattr(identity, name, lambda *_: "other")
-            identity._code.cache_clear()
+            identity._sources_and_versions.cache_clear()
             assert program(model) != before, name
-        identity._code.cache_clear()
+        identity._sources_and_versions.cache_clear()
     for name in ("NUMBA_NUM_THREADS", "OPENBLAS_CORETYPE"):
         with monkeypatch.context() as patch:
             patch.setenv(name, "7")

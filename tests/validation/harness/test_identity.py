@@ -28,7 +28,7 @@ from validation.harness.store import key
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.scenes.load import load_scene
-from validation.studies.stress.collection import all_maps
+from validation.studies.stress.command import all_maps
 
 
 def inputs(*overrides: str, model: str = "hcm", scene: str = "soft", **more: Any) -> dict[str, Any]:
@@ -235,7 +235,7 @@ EDITED = ("hcm/compiled.py", "validation/studies/stress/hcm/audit.py",
 NAMES = """
 from validation.harness.store import key
 from validation.studies.stress.campaign import verdict_inputs
-from validation.studies.stress.collection import all_maps
+from validation.studies.stress.command import all_maps
 for one in all_maps(True):
     print(one.name, key(verdict_inputs(next(one.cells()))))
 """

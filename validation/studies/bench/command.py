@@ -58,17 +58,15 @@ def _measure_hcm(
 ) -> "list[Point]":
     """Work-precision, throughput and scaling of hcm; returns the first's points."""
     budget = QUICK_BUDGET_S if quick else BUDGET_S
-    values = {study: truth.values for study, truth in known.items()}
     points = work_precision.measure_settings(
-        hcm_settings.tap_and_contact_settings(quick), hcm_settings.HCM_SOLVER, values, budget,
+        hcm_settings.tap_and_contact_settings(quick), hcm_settings.HCM_SOLVER, known, budget,
         store, part(progress, 0.0, 0.43),
     )  # fmt: skip
     points += work_precision.measure_settings(
-        hcm_settings.dop853_settings(quick), hcm_settings.DOP853_SOLVER, values, budget, store,
+        hcm_settings.dop853_settings(quick), hcm_settings.DOP853_SOLVER, known, budget, store,
         part(progress, 0.43, 0.5),
     )  # fmt: skip
-    floors = {study: truth.own_error for study, truth in known.items()}
-    figures.work_precision(folder / "work-precision-hcm.png", points, floors)
+    figures.work_precision(folder / "work-precision-hcm.png", points, known)
     scenes = throughput.measure_throughput(quick, part(progress, 0.5, 0.6))
     save(folder, "throughput", throughput.table(scenes), "Random scenes through hcm")
     sizes = scaling.measure_scaling(quick, budget, part(progress, 0.6, 1.0))
@@ -86,27 +84,20 @@ def _measure_reference(
         for model in work_precision.DIMENSIONS
         for setting in reference_settings.reference_settings(model, quick)
     ]
-    values = {model: truth.values for model, truth in truths.REFERENCE_TRUTHS.items()}
     points = work_precision.measure_settings(
-        settings, reference_settings.REFERENCE_SOLVER, values, reference_settings.BUDGET_S,
-        store, progress,
+        settings, reference_settings.REFERENCE_SOLVER, truths.REFERENCE_TRUTHS,
+        reference_settings.BUDGET_S, store, progress,
     )  # fmt: skip
-    floors = {model: truth.own_error for model, truth in truths.REFERENCE_TRUTHS.items()}
-    figures.work_precision(folder / "work-precision-reference.png", points, floors)
+    path = folder / "work-precision-reference.png"
+    figures.work_precision(path, points, truths.REFERENCE_TRUTHS)
     return points
 
 
-def run_bench(out: Path, quick: bool, resume: bool) -> None:
+def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
     """Work-precision of both models, hcm's scaling and throughput, the reference's kernels.
 
     Every part is written as soon as it is measured.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
     """
-    folder = output_folder(out / "bench")
     store = Store(folder / "points", fresh=not resume)
     with _timing("bench") as progress:
         stored = dict(truths.HCM_TRUTHS)
@@ -132,15 +123,8 @@ def run_bench(out: Path, quick: bool, resume: bool) -> None:
     print(f"figures and tables: {page(folder)}")
 
 
-def run_peers(out: Path, quick: bool) -> None:
-    """Peers of hcm on its scene and of the reference on a bar, one after the other.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
-    """
-    folder = output_folder(out / "bench")
+def _bench_peers(folder: Path, quick: bool) -> None:
+    """Peers of hcm on its scene and of the reference on a bar, one after the other."""
     for name in [*finger_peers.absent(), *bar_programs.absent()]:
         say(f"skipped: {name} is not installed")
     versions = {"Exudyn": version("exudyn")} | {
@@ -156,19 +140,12 @@ def run_peers(out: Path, quick: bool) -> None:
     if any(point.solver != "hcm" for point in points):
         cheapest = finger_peers.cheapest_table(finger_peers.cheapest(points))
         save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
-    figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP.own_error})
+    figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP})
     print(f"figures and tables: {page(folder)}")
 
 
-def run_shortcuts(out: Path, quick: bool) -> None:
-    """The skip ledger; a ledger that is stopped keeps its lines.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
-    """
-    folder = output_folder(out / "bench")
+def _bench_shortcuts(folder: Path, quick: bool) -> None:
+    """The skip ledger; a ledger that is stopped keeps its lines."""
     save_machine(folder, "machine-skips", {"quick": quick})
     with _timing("skips") as progress:
         entries = []
@@ -203,10 +180,16 @@ def bench(
         Take the points of work-precision that a stopped benchmark has left.
     out
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
     """
+    folder = output_folder(out / "bench")
     if skips:
-        run_shortcuts(out, quick)
+        _bench_shortcuts(folder, quick)
     if peers:
-        run_peers(out, quick)
+        _bench_peers(folder, quick)
     if not (skips or peers):
-        run_bench(out, quick, resume)
+        _bench_models(folder, quick, resume)

@@ -69,8 +69,8 @@ def _plain_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def work_precision(path: Path, points: Sequence[Point], floor: Mapping[str, float]) -> None:
-    """One row a study, one column a quantity; `floor` is the truth's own relative error."""
+def work_precision(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]) -> None:
+    """One row a study, one column a quantity; a dotted line is the truth's own error."""
     studies = list(dict.fromkeys(point.study for point in points))
     with panels(path, len(ERRORS), len(studies), width=3.4) as axes:
         for row, study in zip(axes, studies, strict=True):
@@ -88,8 +88,8 @@ def work_precision(path: Path, points: Sequence[Point], floor: Mapping[str, floa
                             "label": series if own else f"{solver}, {series}"}  # fmt: skip
                     group = [p for p in mine if (p.solver, p.series) == (solver, series)]
                     _draw_series(axis, group, quantity, 1e3, style, line)
-                if study in floor and quantity != "event_s":
-                    axis.axhline(floor[study], color=GREY, linewidth=0.8, linestyle=":")
+                if study in truths and quantity != "event_s":
+                    axis.axhline(truths[study].own_error, color=GREY, linewidth=0.8, linestyle=":")
                 _logarithmic(axis, f"{study}: {title}", "time (ms)", 9)
                 _plain_ticks(axis.xaxis)
                 if axis.lines:

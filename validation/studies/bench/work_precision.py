@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from validation.models.adapter import Progress
+    from validation.studies.bench.truths import Truth
 
 DIMENSIONS: Mapping[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 Option = int | float | str
@@ -142,7 +143,7 @@ def measure_setting(
 def measure_settings(
     settings: Sequence[Setting],
     solver: Solver,
-    truths: Mapping[str, TapQuantities],
+    truths: "Mapping[str, Truth]",
     budget_s: float,
     store: Store,
     progress: "Progress",
@@ -157,7 +158,7 @@ def measure_settings(
         first = setting.solver not in warm
         warm.add(setting.solver)
         found = measure_setting(setting, solver, budget_s, solver.warm_up_each or first)
-        return found.against(truths[setting.study])
+        return found.against(truths[setting.study].values)
 
     points, read_back = [], 0
     for number, setting in enumerate(settings):
@@ -165,7 +166,7 @@ def measure_settings(
         model, made_by = f"validation.models.{setting.solver}", solver.prepare.__module__
         inputs = {
             "point": asdict(setting),
-            "truth": asdict(truths[setting.study]),
+            "truth": asdict(truths[setting.study].values),
             "program": program(model, made_by, without=OTHERS[setting.solver]),
         }
         read_back += store.has(inputs)

@@ -161,7 +161,7 @@ def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
     good = Point(
         "tap", "hcm", "tolerances", "", "COMPLETED", 1e-2, 3, 100, tap_errors(EXACT, EXACT)
     )
-    figures.work_precision(tmp_path / "a.png", [good, point], {"tap": 1e-7})
+    figures.work_precision(tmp_path / "a.png", [good, point], truths.HCM_TRUTHS)
     assert (tmp_path / "a.png").stat().st_size > 0
     assert table([point])["peak_error"].isna().all()
 
@@ -260,8 +260,8 @@ def test_stopped_benchmark_is_taken_up_where_it_was(
         left = iter(outcomes)
         solver = replace(hcm_settings.HCM_SOLVER, read=lambda result: next(left))
         store = Store(tmp_path, fresh=not resume)
-        known = {"tap": truths.TAP.values}
-        return measure_settings(settings, solver, known, 0.0, store, lambda share, text: None)
+        known, silent = truths.HCM_TRUTHS, lambda share, text: None
+        return measure_settings(settings, solver, known, 0.0, store, silent)
 
     first = measured(good, bad, resume=False)
     assert [point.ok for point in first] == [True, False]

@@ -93,8 +93,8 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
     contact, speed, work, solved, left_out = write_flight(
-        flight.time, flight.states, flight.accelerations, touched, model.settings.consistent_start,
-        rods, motion, model.generalized_alpha, model.probe, rows, reactions, model.frames,
+        flight, model.settings.consistent_start, rods, motion, model.generalized_alpha, model.probe,
+        rows, reactions, model.frames,
     )  # fmt: skip
     clock = initial_clock(float(flight.time[-1]), model.plan.contact_step)._replace(
         rejected=flight.repeats, trials=flight.trials, drive_work=work, speed=speed
@@ -112,17 +112,17 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
 
 @kernel
 def write_flight(
-    time: Floats, states: Floats, accelerations: Floats, touched: bool, consistent: bool,
-    rods: Rods, old: Motion, integrator: Integrator, probe: Probe, rows: Floats, reactions: Floats,
-    frames: FrameTable,
+    flight: RigidFlight, consistent: bool, rods: Rods, old: Motion, integrator: Integrator,
+    probe: Probe, rows: Floats, reactions: Floats, frames: FrameTable,
 ) -> tuple[tuple[float, ...], float, float, bool, float]:  # fmt: skip
-    """Fill the rows, the hinges' reactions and the frames of a rigid flight (`RigidFlight`).
+    """Fill the rows, the hinges' reactions and the frames of a rigid flight.
 
     The last row is the beams' own, at the time of the one before. Returns the fields of the contact
     there, the tip's largest speed so far (m/s), the drive's work (J), whether the beams' first
     acceleration could be found, and the largest speed that rods leave out (m/s).
     """
     beams, law = integrator.chain, integrator.law
+    time, states = flight.time, flight.states
     links, tip, frame = rods.length.size, beams.tip, 0
     contact, clock, fastest, work, left_out = IN_FLIGHT, initial_clock(time[0], 0.0), 0.0, 0.0, 0.0
     for m in range(time.size):
@@ -141,7 +141,7 @@ def write_flight(
                 frame += 1
         fill_rigid_motion(states[m], rods.length, beams, old.q, old.v)
         fill_chords(old.q, beams, old.chords)
-        speed = rigid_chain.reactions(states[m], accelerations[m], rods, reactions[m])
+        speed = rigid_chain.reactions(states[m], flight.accelerations[m], rods, reactions[m])
         left_out = max(left_out, speed)
         work = 0.0
         for w in range(links):
@@ -151,7 +151,7 @@ def write_flight(
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
         clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, work, fastest, 0.0)
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
-    if touched:
+    if flight.code == TOUCHED:
         x, gap = old.q[tip], old.q[tip + 1] + law.height
         contact, _ = transition(NORMAL, x, gap, old.v[tip], old.v[tip + 1], contact, law)
     old.acceleration[:] = 0.0

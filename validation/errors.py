@@ -1,4 +1,4 @@
-"""The errors that end a command, one exit code each (design.md section 9)."""
+"""The errors that end a command, one exit code each."""
 
 
 class UserError(Exception):

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from validation.converge.refinement_runs import DIMENSIONS, LevelRuns
+from validation.converge.refinement_runs import LevelRuns
 from validation.converge.refinements import Refinement, refinements
 from validation.converge.verdicts import (
     PRESET,
@@ -26,7 +26,7 @@ from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.store import Store
 from validation.harness.tables import write_table
-from validation.models.solid import size_scale
+from validation.models.solid import DIMENSIONS, size_scale
 
 Progress = Callable[[float, str], None]
 

@@ -22,7 +22,6 @@ KEPT = tuple(
         *quantities("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
     )
 )
-DIMENSIONS: dict[str, solid.Dimension] = {"fem3d": 3, "fem2d": 2}
 
 Progress = Callable[[float, str], None]
 Values = dict[str, float | None]
@@ -44,7 +43,7 @@ class LevelRuns:
 
     def __init__(self, source: str, overrides: Sequence[str], model: str, store: Store) -> None:
         self._source, self._given, self._store = source, tuple(overrides), store
-        self._model, self._dimension = model, DIMENSIONS[model]
+        self._model, self._dimension = model, solid.DIMENSIONS[model]
         self.scene: NamedScene = load_scene(source, overrides)
         try:
             self._start = solid.impact_state(self.scene.tables, self._dimension)

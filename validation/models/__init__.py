@@ -1,17 +1,7 @@
-"""One adapter per model: scene in, ``Outcome`` out.
-
-Contract of an adapter module:
-
-- ``warm_up()`` runs a tiny scene so that compiled code is loaded before anything is timed;
-- ``run(scene, progress, checkpoint)`` translates the scene, times the solve alone, and returns an
-  ``Outcome``; it raises ``UserError`` for what the model cannot take, and lets a solver's status
-  through as the record's status. A model that has nothing to resume ignores the checkpoint.
-
-A model's package is imported inside these functions, not when its adapter is.
-"""
+"""One adapter per model: scene in, `Outcome` out. The contract is `adapter.Adapter`."""
 
 import importlib
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from validation.models.adapter import Adapter
 
@@ -19,7 +9,13 @@ ModelName = Literal["hcm", "fem3d", "fem2d"]
 MODEL_NAMES: tuple[ModelName, ...] = get_args(ModelName)
 
 
+def adapter_module(name: str) -> str:
+    """Where a model's adapter is: the solid models, which differ by their dimension, share one."""
+    return "validation.models.hcm" if name == "hcm" else "validation.models.solid"
+
+
 def adapter(name: ModelName) -> Adapter:
     """The adapter of a model."""
-    module: Adapter = importlib.import_module(f"validation.models.{name}")
-    return module
+    module: Any = importlib.import_module(adapter_module(name))
+    found: Adapter = module if name == "hcm" else module.Solid(name)
+    return found

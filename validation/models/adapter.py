@@ -35,10 +35,10 @@ class Outcome:
 
 
 class Adapter(Protocol):
-    """See the package's docstring."""
+    """What a model's adapter does; its package is imported inside these functions."""
 
     def warm_up(self) -> None:
-        """Load compiled code."""
+        """Run a tiny scene, so that compiled code is loaded before anything is timed."""
 
     def run(
         self,
@@ -46,7 +46,16 @@ class Adapter(Protocol):
         progress: Progress | None = None,
         checkpoint: Checkpoint | None = None,
     ) -> Outcome:
-        """Translate and solve."""
+        """Translate the scene and time the solve alone.
+
+        A solver's status is let through as the record's. A model that has nothing to resume
+        ignores the checkpoint.
+
+        Raises
+        ------
+        UserError
+            The model cannot take this scene.
+        """
 
 
 def _members(source: object) -> dict[str, Any]:

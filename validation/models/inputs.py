@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.harness.identity import program
+from validation.models import adapter_module
 from validation.scenes.tables import Scene
 
 # The models are independent: where a scene's reading imports the other one, for a bound or a
@@ -38,5 +39,5 @@ def run_inputs(tables: Scene, model: str, *modules: str, **more: Any) -> dict[st
     modules : further ones whose code makes the result.
     more : what else the result depends on, as JSON values: a start state, wanted times.
     """
-    made_by = program(f"validation.models.{model}", *modules, without=OTHERS[model])
+    made_by = program(adapter_module(model), *modules, without=OTHERS[model])
     return {"model": model, "program": made_by, **scene_inputs(tables, model), **more}

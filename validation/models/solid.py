@@ -1,7 +1,7 @@
-"""What the two solid models' adapters share: mesh, translation, timed solve."""
+"""Adapter of the two solid models: mesh, translation, timed solve."""
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +13,7 @@ from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
 
 Dimension = Literal[2, 3]
+DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
 CONTACT = {"converged": "impulse"}  # by preset, where it isn't the solver's own default
 LENGTH_TOLERANCE = 0.01  # of a phalanx in a mesh file against the scene's
@@ -158,16 +159,52 @@ def variant(tables: Scene) -> str:
     return f"{name} penalty {fem.penalty_factor:g}"
 
 
-def solve(
-    scene: NamedScene,
-    model: str,
-    dimension: Dimension,
-    progress: Progress | None,
-    checkpoint: Checkpoint | None = None,
-) -> Outcome:
-    """Mesh, translate and solve; the solve alone is timed."""
-    import reference_fem
+@dataclass(frozen=True)
+class Solid:
+    """The adapter of ``fem3d`` or of ``fem2d`` (plane stress)."""
 
+    name: str
+
+    @property
+    def dimension(self) -> Dimension:
+        """3 or 2."""
+        return DIMENSIONS[self.name]
+
+    def warm_up(self) -> None:
+        """Tap once with a coarse mesh from 52.5 mm: every kernel is loaded."""
+        unless_interrupted(self.run(load_scene("soft", WARM_UP)).record)
+
+    def run(
+        self,
+        scene: NamedScene,
+        progress: Progress | None = None,
+        checkpoint: Checkpoint | None = None,
+    ) -> Outcome:
+        """Mesh, translate and solve; the solve alone is timed."""
+        import reference_fem
+
+        tables = scene.tables
+        _require_possible(scene, self.name)
+        try:  # bad sizes, geometry or settings are ValueErrors that name the key
+            start = time.perf_counter()
+            mesh = build_mesh(tables, self.dimension)
+            mesh_time = time.perf_counter() - start
+            given_inputs = inputs(tables)
+            start = time.perf_counter()
+            restart = None
+            if checkpoint is not None:
+                restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
+            result = reference_fem.simulate(mesh, *given_inputs, progress=progress, restart=restart)
+            wall_time = time.perf_counter() - start
+        except ValueError as error:
+            raise UserError(f"scene {scene.name}: {error}") from error
+        record = to_record(result, scene, self.name, variant(tables), wall_time)
+        record = replace(record, statistics={**record.statistics, "mesh_time_s": mesh_time})
+        return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
+
+
+def _require_possible(scene: NamedScene, model: str) -> None:
+    """Refuse what the solid models cannot take."""
     tables = scene.tables
     if tables.drive.reaction:
         raise UserError(
@@ -180,24 +217,3 @@ def solve(
             f"scene {scene.name}: surface.height = {tables.surface.height:g}: must be > {radius:g} "
             f"for {model}: at rest the surface would cut the finger, whose radius that is"
         )
-    try:  # bad sizes, geometry or settings are ValueErrors that name the key
-        start = time.perf_counter()
-        mesh = build_mesh(tables, dimension)
-        mesh_time = time.perf_counter() - start
-        given_inputs = inputs(tables)
-        start = time.perf_counter()
-        restart = None
-        if checkpoint is not None:
-            restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
-        result = reference_fem.simulate(mesh, *given_inputs, progress=progress, restart=restart)
-        wall_time = time.perf_counter() - start
-    except ValueError as error:
-        raise UserError(f"scene {scene.name}: {error}") from error
-    record = to_record(result, scene, model, variant(tables), wall_time)
-    record = replace(record, statistics={**record.statistics, "mesh_time_s": mesh_time})
-    return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
-
-
-def warm_up(model: str, dimension: Dimension) -> None:
-    """Tap once with a coarse mesh from 52.5 mm: every kernel is loaded."""
-    unless_interrupted(solve(load_scene("soft", WARM_UP), model, dimension, None).record)

@@ -89,7 +89,7 @@ def test_another_program_or_machine_has_another_name(monkeypatch: pytest.MonkeyP
     with monkeypatch.context() as patch:
         patch.setenv("NUMBA_CACHE_DIR", "/elsewhere")
         assert program(model) == before
-    assert program("validation.models.fem3d")["source"] != before["source"]
+    assert program("validation.models.solid")["source"] != before["source"]
 
 
 PACKAGE = {
@@ -218,7 +218,7 @@ def loaded(code: str, *arguments: str) -> set[str]:
 
 def test_no_module_between_scene_and_record_is_forgotten() -> None:
     """What a run loads is part of its name."""
-    roots = ["validation.models.hcm", "validation.models.fem2d", execute.__name__]
+    roots = ["validation.models.hcm", "validation.models.solid", execute.__name__]
     assert loaded(SOLVED) <= set(closure(roots)[0])
 
 

@@ -14,7 +14,6 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.models import solid
-from validation.models.adapter import Outcome
 from validation.runs.execute import solve
 from validation.scenes.load import load_scene
 
@@ -53,7 +52,7 @@ def test_files_and_store_keep_the_force_of_every_step(solid_run: RunRecord, tmp_
         assert "step_time_s" in data.step_normal_force_N.coords
         assert data.normal_force_N.dims == ("time",)
     store = Store(tmp_path / "store")
-    keep_run(store, {"a": 1}, Outcome(solid_run))
+    keep_run(store, {"a": 1}, solid_run)
     found = load_run(store, {"a": 1})
     assert found is not None
     assert list(found.forces) == list(solid_run.forces)

@@ -13,7 +13,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from reference_fem.elements.protocol import Floats
+from reference_fem.arrays import Array
 
 LINE = 64  # bytes of a cache line; a vector of 8 numbers that lies across two of them costs twice
 
@@ -34,7 +34,7 @@ def aligned_frame(_: Any) -> Any:
     return types.none(), code
 
 
-def aligned(values: Floats) -> Floats:
+def aligned(values: Array) -> Array:
     """A copy whose first number begins a cache line, as then every row of 8 lanes does."""
     room = np.empty(values.size + LINE // values.itemsize)
     first = -room.ctypes.data % LINE // values.itemsize

@@ -7,15 +7,16 @@ from typing import ClassVar
 import numba
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements import loops
 from reference_fem.elements.blocks import Blocks, make_blocks
 from reference_fem.elements.frequency import element_stiffness, largest_frequency
 from reference_fem.elements.geometry import Geometry, geometries, sum_at_nodes
-from reference_fem.elements.protocol import Floats, Integers, check_displacement, check_out
+from reference_fem.elements.protocol import check_displacement, check_out
 from reference_fem.elements.stress import von_mises
 
 # (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
-Stresses = Callable[[Blocks, Floats, Floats, Floats, Floats, Integers, Floats], None]
+Stresses = Callable[[Blocks, Array, Array, Array, Array, Index, Array], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +35,15 @@ class BlockElement:
     stresses in the order of `Stresses`, and whether its volumetric term is reduced.
     """
 
-    points: Floats
-    cells: Integers
-    mu: Floats
-    lame: Floats
-    cell_volume: Floats
-    cell_mass: Floats
-    gradients: Floats
-    rows: InitVar[Floats]
-    lumped_mass: Floats = field(init=False)
+    points: Array
+    cells: Index
+    mu: Array
+    lame: Array
+    cell_volume: Array
+    cell_mass: Array
+    gradients: Array
+    rows: InitVar[Array]
+    lumped_mass: Array = field(init=False)
     blocks: Blocks = field(init=False)
 
     blocks_of_kind: ClassVar[type[Blocks]]
@@ -50,7 +51,7 @@ class BlockElement:
     stresses: ClassVar[Stresses]
     mean_dilatation: ClassVar[bool] = False
 
-    def __post_init__(self, rows: Floats) -> None:
+    def __post_init__(self, rows: Array) -> None:
         mass = sum_at_nodes(self.cells, self.cell_mass, len(self.points))
         kind, scratch_rows = type(self).blocks_of_kind, type(self).scratch_rows
         blocks = make_blocks(kind, self.points, self.cells, rows, scratch_rows)
@@ -77,34 +78,34 @@ class BlockElement:
         """What one evaluation of the force reads of the elements, nodes excepted, bytes."""
         return self.blocks.nodes.nbytes + self.blocks.reference.nbytes
 
-    def internal_force(self, displacement: Floats, out: Floats) -> None:
+    def internal_force(self, displacement: Array, out: Array) -> None:
         """Overwrite `out` (n_nodes, dim) with f_int in N, on numba's current number of threads."""
         check_out(out, self.points.shape)
         u = self._checked(displacement)
         loops.internal_force(self.blocks, u, numba.get_num_threads(), out)
 
-    def audited_force(self, displacement: Floats, out: Floats) -> tuple[float, float]:
+    def audited_force(self, displacement: Array, out: Array) -> tuple[float, float]:
         """`internal_force` and `energies` in one pass over the elements."""
         check_out(out, self.points.shape)
         parts = np.empty((numba.get_num_threads(), 2))
         loops.audited_force(self.blocks, self._checked(displacement), out, parts)
         return _energies(parts)
 
-    def energies(self, displacement: Floats) -> tuple[float, float]:
+    def energies(self, displacement: Array) -> tuple[float, float]:
         """Stored energy, and the share of it that hourglass control holds, J."""
         parts = np.empty((numba.get_num_threads(), 2))
         loops.energies(self.blocks, self._checked(displacement), parts)
         return _energies(parts)
 
-    def strain_energy(self, displacement: Floats) -> float:
+    def strain_energy(self, displacement: Array) -> float:
         """Stored energy in J, from the strains at the points; that of hourglass modes included."""
         return self.energies(displacement)[0]
 
-    def hourglass_energy(self, displacement: Floats) -> float:
+    def hourglass_energy(self, displacement: Array) -> float:
         """What hourglass control holds of the stored energy, J."""
         return self.energies(displacement)[1]
 
-    def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
+    def cell_stress(self, displacement: Array, cells: Index | None = None) -> Array:
         """Cauchy stress at the centres, (n, 6) as xx, yy, zz, xy, yz, xz or (n, 3), Pa."""
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
         stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
@@ -112,11 +113,11 @@ class BlockElement:
         type(self).stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
         return stress
 
-    def von_mises(self, displacement: Floats, cells: Integers | None = None) -> Floats:
+    def von_mises(self, displacement: Array, cells: Index | None = None) -> Array:
         """Equivalent stress at the centres, (n,), Pa."""
         return von_mises(self.cell_stress(displacement, cells))
 
-    def min_det_F(self, displacement: Floats) -> float:
+    def min_det_F(self, displacement: Array) -> float:
         """Smallest det F over all points; NaN if the displacement holds one."""
         parts = np.empty(numba.get_num_threads())
         loops.min_dets(self.blocks, self._checked(displacement), parts)
@@ -126,13 +127,13 @@ class BlockElement:
         """Bound in rad/s on the largest eigenfrequency (Irons' theorem; see `frequency`)."""
         return largest_frequency(self._stiffness_and_mass())
 
-    def _checked(self, displacement: Floats) -> Floats:
+    def _checked(self, displacement: Array) -> Array:
         return check_displacement(displacement, self.points.shape)
 
     def _geometries(self) -> Iterator[Geometry]:
         return geometries(self.points, self.cells)
 
-    def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
+    def _stiffness_and_mass(self) -> Iterator[tuple[Array, Array]]:
         """Stiffness (n, a*dim, a*dim) and row-sum mass (n, a) of all elements, in chunks."""
         for g in self._geometries():
             mu, lame = self.mu[g.cells], self.lame[g.cells]
@@ -142,13 +143,13 @@ class BlockElement:
             )
 
 
-def lame_constants(young: Floats, poisson: Floats) -> tuple[Floats, Floats]:
+def lame_constants(young: Array, poisson: Array) -> tuple[Array, Array]:
     """Shear modulus mu and lambda of Young's modulus and Poisson's ratio, Pa."""
     mu = young / (2.0 * (1.0 + poisson))
     return mu, young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
 
 
-def _energies(parts: Floats) -> tuple[float, float]:
+def _energies(parts: Array) -> tuple[float, float]:
     """All that is stored and hourglass control's share, J, from the threads' (threads, 2)."""
     strain, hourglass = (sum(of_threads) for of_threads in parts.T.tolist())
     return strain + hourglass, hourglass

@@ -5,8 +5,9 @@ from typing import NamedTuple, TypeVar
 import numba
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.alignment import aligned
-from reference_fem.elements.protocol import Floats, Integers, Nodes
+from reference_fem.elements.protocol import Nodes
 
 # Below 16 lanes the compiler does not vectorise; with more, a block no longer stays in 32 kB of
 # first-level cache between the two passes over it (measured: 32 lanes are 10 to 15 % slower).
@@ -28,20 +29,20 @@ class Blocks(NamedTuple):
         as many threads as numba may ever use; pages that are not needed are never touched.
     """
 
-    points: Floats
+    points: Array
     nodes: Nodes
-    node_range: Integers
+    node_range: Index
     n_cells: int
-    reference: Floats
-    scratch: Floats
-    buffers: Floats
+    reference: Array
+    scratch: Array
+    buffers: Array
 
 
 Kind = TypeVar("Kind", bound=Blocks)
 
 
 def make_blocks(
-    kind: type[Kind], points: Floats, cells: Integers, rows: Floats, scratch_rows: int
+    kind: type[Kind], points: Array, cells: Index, rows: Array, scratch_rows: int
 ) -> Kind:
     """Blocks of `cells` (n_cells, corners) in their order; `rows` (n_cells, rows) to be stored."""
     padded = np.vstack((cells, np.repeat(cells[-1:], -len(cells) % LANES, axis=0)))
@@ -58,7 +59,7 @@ def make_blocks(
     )
 
 
-def _lanes(values: Floats) -> Floats:
+def _lanes(values: Array) -> Array:
     """Values by element and row (n_cells, rows) as (n_blocks, rows*LANES), zero past the last."""
     padded = np.vstack((values, np.zeros((-len(values) % LANES, values.shape[1]))))
     by_block = padded.reshape(-1, LANES, values.shape[1]).transpose(0, 2, 1)

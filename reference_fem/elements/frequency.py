@@ -17,14 +17,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from reference_fem.elements.protocol import Floats
+from reference_fem.arrays import Array
 
 SQUARINGS = 6  # p = 64: the bound on w = sqrt(lambda) is at most 24^(1/256) = 1.2 % too high
 
 
 def element_stiffness(
-    gradients: Floats, weights: Floats, mu: Floats, lame: Floats, mean_dilatation: bool
-) -> Floats:
+    gradients: Array, weights: Array, mu: Array, lame: Array, mean_dilatation: bool
+) -> Array:
     """Stiffness at the reference configuration, (n, a*dim, a*dim), N/m.
 
     K_ai,bj = sum_q w [mu (d_ij grad N_a . grad N_b + N_a,j N_b,i) + lambda N_a,i N_b,j], the last
@@ -48,7 +48,7 @@ def element_stiffness(
     return mu[:, None, None] * shear.reshape(n, a * dim, a * dim) + lame[:, None, None] * products
 
 
-def largest_frequency(chunks: Iterator[tuple[Floats, Floats]]) -> float:
+def largest_frequency(chunks: Iterator[tuple[Array, Array]]) -> float:
     """Bound in rad/s on the largest eigenfrequency of any element.
 
     Parameters
@@ -65,7 +65,7 @@ def largest_frequency(chunks: Iterator[tuple[Floats, Floats]]) -> float:
     return float(np.sqrt(largest))
 
 
-def largest_eigenvalue(matrices: Floats, known: float) -> float:
+def largest_eigenvalue(matrices: Array, known: float) -> float:
     """Bound on the largest eigenvalue of symmetric matrices (n, k, k), or `known` if larger."""
     power = matrices
     log_scale = np.zeros(len(matrices))  # log of the factor taken out of A^p, over p

@@ -7,7 +7,7 @@ import numpy as np
 from skfem import ElementHex1, ElementQuad1, MeshHex, MeshQuad
 from skfem.quadrature import get_quadrature
 
-from reference_fem.elements.protocol import Floats, Integers
+from reference_fem.arrays import Array, Index
 
 # Corners of VTK's (and gmsh's) cells in the reference square and cube [0, 1]^dim.
 CORNERS = {
@@ -32,31 +32,29 @@ class Geometry:
     """
 
     cells: slice
-    weights: Floats
-    jacobian: Floats
-    gradients: Floats
-    centre_gradients: Floats
-    shape: Floats
+    weights: Array
+    jacobian: Array
+    gradients: Array
+    centre_gradients: Array
+    shape: Array
 
     @property
-    def volume(self) -> Floats:
+    def volume(self) -> Array:
         """Of each element, (n,)."""
         return self.weights.sum(axis=1)
 
     @property
-    def corner_volumes(self) -> Floats:
+    def corner_volumes(self) -> Array:
         """Integrals of the shape functions, (n, a)."""
         return self.weights @ self.shape
 
-    def rows_of_points(self) -> Floats:
+    def rows_of_points(self) -> Array:
         """`triangular_inverse` and volume of each point in a row, (n, q (dim (dim + 1)/2 + 1))."""
         rows = np.dstack((triangular_inverse(self.jacobian), self.weights))
         return rows.reshape(len(rows), -1)
 
 
-def geometries(
-    points: Floats, cells: Integers, thickness: Floats | None = None
-) -> Iterator[Geometry]:
+def geometries(points: Array, cells: Index, thickness: Array | None = None) -> Iterator[Geometry]:
     """Geometry of all elements, CHUNK at a time, so that set-up needs little memory.
 
     Parameters
@@ -116,26 +114,26 @@ def geometries(
 
 
 def by_element(
-    chunks: Iterator[Geometry], values: Callable[[Geometry], tuple[Floats, ...]]
-) -> list[Floats]:
+    chunks: Iterator[Geometry], values: Callable[[Geometry], tuple[Array, ...]]
+) -> list[Array]:
     """Each of the `values` of all chunks in one array, (n_cells, ...)."""
     return [np.concatenate(parts) for parts in zip(*map(values, chunks), strict=True)]
 
 
-def sum_at_nodes(cells: Integers, values: Floats, n_nodes: int) -> Floats:
+def sum_at_nodes(cells: Index, values: Array, n_nodes: int) -> Array:
     """Sums (n_nodes,) over elements of values (n_cells, a) at their corners."""
     total = np.zeros(n_nodes)
     np.add.at(total, cells, values)
     return total
 
 
-def quadrature_points(points: Floats, cells: Integers) -> Floats:
+def quadrature_points(points: Array, cells: Index) -> Array:
     """Coordinates (n_cells, q, dim) in m of the Gauss points, point q nearest to corner q."""
     shapes = next(geometries(points, cells[:1])).shape
     return np.einsum("qa,nai->nqi", shapes, points[cells])
 
 
-def triangular_inverse(jacobian: Floats) -> Floats:
+def triangular_inverse(jacobian: Array) -> Array:
     """R^-1 of J = Q R with Q a rotation and R upper triangular with a positive diagonal.
 
     Modified Gram-Schmidt on the columns of J, whose R is backward stable.

@@ -12,9 +12,10 @@ import numpy as np
 from numba import prange
 from numba.extending import overload
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.protocol import SAFE_MATH, Floats, Integers, Stored
+from reference_fem.elements.protocol import SAFE_MATH, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
     START,
@@ -27,7 +28,7 @@ from reference_fem.elements.threads import (
 
 
 def add_force(
-    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
 ) -> None:
     """Add the forces of one block, N, and what `energy` gives to row t of `stored` if it is given.
 
@@ -36,21 +37,21 @@ def add_force(
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of add_force")
 
 
-def energy(blocks: Blocks, u: Floats, block: int, s: Floats) -> tuple[float, float]:
+def energy(blocks: Blocks, u: Array, block: int, s: Array) -> tuple[float, float]:
     """Energy of the strains and of the hourglass modes of one block, J."""
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of energy")
 
 
-def least_det(blocks: Blocks, u: Floats, block: int, s: Floats) -> float:
+def least_det(blocks: Blocks, u: Array, block: int, s: Array) -> float:
     """Smallest det F over the points of one block; NaN if any of them is NaN."""
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of least_det")
 
 
 def implement(
     kind: type[Blocks],
-    force: Callable[[Blocks, Floats, int, Integers, int, Floats, Stored], None],
-    energies_of: Callable[[Blocks, Floats, int, Floats], tuple[float, float]],
-    det: Callable[[Blocks, Floats, int, Floats], float],
+    force: Callable[[Blocks, Array, int, Index, int, Array, Stored], None],
+    energies_of: Callable[[Blocks, Array, int, Array], tuple[float, float]],
+    det: Callable[[Blocks, Array, int, Array], float],
 ) -> None:
     """Let these compiled functions stand for the above, in their order, with blocks of `kind`."""
 
@@ -80,7 +81,7 @@ def implement(
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def share_force(
-    blocks: Blocks, u: Floats, shares: Integers, t: int, out: Floats, stored: Stored
+    blocks: Blocks, u: Array, shares: Index, t: int, out: Array, stored: Stored
 ) -> None:
     """Forces of thread t's blocks and, where asked for, row t of what `energies` gives.
 
@@ -94,7 +95,7 @@ def share_force(
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Floats) -> None:
+def internal_force(blocks: Blocks, displacement: Array, n_threads: int, out: Array) -> None:
     """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads."""
     shares = thread_shares(blocks.node_range, n_threads)
     for t in prange(n_threads):
@@ -103,7 +104,7 @@ def internal_force(blocks: Blocks, displacement: Floats, n_threads: int, out: Fl
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def audited_force(blocks: Blocks, displacement: Floats, out: Floats, stored: Floats) -> None:
+def audited_force(blocks: Blocks, displacement: Array, out: Array, stored: Array) -> None:
     """`internal_force` and `energies`, stored (threads, 2), in one pass over the elements."""
     shares = thread_shares(blocks.node_range, len(stored))
     for t in prange(len(stored)):
@@ -112,7 +113,7 @@ def audited_force(blocks: Blocks, displacement: Floats, out: Floats, stored: Flo
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+def energies(blocks: Blocks, displacement: Array, out: Array) -> None:
     """Energy of the strains and of the hourglass modes of each thread's blocks, (threads, 2), J."""
     for t in prange(len(out)):
         start, stop = thread_range(len(blocks.nodes), t, len(out))
@@ -125,7 +126,7 @@ def energies(blocks: Blocks, displacement: Floats, out: Floats) -> None:
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def min_dets(blocks: Blocks, displacement: Floats, out: Floats) -> None:
+def min_dets(blocks: Blocks, displacement: Array, out: Array) -> None:
     """Smallest det F of each thread's blocks, (threads,); NaN if any of them is NaN."""
     for t in prange(len(out)):
         start, stop = thread_range(len(blocks.nodes), t, len(out))

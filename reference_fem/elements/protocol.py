@@ -16,14 +16,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative indices
 # Energies of strains and of hourglass modes by thread, (threads, 2), J. Where it is None, numba
 # leaves out all that concerns them.
-Stored = Floats | None
+Stored = Array | None
 
 # Of compiled kernels. No nnan or ninf: a NaN in the displacement must reach the audit, not be
 # optimised away.
@@ -48,14 +47,14 @@ class ElementKernel(Protocol):
         """Number of space dimensions, 2 or 3."""
 
     @property
-    def lumped_mass(self) -> Floats:
+    def lumped_mass(self) -> Array:
         """Row-sum mass of each node, (n_nodes,), kg, of the body as meshed."""
 
     @property
-    def cell_volume(self) -> Floats:
+    def cell_volume(self) -> Array:
         """Reference volume of each element, (n_cells,), m^3."""
 
-    def internal_force(self, displacement: Floats, out: Floats) -> None:
+    def internal_force(self, displacement: Array, out: Array) -> None:
         """Overwrite `out` (n_nodes, dim) with the internal force in N.
 
         Runs on as many threads as numba's current setting (`numba.set_num_threads`).
@@ -65,36 +64,36 @@ class ElementKernel(Protocol):
     def loop_bytes(self) -> int:
         """What one evaluation of the force reads of the elements, nodal arrays excepted, bytes."""
 
-    def energies(self, displacement: Floats) -> tuple[float, float]:
+    def energies(self, displacement: Array) -> tuple[float, float]:
         """All that is stored, J, and what hourglass control holds of it (0 without such control).
 
         From the strains at the points, not from force times displacement.
         """
 
-    def audited_force(self, displacement: Floats, out: Floats) -> tuple[float, float]:
+    def audited_force(self, displacement: Array, out: Array) -> tuple[float, float]:
         """`internal_force` and `energies` in one pass over the elements.
 
         It takes 3 % more than the force of 1-point hexahedra, 10 % of 8-point ones, 20 % of plane
         quadrilaterals (measured); a pass for the energies alone, half of it or more.
         """
 
-    def strain_energy(self, displacement: Floats) -> float:
+    def strain_energy(self, displacement: Array) -> float:
         """The first of `energies`, J."""
 
-    def hourglass_energy(self, displacement: Floats) -> float:
+    def hourglass_energy(self, displacement: Array) -> float:
         """The second of `energies`, J."""
 
-    def cell_stress(self, displacement: Floats, cells: Integers | None = None) -> Floats:
+    def cell_stress(self, displacement: Array, cells: Index | None = None) -> Array:
         """Cauchy stress at the elements' centres in Pa.
 
         (n, 6) as xx, yy, zz, xy, yz, xz in 3D; (n, 3) as xx, yy, xy in 2D. `cells` picks elements
         (all of them when None), so that a probe costs what it looks at.
         """
 
-    def von_mises(self, displacement: Floats, cells: Integers | None = None) -> Floats:
+    def von_mises(self, displacement: Array, cells: Index | None = None) -> Array:
         """Equivalent stress at the elements' centres in Pa, (n,)."""
 
-    def min_det_F(self, displacement: Floats) -> float:
+    def min_det_F(self, displacement: Array) -> float:
         """Smallest det F over all points: zero or less means an inverted element."""
 
     def max_frequency(self) -> float:
@@ -105,7 +104,7 @@ class ElementKernel(Protocol):
         """
 
 
-def check_mesh(points: Floats, cells: Integers, dim: int, corners: int) -> tuple[Floats, Integers]:
+def check_mesh(points: Array, cells: Index, dim: int, corners: int) -> tuple[Array, Index]:
     """Return points (n, dim) and cells (m, corners) as contiguous float64 and int64.
 
     Raises
@@ -129,8 +128,8 @@ def check_mesh(points: Floats, cells: Integers, dim: int, corners: int) -> tuple
 
 
 def check_material(
-    young: Floats, poisson: Floats, density: Floats, n_cells: int
-) -> tuple[Floats, Floats, Floats]:
+    young: Array, poisson: Array, density: Array, n_cells: int
+) -> tuple[Array, Array, Array]:
     """Return Young's modulus (Pa), Poisson's ratio and density (kg/m^3), each (n_cells,).
 
     Raises
@@ -152,7 +151,7 @@ def check_material(
     return arrays[0], arrays[1], arrays[2]
 
 
-def check_displacement(displacement: Floats, shape: tuple[int, int]) -> Floats:
+def check_displacement(displacement: Array, shape: tuple[int, int]) -> Array:
     """Return the displacement as the contiguous float64 array that the kernels take.
 
     Raises
@@ -166,7 +165,7 @@ def check_displacement(displacement: Floats, shape: tuple[int, int]) -> Floats:
     return displacement
 
 
-def check_out(out: Floats, shape: tuple[int, int]) -> None:
+def check_out(out: Array, shape: tuple[int, int]) -> None:
     """Refuse an output array that a kernel could not write in place.
 
     Raises

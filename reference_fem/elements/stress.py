@@ -2,15 +2,13 @@
 
 import numpy as np
 
+from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
-from reference_fem.elements.protocol import Floats
 
 
 @njit(cache=True, error_model="numpy")
-def deformation(
-    blocks: Blocks, displacement: Floats, cell: int, gradients: Floats, f: Floats
-) -> None:
+def deformation(blocks: Blocks, displacement: Array, cell: int, gradients: Array, f: Array) -> None:
     """F = sum_a x_a grad N_a (dim, dim) of one element, gradients (corners, dim) in 1/m."""
     nodes = blocks.nodes[cell // LANES, cell % LANES]
     f[:] = 0.0
@@ -29,7 +27,7 @@ def lower(a: float, b: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def cauchy_stress(f: Floats, mu: float, pressure: float, stress: Floats) -> None:
+def cauchy_stress(f: Array, mu: float, pressure: float, stress: Array) -> None:
     """Cauchy stress F S F^T / det F with S = pressure I + mu (F^T F - I), Pa.
 
     f (3, 3) deformation gradient; `pressure` = lambda tr E; stress (6,) out: xx yy zz xy yz xz.
@@ -56,7 +54,7 @@ def cauchy_stress(f: Floats, mu: float, pressure: float, stress: Floats) -> None
 
 
 @njit(cache=True, error_model="numpy")
-def cauchy_plane_stress(f: Floats, mu: float, lame: float, stress: Floats) -> None:
+def cauchy_plane_stress(f: Array, mu: float, lame: float, stress: Array) -> None:
     """In-plane Cauchy stress F S F^T / (det F lambda_z) of a sheet with S_zz = 0, Pa.
 
     f (2, 2); `lame` = lambda* = 2 lambda mu/(lambda + 2 mu); stress (3,) out: xx yy xy. S_zz = 0
@@ -74,7 +72,7 @@ def cauchy_plane_stress(f: Floats, mu: float, lame: float, stress: Floats) -> No
     stress[2] = (pressure * b12 + mu * (b11 * b12 + b12 * d22)) / volume
 
 
-def von_mises(stress: Floats) -> Floats:
+def von_mises(stress: Array) -> Array:
     """Equivalent stress sqrt(3/2 dev:dev), Pa, (n,).
 
     Parameters

@@ -8,9 +8,9 @@ next to nothing is summed twice; a mesh numbered at random costs time, not corre
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.protocol import Floats, Integers
 
 # Columns of a share: blocks START..STOP-1 touch nodes LOW..HIGH-1, of which no other
 # thread's blocks touch OWN_LOW..OWN_HIGH-1.
@@ -24,7 +24,7 @@ def thread_range(count: int, t: int, n_threads: int) -> tuple[int, int]:
 
 
 @njit(cache=True, error_model="numpy")
-def thread_shares(node_range: Integers, n_threads: int) -> Integers:
+def thread_shares(node_range: Index, n_threads: int) -> Index:
     """Shares (n_threads, 6) of all threads."""
     shares = np.zeros((n_threads, 6), dtype=np.int64)
     for t in range(n_threads):
@@ -49,7 +49,7 @@ def thread_shares(node_range: Integers, n_threads: int) -> Integers:
 
 
 @njit(cache=True, error_model="numpy")
-def zero_forces(blocks: Blocks, shares: Integers, t: int, out: Floats) -> None:
+def zero_forces(blocks: Blocks, shares: Index, t: int, out: Array) -> None:
     """Zero the forces that thread t is going to add to."""
     low, first, last, high = (
         shares[t, LOW],
@@ -63,7 +63,7 @@ def zero_forces(blocks: Blocks, shares: Integers, t: int, out: Floats) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def holds_own_nodes_only(blocks: Blocks, block: int, share: Integers) -> bool:
+def holds_own_nodes_only(blocks: Blocks, block: int, share: Index) -> bool:
     """Whether a block's nodes are all its thread's own."""
     return bool(
         blocks.node_range[block, 0] >= share[OWN_LOW]
@@ -72,7 +72,7 @@ def holds_own_nodes_only(blocks: Blocks, block: int, share: Integers) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def add_buffers(blocks: Blocks, shares: Integers, out: Floats) -> None:
+def add_buffers(blocks: Blocks, shares: Index, out: Array) -> None:
     """Sum the buffers into the nodes that are no thread's own.
 
     One thread does it for all: to wake the others takes longer than a section of the mesh.

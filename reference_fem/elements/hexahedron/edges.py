@@ -4,8 +4,9 @@ The base vectors g_k = dx/dxi_k of a trilinear element need only the 12 edge vec
 each is bilinear in the other two coordinates, so 4 values per k serve 8 points.
 """
 
+from reference_fem.arrays import Array
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.protocol import Floats, inlined
+from reference_fem.elements.protocol import inlined
 
 LOW = 0.21132486540518713  # 1/2 - 1/sqrt(12): the first Gauss point on [0, 1]
 
@@ -25,7 +26,7 @@ def at_gauss(e00: float, e10: float, e01: float, e11: float) -> Four:
 
 
 @inlined
-def base_vectors(s: Floats, row: int, lane: int) -> Bases:
+def base_vectors(s: Array, row: int, lane: int) -> Bases:
     """One Cartesian component of g_1, g_2, g_3 (4 values each) from 8 nodal rows of scratch s."""
     o = row * LANES + lane
     x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
@@ -38,7 +39,7 @@ def base_vectors(s: Floats, row: int, lane: int) -> Bases:
 
 
 @inlined
-def base_forces(s: Floats, row: int, lane: int, c1: Four, c2: Four, c3: Four) -> None:
+def base_forces(s: Array, row: int, lane: int, c1: Four, c2: Four, c3: Four) -> None:
     """Transpose of `base_vectors`: 8 nodal rows of s from the forces conjugate to g_1, g_2, g_3."""
     o = row * LANES + lane
     a01, a32, a45, a76 = at_gauss(c1[0], c1[1], c1[2], c1[3])
@@ -85,7 +86,7 @@ def at_points(
 
 
 @inlined
-def store_bases(s: Floats, row: int, lane: int, g: Bases) -> None:
+def store_bases(s: Array, row: int, lane: int, g: Bases) -> None:
     """Twelve rows of s: one Cartesian component of g_1, g_2, g_3."""
     o = row * LANES + lane
     for k in range(3):
@@ -94,7 +95,7 @@ def store_bases(s: Floats, row: int, lane: int, g: Bases) -> None:
 
 
 @inlined
-def load_bases(s: Floats, row: int, lane: int) -> Bases:
+def load_bases(s: Array, row: int, lane: int) -> Bases:
     """What `store_bases` stored."""
     o = row * LANES + lane
     h, t = o + 4 * LANES, o + 8 * LANES

@@ -5,12 +5,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import BlockElement, Stresses, lame_constants
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.elements.hexahedron.eight_point_kernel import SCRATCH_ROWS
 from reference_fem.elements.hexahedron.eight_point_outputs import Hex8Blocks, stresses
-from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
+from reference_fem.elements.protocol import check_material, check_mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +24,7 @@ class Hex8(BlockElement):
     mean_dilatation: ClassVar[bool] = True
 
 
-def hex8(points: Floats, cells: Integers, young: Floats, poisson: Floats, density: Floats) -> Hex8:
+def hex8(points: Array, cells: Index, young: Array, poisson: Array, density: Array) -> Hex8:
     """8-node hexahedra with a mean dilatation, St. Venant-Kirchhoff.
 
     Parameters

@@ -18,6 +18,7 @@ Layout: blocks of LANES elements in structure-of-arrays form, so the compiler ve
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import (
@@ -30,7 +31,7 @@ from reference_fem.elements.hexahedron.edges import (
 )
 from reference_fem.elements.hexahedron.nodes import gather_positions, scatter
 from reference_fem.elements.hexahedron.point import POINT_ROWS, dilatation, point_force
-from reference_fem.elements.protocol import Floats, Integers, Stored, compiled, inlined
+from reference_fem.elements.protocol import Stored, compiled, inlined
 
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
 # energies or dets.
@@ -41,7 +42,7 @@ SCRATCH_ROWS = RESULT + 1
 
 
 @inlined
-def add_dilatation(s: Floats, r: Floats, q: int, a: int, b: int, c: int) -> None:
+def add_dilatation(s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
     """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
     for lane in range(LANES):
         o = BASES * LANES + lane
@@ -53,7 +54,7 @@ def add_dilatation(s: Floats, r: Floats, q: int, a: int, b: int, c: int) -> None
 
 
 @compiled
-def block_dilatation(s: Floats, r: Floats) -> None:
+def block_dilatation(s: Array, r: Array) -> None:
     """Rows BASES.. of s and, in row DILATATION, sum_q w tr E = V e, from the nodal positions.
 
     One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
@@ -74,7 +75,7 @@ def block_dilatation(s: Floats, r: Floats) -> None:
 
 
 @inlined
-def lane_force(s: Floats, r: Floats, lane: int) -> float:
+def lane_force(s: Array, r: Array, lane: int) -> float:
     """One element's forces, from what `block_dilatation` left in s; its energy, J."""
     x = at_points(load_bases(s, BASES, lane))
     y = at_points(load_bases(s, BASES + 12, lane))
@@ -100,7 +101,7 @@ def lane_force(s: Floats, r: Floats, lane: int) -> float:
 
 
 @compiled
-def block_force(s: Floats, r: Floats, stored: Stored) -> None:
+def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s.
 
     Where energies are `stored`, row RESULT of s: those of the elements, J.
@@ -116,7 +117,7 @@ def block_force(s: Floats, r: Floats, stored: Stored) -> None:
 
 @compiled
 def add_force(
-    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]

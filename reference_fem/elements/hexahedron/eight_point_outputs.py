@@ -5,6 +5,7 @@ Same equations, layout and scratch rows as `eight_point_kernel`; row RESULT hold
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import Three
 from reference_fem.elements.hexahedron.eight_point_kernel import (
@@ -17,7 +18,7 @@ from reference_fem.elements.hexahedron.eight_point_kernel import (
 from reference_fem.elements.hexahedron.nodes import gather_positions
 from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det, shear_energy
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import Floats, Integers, compiled, inlined
+from reference_fem.elements.protocol import compiled, inlined
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
@@ -31,7 +32,7 @@ class Hex8Blocks(Blocks):
 
 
 @inlined
-def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Three, Three, Three]:
+def point_bases(s: Array, lane: int, values: tuple[int, int, int]) -> tuple[Three, Three, Three]:
     """Rows of [g_1 g_2 g_3] at one point, from what `block_dilatation` left in s."""
     a, b, c = values
     o = BASES * LANES + lane
@@ -43,7 +44,7 @@ def point_bases(s: Floats, lane: int, values: tuple[int, int, int]) -> tuple[Thr
 
 
 @inlined
-def add_shear(s: Floats, r: Floats, q: int, values: tuple[int, int, int]) -> None:
+def add_shear(s: Array, r: Array, q: int, values: tuple[int, int, int]) -> None:
     """Add w E:E of point q, which takes these values of g_1, g_2, g_3, to row RESULT."""
     for lane in range(LANES):
         x, y, z = point_bases(s, lane, values)
@@ -52,7 +53,7 @@ def add_shear(s: Floats, r: Floats, q: int, values: tuple[int, int, int]) -> Non
 
 
 @compiled
-def block_energy(s: Floats, r: Floats) -> float:
+def block_energy(s: Array, r: Array) -> float:
     """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
     for lane in range(LANES):
         s[RESULT * LANES + lane] = 0.0
@@ -73,7 +74,7 @@ def block_energy(s: Floats, r: Floats) -> float:
 
 
 @compiled
-def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+def energy(blocks: Blocks, displacement: Array, block: int, s: Array) -> tuple[float, float]:
     """See `loops`."""
     gather_positions(blocks.points, displacement, blocks.nodes[block], s)
     block_dilatation(s, blocks.reference[block])
@@ -81,7 +82,7 @@ def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple
 
 
 @compiled
-def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
     r = blocks.reference[block]
@@ -100,12 +101,12 @@ def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> fl
 @compiled
 def stresses(
     blocks: Blocks,
-    displacement: Floats,
-    gradients: Floats,
-    mu: Floats,
-    _lame: Floats,
-    cells: Integers,
-    stress: Floats,
+    displacement: Array,
+    gradients: Array,
+    mu: Array,
+    _lame: Array,
+    cells: Index,
+    stress: Array,
 ) -> None:
     """Cauchy stress F S F^T / det F at the centres of `cells` into stress (n, 6), Pa.
 

@@ -11,8 +11,9 @@ of X, gives v = L_1.(L_2 x L_3) + (L_1.(G_1 x G_3) + L_2.(G_2 x G_1) + L_3.(G_3 
 the last mode leaves no trace in the volume, and its b is zero.
 """
 
+from reference_fem.arrays import Array
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.protocol import Floats, inlined
+from reference_fem.elements.protocol import inlined
 
 Three = tuple[float, float, float]
 Six = tuple[Three, Three, Three, Three, Three, Three]
@@ -20,7 +21,7 @@ Modes = tuple[float, float, float, float, float, float, float]
 
 
 @inlined
-def modes(s: Floats, o: int) -> Modes:
+def modes(s: Array, o: int) -> Modes:
     """x_m of one component, m as above, from 8 rows of s, the first one's lane at o."""
     x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
     x4, x5, x6, x7 = s[o + 4 * LANES], s[o + 5 * LANES], s[o + 6 * LANES], s[o + 7 * LANES]
@@ -40,7 +41,7 @@ def modes(s: Floats, o: int) -> Modes:
 
 
 @inlined
-def spread(s: Floats, o: int, m: Modes) -> None:
+def spread(s: Array, o: int, m: Modes) -> None:
     """Transpose of `modes`: f_a = sum_m s_ma f_m into 8 rows of s, the first one's lane at o."""
     slope_low, slope_high = m[0] - m[5], m[0] + m[5]
     eta_low, eta_high = m[1] - m[4], m[1] + m[4]

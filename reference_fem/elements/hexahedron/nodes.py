@@ -1,13 +1,14 @@
 """Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
-from reference_fem.elements.protocol import Floats, Integers, Nodes, inlined
+from reference_fem.elements.protocol import Nodes, inlined
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 
 @inlined
-def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
+def gather(values: Array, nodes: Nodes, s: Array, row: int) -> None:
     """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s."""
     for lane in range(0, LANES, WIDTH):
         for a in range(8):
@@ -15,7 +16,7 @@ def gather(values: Floats, nodes: Nodes, s: Floats, row: int) -> None:
 
 
 @inlined
-def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+def gather_positions(points: Array, displacement: Array, nodes: Nodes, s: Array) -> None:
     """Current nodal positions of a block into rows 0..23 of s."""
     for lane in range(0, LANES, WIDTH):
         for a in range(8):
@@ -23,7 +24,7 @@ def gather_positions(points: Floats, displacement: Floats, nodes: Nodes, s: Floa
 
 
 @inlined
-def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
+def scatter(s: Array, blocks: Blocks, block: int, share: Index, t: int, out: Array) -> None:
     """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes = blocks.nodes[block]
     if holds_own_nodes_only(blocks, block, share):
@@ -42,7 +43,7 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
 
 
 @inlined
-def add(s: Floats, o: int, f: Floats, n: int) -> None:
+def add(s: Array, o: int, f: Array, n: int) -> None:
     """Add one corner's force to node n."""
     f[n, 0] += s[o]
     f[n, 1] += s[o + 8 * LANES]

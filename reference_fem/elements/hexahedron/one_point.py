@@ -6,17 +6,18 @@ from typing import ClassVar
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import BlockElement, Stresses, lame_constants
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import CHUNK, CORNERS, by_element, geometries
 from reference_fem.elements.hexahedron import one_point_kernel as kernel
-from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
+from reference_fem.elements.protocol import check_material, check_mesh
 
 HOURGLASS = 1.0  # c: exact bending of a cube
 
 
-def hourglass_signs() -> Floats:
+def hourglass_signs() -> Array:
     """Hourglass vectors h^n, (4, 8): xi eta, eta zeta, xi zeta, xi eta zeta at the corners."""
     x, y, z = (2.0 * CORNERS[3] - 1.0).T
     return np.ascontiguousarray([x * y, y * z, x * z, x * y * z])
@@ -29,13 +30,13 @@ class Hex8OnePoint(BlockElement):
     control : (n_cells,) hourglass stiffness k, N/m
     """
 
-    control: Floats
+    control: Array
 
     blocks_of_kind: ClassVar[type[Blocks]] = kernel.OnePointBlocks
     scratch_rows: ClassVar[int] = kernel.SCRATCH_ROWS
     stresses: ClassVar[Stresses] = kernel.stresses
 
-    def _stiffness_and_mass(self) -> Iterator[tuple[Floats, Floats]]:
+    def _stiffness_and_mass(self) -> Iterator[tuple[Array, Array]]:
         signs = hourglass_signs()
         for start in range(0, self.n_cells, CHUNK):
             some = slice(start, start + CHUNK)
@@ -50,7 +51,7 @@ class Hex8OnePoint(BlockElement):
 
 
 def hex8_one_point(
-    points: Floats, cells: Integers, young: Floats, poisson: Floats, density: Floats
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array
 ) -> Hex8OnePoint:
     """8-node hexahedra with one point and hourglass stiffness, St. Venant-Kirchhoff.
 

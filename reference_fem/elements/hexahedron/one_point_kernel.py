@@ -22,6 +22,7 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, two o
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks
@@ -36,7 +37,7 @@ from reference_fem.elements.hexahedron.modes import (
 )
 from reference_fem.elements.hexahedron.nodes import gather, scatter
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import Floats, Integers, Stored, compiled, inlined
+from reference_fem.elements.protocol import Stored, compiled, inlined
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
 CORNERS = 24
@@ -108,7 +109,7 @@ def square(q: Four) -> float:
 
 @inlined
 def force_row(
-    s: Floats, o: int, u: Modes, h: Three, f: Three, k: float, stress: Tensor, b: Six, g: FourThrees
+    s: Array, o: int, u: Modes, h: Three, f: Three, k: float, stress: Tensor, b: Six, g: FourThrees
 ) -> float:
     """Overwrite one component of the 8 displacements by that of the 8 forces; sum_n (q^n)^2."""
     q = hourglass_row(u, h, g)
@@ -125,7 +126,7 @@ def force_row(
 
 
 @inlined
-def lane_force(s: Floats, r: Floats, lane: int) -> tuple[float, float]:
+def lane_force(s: Array, r: Array, lane: int) -> tuple[float, float]:
     """One element's forces in place of its displacements; energies of strains and hourglass, J.
 
     Inlined where nobody asks for the energies, they are not computed.
@@ -150,7 +151,7 @@ def lane_force(s: Floats, r: Floats, lane: int) -> tuple[float, float]:
 
 
 @compiled
-def block_force(s: Floats, r: Floats, stored: Stored) -> None:
+def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces in place of the nodal displacements.
 
     Where energies are `stored`, rows RESULT and RESULT + 1 as `block_energy` fills them.
@@ -165,7 +166,7 @@ def block_force(s: Floats, r: Floats, stored: Stored) -> None:
 
 
 @compiled
-def block_energy(s: Floats, r: Floats) -> None:
+def block_energy(s: Array, r: Array) -> None:
     """Rows RESULT and RESULT + 1 of s: energy of the strains and of the hourglass modes, J."""
     for lane in range(LANES):
         o = lane + CORNERS * LANES
@@ -181,7 +182,7 @@ def block_energy(s: Floats, r: Floats) -> None:
 
 
 @compiled
-def block_det(s: Floats) -> None:
+def block_det(s: Array) -> None:
     """Row RESULT of s: det F."""
     for lane in range(LANES):
         o = lane + CORNERS * LANES
@@ -197,14 +198,14 @@ def block_det(s: Floats) -> None:
 
 
 @inlined
-def gather_both(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> None:
+def gather_both(blocks: Blocks, displacement: Array, block: int, s: Array) -> None:
     """Displacements and reference corners of a block into rows 0..47 of s."""
     gather(displacement, blocks.nodes[block], s, 0)
     gather(blocks.points, blocks.nodes[block], s, CORNERS)
 
 
 @compiled
-def sum_energies(s: Floats) -> tuple[float, float]:
+def sum_energies(s: Array) -> tuple[float, float]:
     """Rows RESULT and RESULT + 1, summed over the lanes."""
     strain, hourglass = 0.0, 0.0
     for lane in range(LANES):
@@ -215,7 +216,7 @@ def sum_energies(s: Floats) -> tuple[float, float]:
 
 @compiled
 def add_force(
-    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
@@ -229,7 +230,7 @@ def add_force(
 
 
 @compiled
-def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+def energy(blocks: Blocks, displacement: Array, block: int, s: Array) -> tuple[float, float]:
     """See `loops`."""
     gather_both(blocks, displacement, block, s)
     block_energy(s, blocks.reference[block])
@@ -237,7 +238,7 @@ def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple
 
 
 @compiled
-def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
     gather_both(blocks, displacement, block, s)
@@ -250,12 +251,12 @@ def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> fl
 @njit(cache=True, error_model="numpy")
 def stresses(
     blocks: Blocks,
-    displacement: Floats,
-    gradients: Floats,
-    mu: Floats,
-    lame: Floats,
-    cells: Integers,
-    stress: Floats,
+    displacement: Array,
+    gradients: Array,
+    mu: Array,
+    lame: Array,
+    cells: Index,
+    stress: Array,
 ) -> None:
     """Cauchy stress of `cells` into stress (n, 6), Pa; gradients (n_cells, 8, 3), 1/m."""
     f = np.empty((3, 3))

@@ -7,9 +7,10 @@ instead of J^-1 and w, and two products become triangular.
 `r[o + row*LANES]`, row 0..6: R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w (m^3).
 """
 
+from reference_fem.arrays import Array
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.hexahedron.edges import Three
-from reference_fem.elements.protocol import Floats, inlined
+from reference_fem.elements.protocol import inlined
 
 POINT_ROWS = 7
 
@@ -17,7 +18,7 @@ Rows = tuple[Three, Three, Three]
 
 
 @inlined
-def gradient_row(g1: float, g2: float, g3: float, r: Floats, o: int) -> Three:
+def gradient_row(g1: float, g2: float, g3: float, r: Array, o: int) -> Three:
     """One row of F Q = [g_1 g_2 g_3] R^-1, R^-1 at r[o], r[o + LANES] .. r[o + 5 LANES]."""
     return (
         g1 * r[o],
@@ -27,7 +28,7 @@ def gradient_row(g1: float, g2: float, g3: float, r: Floats, o: int) -> Three:
 
 
 @inlined
-def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Floats, o: int) -> Three:
+def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Array, o: int) -> Three:
     """One row of w (F Q)(Q^T S Q) R^-T: the forces conjugate to that row of g_1, g_2, g_3."""
     p1 = fx[0] * s1[0] + fx[1] * s1[1] + fx[2] * s1[2]
     p2 = fx[0] * s2[0] + fx[1] * s2[1] + fx[2] * s2[2]
@@ -40,7 +41,7 @@ def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Floats, o: int) -> 
 
 
 @inlined
-def dilatation(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
+def dilatation(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
     """Return w tr E at one point, m^3, from the rows of [g_1 g_2 g_3]."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
     fy = gradient_row(gy[0], gy[1], gy[2], r, o)
@@ -77,7 +78,7 @@ def product(d: Three, h: Three) -> float:
 
 @inlined
 def point_force(
-    gx: Three, gy: Three, gz: Three, r: Floats, o: int, mu: float, pressure: float
+    gx: Three, gy: Three, gz: Three, r: Array, o: int, mu: float, pressure: float
 ) -> tuple[Rows, float]:
     """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point; w mu E:E, J.
 
@@ -101,7 +102,7 @@ def point_force(
 
 
 @inlined
-def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
+def shear_energy(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
     """Return w E:E at one point, m^3."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
     fy = gradient_row(gy[0], gy[1], gy[2], r, o)
@@ -111,7 +112,7 @@ def shear_energy(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
 
 
 @inlined
-def point_det(gx: Three, gy: Three, gz: Three, r: Floats, o: int) -> float:
+def point_det(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
     """Return det F at one point."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
     fy = gradient_row(gy[0], gy[1], gy[2], r, o)

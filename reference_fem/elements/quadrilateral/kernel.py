@@ -15,10 +15,11 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import LOW
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import Floats, Integers, Nodes, Stored, compiled, inlined
+from reference_fem.elements.protocol import Nodes, Stored, compiled, inlined
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
@@ -37,7 +38,7 @@ Points = tuple[Two, Two, Two, Two]
 
 
 @inlined
-def base_vectors(s: Floats, row: int, lane: int) -> Points:
+def base_vectors(s: Array, row: int, lane: int) -> Points:
     """One Cartesian component of (g_1, g_2) at the 4 points, from 4 nodal rows of scratch s."""
     o = row * LANES + lane
     x0, x1, x2, x3 = s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]
@@ -50,7 +51,7 @@ def base_vectors(s: Floats, row: int, lane: int) -> Points:
 
 
 @inlined
-def base_forces(s: Floats, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: Two) -> None:
+def base_forces(s: Array, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: Two) -> None:
     """Transpose of `base_vectors`: 4 nodal rows of s from the points' forces on (g_1, g_2)."""
     o = row * LANES + lane
     a, b = f0[0] + f1[0], f2[0] + f3[0]
@@ -65,7 +66,7 @@ def base_forces(s: Floats, row: int, lane: int, f0: Two, f1: Two, f2: Two, f3: T
 
 
 @inlined
-def gradient_row(g: Two, r: Floats, o: int) -> Two:
+def gradient_row(g: Two, r: Array, o: int) -> Two:
     """One row of F Q = [g_1 g_2] R^-1."""
     return g[0] * r[o], g[0] * r[o + LANES] + g[1] * r[o + 2 * LANES]
 
@@ -81,7 +82,7 @@ def green_strain(fx: Two, fy: Two) -> Three:
 
 
 @inlined
-def force_row(f: Two, s11: float, s22: float, s12: float, r: Floats, o: int) -> Two:
+def force_row(f: Two, s11: float, s22: float, s12: float, r: Array, o: int) -> Two:
     """One row of w (F Q)(Q^T S Q) R^-T."""
     p1, p2 = f[0] * s11 + f[1] * s12, f[0] * s12 + f[1] * s22
     return p1 * r[o] + p2 * r[o + LANES], p2 * r[o + 2 * LANES]
@@ -97,7 +98,7 @@ def strain_energy(c: Three, w: float, mu: float, lame: float) -> float:
 
 @inlined
 def point_force(
-    gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float
+    gx: Two, gy: Two, r: Array, o: int, mu: float, lame: float
 ) -> tuple[Two, Two, float]:
     """Rows x, y of w F S J^-T: the forces conjugate to g_1, g_2 at one point; its energy, J.
 
@@ -113,14 +114,14 @@ def point_force(
 
 
 @inlined
-def point_energy(gx: Two, gy: Two, r: Floats, o: int, mu: float, lame: float) -> float:
+def point_energy(gx: Two, gy: Two, r: Array, o: int, mu: float, lame: float) -> float:
     """Energy of one point, J."""
     c = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
     return strain_energy(c, r[o + 3 * LANES], mu, lame)
 
 
 @inlined
-def lane_force(s: Floats, r: Floats, lane: int) -> float:
+def lane_force(s: Array, r: Array, lane: int) -> float:
     """One element's forces in place of its positions; its energy, J."""
     step = POINT_ROWS * LANES
     x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
@@ -135,7 +136,7 @@ def lane_force(s: Floats, r: Floats, lane: int) -> float:
 
 
 @compiled
-def block_force(s: Floats, r: Floats, stored: Stored) -> None:
+def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..7 of s: positions in, forces out.
 
     Where energies are `stored`, row RESULT of s: those of the elements, J.
@@ -149,7 +150,7 @@ def block_force(s: Floats, r: Floats, stored: Stored) -> None:
 
 
 @inlined
-def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> None:
+def gather(points: Array, displacement: Array, nodes: Nodes, s: Array) -> None:
     """Current nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
     for lane in range(LANES):
         for a in range(4):
@@ -159,7 +160,7 @@ def gather(points: Floats, displacement: Floats, nodes: Nodes, s: Floats) -> Non
 
 
 @inlined
-def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out: Floats) -> None:
+def scatter(s: Array, blocks: Blocks, block: int, share: Index, t: int, out: Array) -> None:
     """Add rows 0..7 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes, seam = blocks.nodes[block], blocks.buffers[t]
     inside = holds_own_nodes_only(blocks, block, share)
@@ -173,7 +174,7 @@ def scatter(s: Floats, blocks: Blocks, block: int, share: Integers, t: int, out:
 
 @compiled
 def add_force(
-    blocks: Blocks, u: Floats, block: int, share: Integers, t: int, out: Floats, stored: Stored
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
 ) -> None:
     """See `loops`."""
     s = blocks.scratch[t]
@@ -188,7 +189,7 @@ def add_force(
 
 
 @compiled
-def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple[float, float]:
+def energy(blocks: Blocks, displacement: Array, block: int, s: Array) -> tuple[float, float]:
     """See `loops`."""
     total, r = 0.0, blocks.reference[block]
     gather(blocks.points, displacement, blocks.nodes[block], s)
@@ -201,7 +202,7 @@ def energy(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> tuple
 
 
 @compiled
-def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> float:
+def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
     r = blocks.reference[block]
@@ -218,12 +219,12 @@ def least_det(blocks: Blocks, displacement: Floats, block: int, s: Floats) -> fl
 @compiled
 def stresses(
     blocks: Blocks,
-    displacement: Floats,
-    gradients: Floats,
-    mu: Floats,
-    lame: Floats,
-    cells: Integers,
-    stress: Floats,
+    displacement: Array,
+    gradients: Array,
+    mu: Array,
+    lame: Array,
+    cells: Index,
+    stress: Array,
 ) -> None:
     """Cauchy stress at the centres of `cells` into stress (n, 3), Pa; `lame` holds lambda*."""
     f = np.empty((2, 2))

@@ -6,10 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import BlockElement, Stresses
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.geometry import Geometry, by_element, geometries, quadrature_points
-from reference_fem.elements.protocol import Floats, Integers, check_material, check_mesh
+from reference_fem.elements.protocol import check_material, check_mesh
 from reference_fem.elements.quadrilateral import kernel
 
 
@@ -20,7 +21,7 @@ class Quad4PlaneStress(BlockElement):
     thickness : (n_cells, 4) at the points of `quad4_quadrature_points`, m
     """
 
-    thickness: Floats
+    thickness: Array
 
     blocks_of_kind: ClassVar[type[Blocks]] = kernel.Quad4Blocks
     scratch_rows: ClassVar[int] = kernel.SCRATCH_ROWS
@@ -30,7 +31,7 @@ class Quad4PlaneStress(BlockElement):
         return geometries(self.points, self.cells, self.thickness)
 
 
-def quad4_quadrature_points(points: Floats, cells: Integers) -> Floats:
+def quad4_quadrature_points(points: Array, cells: Index) -> Array:
     """Where the thickness is asked for: the 4 Gauss points, (n_cells, 4, 2), m.
 
     Point q of a cell is the one nearest to its corner q.
@@ -40,12 +41,12 @@ def quad4_quadrature_points(points: Floats, cells: Integers) -> Floats:
 
 
 def quad4_plane_stress(
-    points: Floats,
-    cells: Integers,
-    young: Floats,
-    poisson: Floats,
-    density: Floats,
-    thickness_at_points: Floats,
+    points: Array,
+    cells: Index,
+    young: Array,
+    poisson: Array,
+    density: Array,
+    thickness_at_points: Array,
 ) -> Quad4PlaneStress:
     """4-node quadrilaterals in plane stress with a given thickness, St. Venant-Kirchhoff.
 
@@ -87,7 +88,7 @@ def quad4_plane_stress(
     )
 
 
-def chord_thickness(points: Floats, cells: Integers, radius: Floats) -> Floats:
+def chord_thickness(points: Array, cells: Index, radius: Array) -> Array:
     """Chord 2 sqrt(R^2 - y^2) of the round section at the points of each cell, (n_cells, 4), m.
 
     With it area, second moment and mass of a section are those of the round beam, up to the

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -211,3 +213,30 @@ def test_solver_keys_are_the_models_settings() -> None:
     names = {key.removeprefix("solver.hcm.") for key in known_keys() if "solver.hcm" in key}
     drawn = {"frame_times"}  # postures that a figure asks for, no matter of the scene
     assert names == set(hcm.Settings.__dataclass_fields__) - drawn
+
+
+def test_a_scene_states_settings_by_name_and_the_solver_keeps_the_other_defaults() -> None:
+    import reference_fem
+    from validation.models.solid import solver_settings
+
+    stated = ["solver.fem.penalty_factor=0.4", "solver.fem.end_time=0.2", "solver.fem.threads=1"]
+    assert solver_settings(load_scene("soft", stated).tables) == reference_fem.Settings(
+        penalty_factor=0.4, end_time_s=0.2, threads=1
+    )
+    assert solver_settings(load_scene("soft").tables) == reference_fem.Settings()
+    converged = load_scene("soft", ["solver.fem.preset=converged"]).tables
+    assert solver_settings(converged) == reference_fem.Settings(contact="impulse")
+
+
+def test_a_solver_is_imported_where_a_scene_states_something_for_it() -> None:
+    code = """
+import sys
+from validation.scenes import load_scene
+for key in (), ("solver.hcm.taps=2",), ("solver.fem.preset=fast",):
+    load_scene("soft", key)
+    print(sorted({"hcm", "reference_fem"} & set(sys.modules)))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout.splitlines() == ["[]", "['hcm']", "['hcm', 'reference_fem']"]

@@ -16,33 +16,26 @@ from scipy.integrate import solve_ivp
 import hcm
 from hcm.arrays import Floats
 from hcm.beam.chain import build_chain
-from hcm.beam.minimal_coordinates import expand, minimal_coordinates, rate
+from hcm.beam.minimal_coordinates import minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TOUCH, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, Contact, contact_law
+from hcm.contact.law import FLIGHT, FREE, Contact, contact_law, normal_slope
 
 MOST_PHASES = 200
 LONGEST_FLIGHT_S = 2.0
 
 
-class TooLongError(Exception):
-    """The seconds allowed are over."""
-
-
 def solve_first_tap(
     finger: hcm.Finger, surface: hcm.Surface, tip: hcm.Tip, drive: hcm.Drive,
-    seconds: float, method: str = "RK45",
+    seconds: float,
 ) -> tuple[str, tuple[float, float] | None]:  # fmt: skip
     """How the first tap ended; its peak F_n, N, and normal impulse, N s, if it did.
 
-    Parameters
-    ----------
     seconds : wall time allowed.
-    method : of `scipy.integrate.solve_ivp`.
     """
     chain, rest = build_chain(finger, drive)
     law, mapping = contact_law(surface, tip), minimal_coordinates(chain)
     m = mapping.place.size
-    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))
+    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's, in the state
     nothing = np.zeros(m)
     state = np.concatenate([rest[mapping.place], nothing, [0.0, 0.0]])
     contact, now, peak, impulse = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0
@@ -50,7 +43,7 @@ def solve_first_tap(
 
     def slope(_time: float, z: Floats) -> Floats:
         if time.perf_counter() > end:
-            raise TooLongError
+            raise TimeoutError
         return rate(z, nothing, mapping, chain, contact, law)
 
     def watched(slot: int) -> Callable[[float, Floats], float]:
@@ -64,9 +57,9 @@ def solve_first_tap(
 
     for _ in range(MOST_PHASES):
         try:
-            found = solve_ivp(slope, (now, LONGEST_FLIGHT_S), state, method=method,
+            found = solve_ivp(slope, (now, LONGEST_FLIGHT_S), state,
                               events=[watched(slot) for slot in range(3)])  # fmt: skip
-        except TooLongError:
+        except TimeoutError:
             return f"not done in {seconds:g} s, at t = {now:.4g} s", None
         if found.status < 0:
             return f"{found.message}".partition(".")[0], None
@@ -76,16 +69,12 @@ def solve_first_tap(
         fired = [slot for slot, times in enumerate(found.t_events) if times.size]
         if not fired:
             return "no event: it flies or presses for ever", None
-        q, v = expand(state[:m], mapping.source), expand(state[m : 2 * m], mapping.source)
-        end_node = chain.tip
         if contact.normal != FLIGHT:
             gaps = found.y[y] + law.height
-            # F_n along the phase, from its own branch
-            slope_n = law.k / (1.0 if contact.normal == 1 else law.restitution**2)
-            peak = max(peak, float((contact.force_ref - slope_n * (gaps - contact.gap_ref)).max()))
+            force = contact.force_ref - normal_slope(contact, law) * (gaps - contact.gap_ref)
+            peak = max(peak, float(force.max()))
         contact, kind = transition(
-            fired[0], q[end_node], q[end_node + 1] + law.height, v[end_node], v[end_node + 1],
-            contact, law,
+            fired[0], state[x], state[y] + law.height, state[m + x], state[m + y], contact, law
         )  # fmt: skip
         if kind == TOUCH:
             impulse = float(state[2 * m])

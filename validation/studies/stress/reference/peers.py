@@ -142,7 +142,7 @@ def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
     ran = calculix.run_calculix(deck, TIMEOUT_S)
     balance = calculix_balance(scene, ran, model)
     verdict = judge(scene)
-    answer = verdict.answer if completed else f"{verdict.answer}: {result.status.value}"
+    answer = str(verdict.answer) if completed else f"{verdict.answer}: {result.status.value}"
     ours = {"answer": answer, **(_own_columns(scene, result, model) if completed else nothing),
             "wall (s)": f"{seconds:.2g}"}  # fmt: skip
     theirs = {"answer": ran.answer, **(balance.columns() if balance else nothing),

@@ -117,10 +117,14 @@ def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]
                 _draw_series(axis, mine, quantity, 1.0, style, line)
                 if quantity != "event_s":
                     axis.axhline(truths[model].own_error, color=color, linewidth=0.7, linestyle=":")
-            level = getattr(between, quantity)
-            axis.axhline(level, color=GREY, linewidth=1.2, linestyle="--")
-            text = f"{1e3 * level:.2g} ms" if quantity == "event_s" else f"{100 * level:.2g} %"
-            axis.annotate(f"gap between the models' truths: {text}", (0.01, level),
+            difference = getattr(between, quantity)
+            axis.axhline(difference, color=GREY, linewidth=1.2, linestyle="--")
+            text = (
+                f"{1e3 * difference:.2g} ms"
+                if quantity == "event_s"
+                else f"{100 * difference:.2g} %"
+            )
+            axis.annotate(f"gap between the models' truths: {text}", (0.01, difference),
                           xycoords=("axes fraction", "data"), ha="left", va="bottom",
                           fontsize=7, color="#555555")  # fmt: skip
             _logarithmic(axis, title, "time of a run (s)", 10)

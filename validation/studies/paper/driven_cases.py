@@ -72,20 +72,20 @@ def with_postures(scene: str, factor: float) -> Case:
 
 
 def driven_cases(
-    factor: float, uncertainty: float, alone: float, fitted: Mapping[str, float]
+    factor: float, uncertainty: float, case_2_factor: float, fitted: Mapping[str, float]
 ) -> tuple[Case, ...]:
     """Section 4.3.
 
     Parameters
     ----------
     factor, uncertainty : the identified t_3 factor, N m a printed unit.
-    alone : the factor with which case 2 arrives at its printed time.
+    case_2_factor : the factor with which case 2 arrives at its printed time.
     fitted : the factor identified under each of ``NUMERICS``.
     """
     varied = (
         ("low", factor - uncertainty, ()),
         ("high", factor + uncertainty, ()),
-        ("case 2 alone", alone, ()),
+        ("case 2 alone", case_2_factor, ()),
         *((label, factor, changes) for label, changes in OTHERS.items()),
         *((label, fitted[label], changes) for label, changes in NUMERICS.items()),
     )

@@ -4,11 +4,10 @@ A key is its name in ``RunRecord.summary`` and in JSON, and ends in the SI unit 
 for people show it with a prefix: ``contact_duration_s`` in us.
 """
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from validation.harness.record import RunRecord
+from typing import Any, Protocol
 
 UNITS = (  # endings of names, longest first, and the unit that they stand for
     ("_m_per_s", "m/s"),
@@ -27,6 +26,19 @@ FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # of the units' pr
 def unit_of(name: str) -> str:
     """The unit that a name ends in, "1" if it has none."""
     return next((unit for ending, unit in UNITS if name.endswith(ending)), "1")
+
+
+def finite(number: float | None) -> float | None:
+    """A scalar as a finite float, or None."""
+    return None if number is None or not math.isfinite(number) else float(number)
+
+
+class Scalars(Protocol):
+    """A run's scalars by their keys: a `RunRecord`."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """In SI units; None for what the run has not."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +71,15 @@ class Quantity:
         """The shown number over the one in SI units."""
         return FACTORS[self.prefix]
 
-    def value(self, record: "RunRecord") -> float | None:
+    def value(self, record: Scalars) -> float | None:
         """In SI units; None where the run has none."""
         if self.component_of is None:
-            return record.value(self.key)
+            return finite(record.summary.get(self.key))
         vector, axis = self.component_of
         components = record.summary.get(vector)
         return None if components is None else float(components[axis])
 
-    def read(self, record: "RunRecord") -> float | None:
+    def read(self, record: Scalars) -> float | None:
         """In the shown unit; None where the run has none."""
         value = self.value(record)
         return None if value is None else self.factor * value

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS
+from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS, finite
 
 Scalar = float | int | bool | str | None
 
@@ -77,10 +77,7 @@ class RunRecord:
 
     def value(self, key: str) -> float | None:
         """One scalar as a finite float, or None."""
-        number = self.summary.get(key)
-        if number is None or not math.isfinite(number):
-            return None
-        return float(number)
+        return finite(self.summary.get(key))
 
     def with_summary(self, **scalars: Scalar) -> Self:
         """A copy with some scalars replaced."""

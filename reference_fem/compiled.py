@@ -23,7 +23,7 @@ _IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULT
 def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` with these options; what it caches carries the stamp of its sources."""
 
-    def compiled(function: Callable[..., Any]) -> Any:
+    def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
         if options.get("cache"):
             stamp = source_stamp(Path(function.__code__.co_filename))
@@ -33,7 +33,7 @@ def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
             file._load_index = functools.partial(_readable_index, file._load_index)
         return dispatcher
 
-    return compiled
+    return decorate
 
 
 def _readable_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
@@ -65,3 +65,10 @@ def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
         path = PACKAGE.parent.joinpath(*name.split("."))
         imported += path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
     return hashlib.sha256(text.encode()).digest(), tuple(imported)
+
+
+# Of the elements' kernels. No nnan or ninf: a NaN in the displacement must reach the audit, not be
+# optimised away.
+SAFE_MATH = {"contract", "nsz"}
+compiled = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+inlined = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)

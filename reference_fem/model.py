@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
-from reference_fem import elements
 from reference_fem.arrays import Array, Index
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.laws import TouchingBody, contact_law
-from reference_fem.elements import ElementKernel, hex8
+from reference_fem.elements import ElementKernel, hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.elements.quadrilateral.plane_stress import chord_thickness
 from reference_fem.joints.hinges import Hinges, build_hinges
 from reference_fem.joints.torques import Couple, build_couple
@@ -80,32 +79,10 @@ class Model:
     grain_s: float
 
 
-ElementFactory = Callable[[Array, Index, Array, Array, Array, Array], ElementKernel]
-
-
-def _hexahedra(
-    points: Array, cells: Index, young: Array, poisson: Array, density: Array, _radius: Array
-) -> ElementKernel:
-    return hex8(points, cells, young, poisson, density)
-
-
-def _one_point(
-    points: Array, cells: Index, young: Array, poisson: Array, density: Array, _radius: Array
-) -> ElementKernel:
-    return elements.hex8_one_point(points, cells, young, poisson, density)
-
-
-def _plane_stress(
-    points: Array, cells: Index, young: Array, poisson: Array, density: Array, radius: Array
-) -> ElementKernel:
-    thickness = chord_thickness(points, cells, radius)
-    return elements.quad4_plane_stress(points, cells, young, poisson, density, thickness)
-
-
 # Formulations by space dimension; the first of each is the default.
-ELEMENTS: dict[int, dict[str, ElementFactory]] = {
-    3: {"hex8-sri": _hexahedra, "hex8-one-point": _one_point},
-    2: {"quad4-plane-stress": _plane_stress},
+ELEMENTS: dict[int, dict[str, Callable[..., ElementKernel]]] = {
+    3: {"hex8-sri": hex8, "hex8-one-point": hex8_one_point},
+    2: {"quad4-plane-stress": quad4_plane_stress},
 }
 
 
@@ -148,7 +125,8 @@ def build_model(
         [(m.youngs_modulus, m.poisson_ratio, m.density, m.bulk_modulus) for m in materials]
     )[phalanx].T.copy()
     radius = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])[phalanx]
-    kernel = _element(mesh.dim, settings)(points, cells, young, poisson, density, radius)
+    thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radius),)
+    kernel = _formulation(mesh.dim, settings)(points, cells, young, poisson, density, *thickness)
     mass = np.ascontiguousarray(kernel.lumped_mass)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     copies = 2 if symmetry.size else 1
@@ -212,7 +190,7 @@ def _smallest_size(points: Array, cells: Index) -> float:
     return float(np.exp(np.log(edges).mean(axis=1)).min())
 
 
-def _element(dim: int, settings: Settings) -> ElementFactory:
+def _formulation(dim: int, settings: Settings) -> Callable[..., ElementKernel]:
     known = ELEMENTS[dim]
     name = next(iter(known)) if settings.element is None else settings.element
     if name not in known:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import SAFE_MATH, njit
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.hexahedron import edges as hex8_edges
-from reference_fem.elements.protocol import SAFE_MATH
 from reference_fem.elements.quadrilateral import kernel as quad4_kernel
 from reference_fem.elements.stress import lower
 from reference_fem.model import Model

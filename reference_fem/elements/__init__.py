@@ -1,8 +1,8 @@
 """Element kernels of the explicit reference: one element a file, all behind `ElementKernel`."""
 
+from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.hexahedron.eight_point import Hex8, hex8
 from reference_fem.elements.hexahedron.one_point import Hex8OnePoint, hex8_one_point
-from reference_fem.elements.protocol import ElementKernel
 from reference_fem.elements.quadrilateral.plane_stress import (
     Quad4PlaneStress,
     quad4_plane_stress,

@@ -4,10 +4,15 @@ from typing import NamedTuple, TypeVar
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_fem.arrays import Array, Index
 from reference_fem.elements.alignment import aligned
-from reference_fem.elements.protocol import Nodes
+
+Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative indices
+# Energies of strains and of hourglass modes by thread, (threads, 2), J. Where it is None, numba
+# leaves out all that concerns them.
+Stored = Array | None
 
 # Below 16 lanes the compiler does not vectorise; with more, a block no longer stays in 32 kB of
 # first-level cache between the two passes over it (measured: 32 lanes are 10 to 15 % slower).

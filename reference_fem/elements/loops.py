@@ -13,9 +13,8 @@ from numba import prange
 from numba.extending import overload
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
-from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.protocol import SAFE_MATH, Stored
+from reference_fem.compiled import SAFE_MATH, njit
+from reference_fem.elements.blocks import Blocks, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
     START,

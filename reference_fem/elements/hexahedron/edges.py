@@ -5,8 +5,8 @@ each is bilinear in the other two coordinates, so 4 values per k serve 8 points.
 """
 
 from reference_fem.arrays import Array
+from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.protocol import inlined
 
 LOW = 0.21132486540518713  # 1/2 - 1/sqrt(12): the first Gauss point on [0, 1]
 

@@ -6,16 +6,16 @@ from typing import ClassVar
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements.base import BlockElement, Stresses, lame_constants
+from reference_fem.elements.base import ElementKernel, Stresses, lame_constants
 from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.checks import check_material, check_mesh
 from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.elements.hexahedron.eight_point_kernel import SCRATCH_ROWS
 from reference_fem.elements.hexahedron.eight_point_outputs import Hex8Blocks, stresses
-from reference_fem.elements.protocol import check_material, check_mesh
 
 
 @dataclass(frozen=True, eq=False)
-class Hex8(BlockElement):
+class Hex8(ElementKernel):
     """8-node hexahedra on one mesh; `gradients` are those at the centres."""
 
     blocks_of_kind: ClassVar[type[Blocks]] = Hex8Blocks

@@ -19,8 +19,9 @@ Lanes past the last element have zero rows and repeat its nodes.
 """
 
 from reference_fem.arrays import Array, Index
+from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.alignment import aligned_frame
-from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.blocks import LANES, Blocks, Stored
 from reference_fem.elements.hexahedron.edges import (
     at_points,
     base_forces,
@@ -31,7 +32,6 @@ from reference_fem.elements.hexahedron.edges import (
 )
 from reference_fem.elements.hexahedron.nodes import gather_positions, scatter
 from reference_fem.elements.hexahedron.point import POINT_ROWS, dilatation, point_force
-from reference_fem.elements.protocol import Stored, compiled, inlined
 
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
 # energies or dets.

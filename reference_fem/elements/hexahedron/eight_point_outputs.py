@@ -6,6 +6,7 @@ Same equations, layout and scratch rows as `eight_point_kernel`; row RESULT hold
 import numpy as np
 
 from reference_fem.arrays import Array, Index
+from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.edges import Three
 from reference_fem.elements.hexahedron.eight_point_kernel import (
@@ -18,7 +19,6 @@ from reference_fem.elements.hexahedron.eight_point_kernel import (
 from reference_fem.elements.hexahedron.nodes import gather_positions
 from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det, shear_energy
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import compiled, inlined
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.

@@ -1,9 +1,9 @@
 """Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.compiled import inlined
+from reference_fem.elements.blocks import LANES, Blocks, Nodes
 from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
-from reference_fem.elements.protocol import Nodes, inlined
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 

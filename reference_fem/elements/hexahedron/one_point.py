@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements.base import BlockElement, Stresses, lame_constants
+from reference_fem.elements.base import ElementKernel, Stresses, lame_constants
 from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.checks import check_material, check_mesh
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import CHUNK, CORNERS, by_element, geometries
 from reference_fem.elements.hexahedron import one_point_kernel as kernel
-from reference_fem.elements.protocol import check_material, check_mesh
 
 HOURGLASS = 1.0  # c: exact bending of a cube
 
@@ -24,7 +24,7 @@ def hourglass_signs() -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Hex8OnePoint(BlockElement):
+class Hex8OnePoint(ElementKernel):
     """Hexahedra with one point on one mesh; `gradients` are the mean ones.
 
     control : (n_cells,) hourglass stiffness k, N/m
@@ -55,16 +55,7 @@ def hex8_one_point(
 ) -> Hex8OnePoint:
     """8-node hexahedra with one point and hourglass stiffness, St. Venant-Kirchhoff.
 
-    Parameters
-    ----------
-    points : (n_nodes, 3), m
-    cells : (n_cells, 8) in VTK's node order
-    young, poisson, density : (n_cells,) Young's modulus (Pa), Poisson's ratio, density (kg/m^3)
-
-    Raises
-    ------
-    ValueError
-        If a shape or a material value is wrong, or an element is inverted.
+    Parameters and errors are those of `hex8`.
     """
     points, cells = check_mesh(points, cells, 3, 8)
     young, poisson, density = check_material(young, poisson, density, len(cells))

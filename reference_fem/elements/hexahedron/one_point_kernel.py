@@ -23,9 +23,9 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, two o
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import compiled, inlined, njit
 from reference_fem.elements.alignment import aligned_frame
-from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.elements.blocks import LANES, Blocks, Stored
 from reference_fem.elements.hexahedron.modes import (
     Modes,
     Six,
@@ -37,7 +37,6 @@ from reference_fem.elements.hexahedron.modes import (
 )
 from reference_fem.elements.hexahedron.nodes import gather, scatter
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import Stored, compiled, inlined
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
 CORNERS = 24

@@ -16,10 +16,10 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements.blocks import LANES, Blocks
+from reference_fem.compiled import compiled, inlined
+from reference_fem.elements.blocks import LANES, Blocks, Nodes, Stored
 from reference_fem.elements.hexahedron.edges import LOW
 from reference_fem.elements.loops import implement
-from reference_fem.elements.protocol import Nodes, Stored, compiled, inlined
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 

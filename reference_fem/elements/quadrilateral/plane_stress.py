@@ -7,15 +7,15 @@ from typing import ClassVar
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements.base import BlockElement, Stresses
+from reference_fem.elements.base import ElementKernel, Stresses
 from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.checks import check_material, check_mesh
 from reference_fem.elements.geometry import Geometry, by_element, geometries, quadrature_points
-from reference_fem.elements.protocol import check_material, check_mesh
 from reference_fem.elements.quadrilateral import kernel
 
 
 @dataclass(frozen=True, eq=False)
-class Quad4PlaneStress(BlockElement):
+class Quad4PlaneStress(ElementKernel):
     """4-node quadrilaterals on one mesh; `lame` is lambda* of plane stress.
 
     thickness : (n_cells, 4) at the points of `quad4_quadrature_points`, m

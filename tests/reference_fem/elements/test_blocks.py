@@ -8,7 +8,7 @@ import pytest
 
 import reference_fem as rf
 from reference_fem.elements import hex8, hex8_one_point, quad4_plane_stress
-from reference_fem.elements.base import BlockElement
+from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.loops import add_force
 from reference_fem.elements.threads import (
@@ -23,14 +23,14 @@ from reference_fem.elements.threads import (
 from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
 from tests.reference_fem.elements.bodies import SIZE, force, grid, material
 
-Build = Callable[[np.ndarray, np.ndarray], BlockElement]
+Build = Callable[[np.ndarray, np.ndarray], ElementKernel]
 
 
-def solid(factory: Callable[..., BlockElement]) -> Build:
+def solid(factory: Callable[..., ElementKernel]) -> Build:
     return lambda p, c: factory(p, c, *material(len(c)))
 
 
-def sheet(points: np.ndarray, cells: np.ndarray) -> BlockElement:
+def sheet(points: np.ndarray, cells: np.ndarray) -> ElementKernel:
     return quad4_plane_stress(points, cells, *material(len(cells)), np.full(cells.shape, 5e-3))
 
 

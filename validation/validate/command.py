@@ -13,14 +13,16 @@ from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
-from validation.validate.accuracy import COLUMNS as ACCURACY_COLUMNS
-from validation.validate.accuracy import accuracy_rows
-from validation.validate.efficiency import COLUMNS as EFFICIENCY_COLUMNS
-from validation.validate.efficiency import efficiency_rows
 from validation.validate.ladder.ladder import Ladder, compute_ladder
-from validation.validate.ladder.report import ladder_context, ladder_tables, write_ladder
+from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
 from validation.validate.page import draw_fields, draw_figures, page_context
 from validation.validate.plan import REDUCED, SCENES, Runs, groups
+from validation.validate.tables import (
+    ACCURACY_COLUMNS,
+    EFFICIENCY_COLUMNS,
+    accuracy_rows,
+    efficiency_rows,
+)
 
 Progress = Callable[[float, str], None]
 
@@ -42,7 +44,7 @@ def isolated_ladder(out: Path, full: bool, store: Store) -> Ladder:
     try:
         ladder: Ladder = call_isolated(compute_ladder, SCENES, full, out / "converge", store)
     except CrashedError as error:
-        return Ladder((), (), (), (f"rungs 2 and 3: {error}",), full)
+        ladder = Ladder(full, failures=[f"rungs 2 and 3: {error}"])
     return ladder
 
 
@@ -59,12 +61,12 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
     efficiency = efficiency_rows(runs.measured())
     title = "Time and memory of each run, alone in its process (the paper's Table 3)"
     write_table(folder, "efficiency", table_of(efficiency, EFFICIENCY_COLUMNS), title)
-    tables = ladder_tables(ladder, runs)
-    write_ladder(folder, tables)
+    rungs = ladder_rows(ladder, runs)
+    write_ladder(folder, rungs)
     figures = draw_figures(folder / "figures", runs)
     renders = draw_fields(folder / "renders", folder / "runs", runs)
     context = page_context(runs, accuracy, efficiency, figures, renders)
-    context |= ladder_context(ladder, tables)
+    context |= ladder_context(ladder, rungs)
     write_page(folder / "index.html", "validate.html.j2", context)
     return context
 

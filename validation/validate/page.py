@@ -7,19 +7,9 @@ from validation.compare.figures import mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
 from validation.render.off_screen import STILL, Renders, render_run
-from validation.validate.accuracy import COLUMNS as ACCURACY_COLUMNS
-from validation.validate.efficiency import COLUMNS as EFFICIENCY_COLUMNS
 from validation.validate.headline import differences, sentences
-from validation.validate.plan import (
-    FAST,
-    MESHES,
-    PENALTIES,
-    PLANE,
-    REDUCED,
-    REFERENCE,
-    SCENES,
-    Runs,
-)
+from validation.validate.plan import ALONE, MESHES, PENALTIES, REFERENCE, SCENES, Runs
+from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
 HIDDEN = ("reduced_model", "reference_model", "scene")  # said once above the page's table
 CAPTIONS = {
@@ -33,7 +23,7 @@ CAPTIONS = {
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     """Figs. 7 and 9; returns paths and captions."""
     forces, meshes = folder / "forces.png", folder / "elements.png"
-    lines = [r for s in SCENES for r in runs.several(s, (REDUCED, REFERENCE, FAST, PLANE))]
+    lines = [r for s in SCENES for r in runs.several(s, ALONE)]
     overlay_figure(forces, lines, [r for s in SCENES for r in runs.spread_over(s)], SCENES)
     counted = [
         (title, run)
@@ -42,26 +32,21 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         if (run := runs.find(scene, ("hcm", variant))) is not None
     ]
     mesh_figure(meshes, counted, SCENES)
-    return [
-        (forces, "Reduced model and references (the paper's fig. 9). Source: our own runs."),
-        (
-            meshes,
-            "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs.",
-        ),
-    ]
+    captions = {
+        forces: "Reduced model and references (the paper's fig. 9). Source: our own runs.",
+        meshes: "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs.",
+    }
+    return list(captions.items())
 
 
 def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Renders]:
     """Renders of the reference on every scene that it completed."""
     result = {}
     for scene in SCENES:
-        run = runs.find(scene, REFERENCE)
-        if run is None:
-            result[scene] = Renders({}, "no completed run to draw")
-        else:
-            result[scene] = render_run(
-                runs_folder / safe_name(run.folder_name), folder, scene, (*STILL, "pressure")
-            )
+        result[scene] = Renders({}, "no completed run to draw")
+        if (run := runs.find(scene, REFERENCE)) is not None:
+            source = runs_folder / safe_name(run.folder_name)
+            result[scene] = render_run(source, folder, scene, (*STILL, "pressure"))
     return result
 
 
@@ -85,7 +70,6 @@ def page_context(
 ) -> dict[str, Any]:
     """What the page's template names."""
     headline = differences(runs)
-    origin = provenance({})
     drawn = [
         (what, path, f"{scene} finger: {CAPTIONS[what]}")
         for scene, pictures in renders.items()
@@ -108,5 +92,5 @@ def page_context(
         "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
         "small_renders": [(path, text) for what, path, text in drawn if what != "sequence"],
         "wide_renders": [(path, text) for what, path, text in drawn if what == "sequence"],
-        "provenance": origin,
+        "provenance": provenance({}),
     }

@@ -12,6 +12,7 @@ FAST = ("fem3d", "fast")
 HOLES = ("fem3d", "ls-dyna-like shaft holes")
 PLANE = ("fem2d", "fast")
 REDUCED = ("hcm", "")
+ALONE = (REDUCED, REFERENCE, FAST, PLANE)  # first in their process: its memory is theirs
 MESHES = {"": "N = 60", "N=30": "N = 30", "N=15": "N = 15"}  # variants of hcm, paper's fig. 7
 SHAFT_RADIUS = 2.5e-3  # m; the paper draws holes and gives no size
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
@@ -19,6 +20,8 @@ PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
 
 def groups(scene: str) -> list[list[Job]]:
     """Jobs of one scene; each group shares a process, whose memory is its first job's."""
+    preset = "solver.fem.preset=ls-dyna-like"
+    holes = f"solver.fem.shaft_radius={SHAFT_RADIUS}"
     return [
         [
             Job(scene, "hcm"),
@@ -26,27 +29,17 @@ def groups(scene: str) -> list[list[Job]]:
             Job(scene, "hcm", ("finger.elements=5",), "N=15"),
         ],
         [
-            Job(scene, "fem3d", ("solver.fem.preset=ls-dyna-like",), "ls-dyna-like", True),
-            Job(
-                scene,
-                "fem3d",
-                ("solver.fem.preset=ls-dyna-like", f"solver.fem.shaft_radius={SHAFT_RADIUS}"),
-                HOLES[1],
-            ),
+            Job(scene, "fem3d", (preset,), REFERENCE[1], True),
+            Job(scene, "fem3d", (preset, holes), HOLES[1]),
         ],
         [
-            Job(scene, "fem3d", (), "fast"),
+            Job(scene, "fem3d", (), FAST[1]),
             *(
-                Job(
-                    scene,
-                    "fem3d",
-                    (f"solver.fem.penalty_factor={penalty}",),
-                    f"fast penalty {penalty:g}",
-                )
-                for penalty in PENALTIES
+                Job(scene, "fem3d", (f"solver.fem.penalty_factor={p}",), f"fast penalty {p:g}")
+                for p in PENALTIES
             ),
         ],
-        [Job(scene, "fem2d", (), "fast")],
+        [Job(scene, "fem2d", (), PLANE[1])],
     ]
 
 
@@ -69,7 +62,7 @@ class Runs:
 
     def references(self, scene: str) -> list[RunRecord]:
         """The runs that the reduced model is compared with."""
-        return self.several(scene, (REFERENCE, FAST, PLANE))
+        return self.several(scene, ALONE[1:])
 
     def spread_over(self, scene: str) -> list[RunRecord]:
         """The three-dimensional runs over meshes and penalty factors, all with plain hinges."""
@@ -78,8 +71,7 @@ class Runs:
 
     def measured(self) -> list[RunRecord]:
         """The runs that had a process to themselves when their memory was read."""
-        wanted = (REDUCED, REFERENCE, FAST, PLANE)
-        return [r for r in self.records if (r.model, r.variant) in wanted]
+        return [run for run in self.records if (run.model, run.variant) in ALONE]
 
     def failures(self) -> list[RunRecord]:
         """The runs that did not complete."""

@@ -18,7 +18,6 @@ from validation.render.off_screen import Renders
 from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
-from validation.validate.efficiency import efficiency_rows
 from validation.validate.headline import differences, sentences
 from validation.validate.ladder.causes import Cause
 from validation.validate.ladder.comparison import SAME, Comparison
@@ -26,6 +25,7 @@ from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.reference_checks import ReferenceCheck
 from validation.validate.paper_tables import table_3
 from validation.validate.plan import Runs, groups
+from validation.validate.tables import efficiency_rows
 
 Make = Callable[..., RunRecord]
 PEAKS = {"hcm": 60.0, "ls-dyna-like": 75.0, "fast": 80.0, "fem2d": 50.0}
@@ -74,7 +74,7 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
 
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
         monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda say: None)
-        empty = Ladder((), (), (), (), False)
+        empty = Ladder(False)
         monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: empty)
         monkeypatch.setattr(
             validate_page, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
@@ -266,7 +266,14 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
     check = ReferenceCheck("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
     row = Comparison(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
     predicted = make_record("soft", peak=81.0)
-    ladder = Ladder((row,), (cause, cause), (), (), True, (best,), (predicted,), (check,))
+    ladder = Ladder(
+        True,
+        rows=[row],
+        causes=[cause, cause],
+        references=[best],
+        predictions=[predicted],
+        checks=[check],
+    )
     monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: ladder)
     folder = validated(tmp_path)
     text = (folder / "index.html").read_text(encoding="utf-8")

@@ -5,9 +5,12 @@ import pytest
 
 from validation.harness.record import RunRecord
 from validation.harness.tables import table_of
-from validation.validate.accuracy import COLUMNS, accuracy_rows
-from validation.validate.efficiency import COLUMNS as EFFICIENCY_COLUMNS
-from validation.validate.efficiency import efficiency_rows
+from validation.validate.tables import (
+    ACCURACY_COLUMNS,
+    EFFICIENCY_COLUMNS,
+    accuracy_rows,
+    efficiency_rows,
+)
 
 Make = Callable[..., RunRecord]
 
@@ -19,8 +22,8 @@ def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) 
         make_record(model="fem2d", variant="fast", peak=50.0),
     ]
     over = [references[0], make_record(model="fem3d", variant="fast", peak=80.0)]
-    table = table_of(accuracy_rows(reduced, references, over), COLUMNS)
-    assert tuple(table.columns) == COLUMNS
+    table = table_of(accuracy_rows(reduced, references, over), ACCURACY_COLUMNS)
+    assert tuple(table.columns) == ACCURACY_COLUMNS
     assert (table.reduced_source == "self").all()
     assert (table.reference_source == "other model").all()
     peaks = table[table.quantity == "peak Fn"].set_index("reference_model")

@@ -24,7 +24,7 @@ class Cause:
     duration_us: float
 
 
-COLUMNS = ("scene", "step", "peak_N", "duration_us", "impulse_mN_s")
+CAUSE_COLUMNS = ("scene", "step", "peak_N", "duration_us", "impulse_mN_s")
 
 
 def causes(

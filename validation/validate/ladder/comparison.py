@@ -34,9 +34,6 @@ class Comparison:
     error_percent: float | None
 
 
-COLUMNS = tuple(Comparison.__annotations__)
-
-
 def name_of(entry: Quantity, start: str) -> str:
     """A quantity's name in the column ``quantity``."""
     return f"{entry.title} ({entry.unit}), {start}"

@@ -1,7 +1,7 @@
 """Rungs 2 and 3 of all scenes; rung 4 compares the validation's own runs (`rungs.paper_rung`)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from validation.converge.verdicts import preset_uncertainties
@@ -17,7 +17,6 @@ from validation.validate.ladder.reference_checks import ReferenceCheck, explicit
 from validation.validate.ladder.rungs import contact_rung, structure_rung
 from validation.validate.ladder.stored_runs import LadderRuns
 
-ONE_MESH = (MESHES[0],)
 EXPLICIT_FLIGHT = "soft"  # the scene whose fall is also run in explicit steps: the larger step
 
 
@@ -27,27 +26,27 @@ class Ladder:
 
     Attributes
     ----------
-    rows, causes, identified : in the order of the scenes.
-    failures : one sentence for each scene that a rung failed on.
     full : whether the converged reference and three meshes of the statics were run.
+    rows, causes, identified : in the order of the scenes.
     references, predictions : rung 3's finest runs from their own flight, of both models.
     checks : what skipping the flight changes, in the full ladder.
+    failures : one sentence for each scene that a rung failed on.
     """
 
-    rows: tuple[Comparison, ...]
-    causes: tuple[Cause, ...]
-    identified: tuple[ContactIdentification, ...]
-    failures: tuple[str, ...]
     full: bool
-    references: tuple[RunRecord, ...] = ()
-    predictions: tuple[RunRecord, ...] = ()
-    checks: tuple[ReferenceCheck, ...] = ()
+    rows: list[Comparison] = field(default_factory=list)
+    causes: list[Cause] = field(default_factory=list)
+    identified: list[ContactIdentification] = field(default_factory=list)
+    references: list[RunRecord] = field(default_factory=list)
+    predictions: list[RunRecord] = field(default_factory=list)
+    checks: list[ReferenceCheck] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
 
 
 def compute_ladder(
     scenes: Sequence[str], full: bool, studies: Path, store: Store = NO_STORE
 ) -> Ladder:
-    """Compute rungs 2 and 3.
+    """Compute rungs 2 and 3; a scene that fails keeps the rungs before its failure.
 
     Parameters
     ----------
@@ -56,39 +55,24 @@ def compute_ladder(
     store : where runs are kept and found again.
     """
     runs = LadderRuns(store)
-    rows: list[Comparison] = []
-    found: list[Cause] = []
-    identified: list[ContactIdentification] = []
-    failures: list[str] = []
-    references: list[RunRecord] = []
-    predictions: list[RunRecord] = []
-    checks: list[ReferenceCheck] = []
+    ladder = Ladder(full)
     for source in scenes:
         try:
             scene = load_scene(source)
             impact = impact_of(scene)
-            rows += structure_rung(scene, impact, full, runs)
-            tip = runs.identify(scene, MESHES if full else ONE_MESH)
-            identified.append(tip)
+            ladder.rows.extend(structure_rung(scene, impact, full, runs))
+            tip = runs.identify(scene, MESHES if full else MESHES[:1])
+            ladder.identified.append(tip)
             stored = preset_uncertainties(studies / f"{source}-fem3d" / "convergence.csv")
             compared, reference, own, predicted = contact_rung(
                 source, scene, impact, tip, stored, full, runs
             )
-            rows += compared
-            references.append(own)
-            predictions.append(predicted)
-            found += causes(scene, impact, tip, reference, runs)
+            ladder.rows.extend(compared)
+            ladder.references.append(own)
+            ladder.predictions.append(predicted)
+            ladder.causes.extend(causes(scene, impact, tip, reference, runs))
             if full and source == EXPLICIT_FLIGHT:
-                checks.append(explicit_flight(source, runs))
+                ladder.checks.append(explicit_flight(source, runs))
         except (UserError, RunFailedError) as error:
-            failures.append(f"{source}: {error}")
-    return Ladder(
-        tuple(rows),
-        tuple(found),
-        tuple(identified),
-        tuple(failures),
-        full,
-        tuple(references),
-        tuple(predictions),
-        tuple(checks),
-    )
+            ladder.failures.append(f"{source}: {error}")
+    return ladder

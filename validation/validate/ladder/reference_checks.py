@@ -36,9 +36,6 @@ class ReferenceCheck:
     contact_time_percent: float | None
 
 
-COLUMNS = tuple(ReferenceCheck.__annotations__)
-
-
 def _check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> ReferenceCheck:
     """Differences of the changed run from the run as it is."""
     pairs = [(entry.read(as_it_is), entry.read(changed)) for entry in CHECKED]

@@ -1,110 +1,86 @@
 """The ladder's tables, and its sentences and tables on validate's page."""
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from validation.harness.quantities import quantity
 from validation.harness.tables import table_of, write_table
-from validation.validate import paper_tables
-from validation.validate.ladder import (
-    accuracy_cost,
-    causes,
-    comparison,
-    contact_patch,
-    reference_checks,
-)
-from validation.validate.ladder.accuracy_cost import AccuracyCost, accuracy_against_cost
-from validation.validate.ladder.causes import Cause
+from validation.validate.ladder.causes import CAUSE_COLUMNS, Cause
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, name_of
-from validation.validate.ladder.contact_patch import ContactPatch, contact_patches
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.reference_checks import ReferenceCheck, shaft_holes
+from validation.validate.ladder.run_tables import (
+    AccuracyCost,
+    ContactPatch,
+    accuracy_against_cost,
+    contact_patches,
+)
 from validation.validate.ladder.rungs import paper_rung
+from validation.validate.paper_tables import COLUMNS_2, COLUMNS_3, table_2, table_3
 from validation.validate.plan import SCENES, Runs
 
-TITLES = {
+RUNGS = {
     2: "Rung 2, structure: the same lumped law on both bodies",
     3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
     4: "Rung 4, the paper: its own k against the ls-dyna-like reference",
 }
-CAPTIONS = {
-    "ladder": "The ladder of comparisons, rungs 2 to 4",
-    "ladder_causes": "From the blind prediction to the reference",
-    "table_2": "The paper's Table 2",
-    "table_3": "The paper's Table 3",
-    "reference_checks": "What a choice of the reference's changes in the reference itself",
-    "accuracy_cost": "Every model against the best reference run, and its time",
-    "contact_patch": "Contact patch and pressure at peak force, beside Hertz",
+TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the file's name
+    "ladder": (tuple(Comparison.__annotations__), "The ladder of comparisons, rungs 2 to 4"),
+    "ladder_causes": (CAUSE_COLUMNS, "From the blind prediction to the reference"),
+    "table_2": (COLUMNS_2, "The paper's Table 2"),
+    "table_3": (COLUMNS_3, "The paper's Table 3"),
+    "reference_checks": (
+        tuple(ReferenceCheck.__annotations__),
+        "What a choice of the reference's changes in the reference itself",
+    ),
+    "accuracy_cost": (
+        tuple(AccuracyCost.__annotations__),
+        "Every model against the best reference run, and its time",
+    ),
+    "contact_patch": (
+        tuple(ContactPatch.__annotations__),
+        "Contact patch and pressure at peak force, beside Hertz",
+    ),
 }
+Rows = Mapping[str, Sequence[Any]]  # of each of TABLES
 
 
-@dataclass(frozen=True)
-class LadderTables:
-    """The rows of each table.
-
-    Attributes
-    ----------
-    comparisons : of rungs 2 to 4.
-    table_2, table_3 : the paper's, our numbers beside its own.
-    checks : the reference against itself.
-    costs : accuracy against cost.
-    patches : how large the contact is, and its pressure.
-    """
-
-    comparisons: list[Comparison]
-    causes: Sequence[Cause]
-    table_2: list[dict[str, Any]]
-    table_3: list[dict[str, Any]]
-    checks: list[ReferenceCheck]
-    costs: list[AccuracyCost]
-    patches: list[ContactPatch]
+def ladder_rows(ladder: Ladder, runs: Runs) -> Rows:
+    """Rows of all tables, from the validation's own runs and the ladder's."""
+    return {
+        "ladder": [*ladder.rows, *paper_rung(runs, SCENES)],
+        "ladder_causes": ladder.causes,
+        "table_2": table_2(runs),
+        "table_3": table_3(runs),
+        "reference_checks": [*shaft_holes(runs, SCENES), *ladder.checks],
+        "accuracy_cost": accuracy_against_cost(runs, ladder.predictions, ladder.references),
+        "contact_patch": contact_patches(runs, ladder.references, SCENES),
+    }
 
 
-def ladder_tables(ladder: Ladder, runs: Runs) -> LadderTables:
-    """Read from the validation's own runs and the ladder's."""
-    return LadderTables(
-        [*ladder.rows, *paper_rung(runs, SCENES)],
-        ladder.causes,
-        paper_tables.table_2(runs),
-        paper_tables.table_3(runs),
-        [*shaft_holes(runs, SCENES), *ladder.checks],
-        accuracy_against_cost(runs, ladder.predictions, ladder.references),
-        contact_patches(runs, ladder.references, SCENES),
-    )
-
-
-def write_ladder(folder: Path, tables: LadderTables) -> None:
+def write_ladder(folder: Path, rows: Rows) -> None:
     """Write every table as CSV, Markdown and LaTeX."""
-    for name, columns, rows in (
-        ("ladder", comparison.COLUMNS, tables.comparisons),
-        ("ladder_causes", causes.COLUMNS, tables.causes),
-        ("table_2", paper_tables.COLUMNS_2, tables.table_2),
-        ("table_3", paper_tables.COLUMNS_3, tables.table_3),
-        ("reference_checks", reference_checks.COLUMNS, tables.checks),
-        ("accuracy_cost", accuracy_cost.COLUMNS, tables.costs),
-        ("contact_patch", contact_patch.COLUMNS, tables.patches),
-    ):
-        write_table(folder, name, table_of(rows, columns), CAPTIONS[name])
+    for name, (columns, caption) in TABLES.items():
+        write_table(folder, name, table_of(rows[name], columns), caption)
 
 
-def ladder_context(ladder: Ladder, tables: LadderTables) -> dict[str, Any]:
+def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
     """What the page's block names."""
-    rungs = {rung: [c for c in tables.comparisons if c.rung == rung] for rung in TITLES}
     return {
         "ladder": ladder,
-        "ladder_tables": tables,
-        "ladder_titles": TITLES,
-        "ladder_rungs": rungs,
-        "ladder_sentences": [
-            *peak_sentences(tables.comparisons),
-            *cause_sentences(tables.causes),
-            *check_sentences(tables.checks),
+        "ladder_tables": rows,
+        "ladder_columns": {name: columns for name, (columns, _) in TABLES.items()},
+        "ladder_rungs": [
+            (title, [row for row in rows["ladder"] if row.rung == rung])
+            for rung, title in RUNGS.items()
         ],
-        "table_2_columns": paper_tables.COLUMNS_2,
-        "table_3_columns": paper_tables.COLUMNS_3,
+        "ladder_sentences": [
+            *peak_sentences(rows["ladder"]),
+            *cause_sentences(rows["ladder_causes"]),
+            *check_sentences(rows["reference_checks"]),
+        ],
     }
 
 

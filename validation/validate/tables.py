@@ -1,0 +1,116 @@
+"""The page's tables of accuracy and efficiency (the paper's Tables 2 and 3), with sources."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from validation.compare.differences import error_percent, spread
+from validation.compare.force_curves import FORCES
+from validation.compare.sprague_geers import compare_forces
+from validation.harness.quantities import COMPARED, quantities
+from validation.harness.record import RunRecord
+from validation.validate.paper_tables import TABLE_2, TABLE_3, printed
+from validation.validate.plan import REDUCED, REFERENCE
+
+SELF = "self"  # computed by the model under validation
+OTHER = "other model"  # computed by the independent model
+PAPER = "paper"  # printed in the article
+MEASURED = quantities(
+    "wall_time_s", "peak_memory_MB", "steps", "elements", "time_step_s", "energy_residual"
+)
+ACCURACY_COLUMNS = (
+    *("scene", "quantity", "unit"),
+    *("reduced_model", "reduced", "reduced_source"),
+    *("reference_model", "reference", "reference_source"),
+    *("error_percent", "reference_low", "reference_high", "reference_runs"),
+    *("paper_reduced", "paper_reference", "paper_error_percent", "paper_source"),
+)
+EFFICIENCY_COLUMNS = (
+    *("scene", "model", "source", "status"),
+    *(entry.key for entry in MEASURED),
+    *("processor", "measured", "paper_time_s", "paper_memory_MB", "paper_source"),
+)
+
+
+def accuracy_rows(
+    reduced: RunRecord, references: list[RunRecord], spread_over: list[RunRecord]
+) -> list[dict[str, Any]]:
+    """Rows of one scene: every compared quantity against every completed reference.
+
+    Parameters
+    ----------
+    reduced : the run of ``hcm``.
+    references : runs of the reference, each compared with the reduced run.
+    spread_over : three-dimensional runs over meshes and penalty factors, whose spread is quoted
+        beside every three-dimensional number.
+    """
+    rows: list[dict[str, Any]] = []
+    for reference in references:
+        common = {
+            "scene": reduced.scene,
+            "reduced_model": reduced.label,
+            "reduced_source": SELF,
+            "reference_model": reference.label,
+            "reference_source": OTHER,
+        }
+        for entry in COMPARED:
+            value, target = entry.read(reduced), entry.read(reference)
+            band = spread(spread_over, entry) if reference.model == "fem3d" else None
+            row = common | {
+                "quantity": entry.title,
+                "unit": entry.unit,
+                "reduced": value,
+                "reference": target,
+                "error_percent": error_percent(value, target),
+                "reference_low": band and band.low,
+                "reference_high": band and band.high,
+                "reference_runs": band and band.count,
+            }
+            rows.append(row | _of_table_2(entry.key, reference))
+        for name, title in FORCES.items():
+            metrics = compare_forces(reduced, reference, name)
+            for part in ("magnitude", "phase", "combined"):
+                quantity = f"Sprague-Geers {part} of {title}(t - t_c)"
+                share = None if metrics is None else 100 * getattr(metrics, part)
+                rows.append(common | {"quantity": quantity, "unit": "%", "error_percent": share})
+    return rows
+
+
+def _of_table_2(key: str, reference: RunRecord) -> dict[str, Any]:
+    """What Table 2 prints of a quantity, beside the reference that stands in for LS-DYNA."""
+    if key not in TABLE_2 or reference.variant != REFERENCE[1]:
+        return {}
+    claims = printed(reference.scene, key)
+    columns = {"hcm": "reduced", "reference": "reference", "error": "error_percent"}
+    values = {f"paper_{columns[who]}": claim.number for who, claim in claims.items()}
+    ids = " ".join(claim.id for claim in claims.values())
+    return {**values, "paper_source": f"{PAPER}: Table 2 ({ids})"}
+
+
+def efficiency_rows(runs: Sequence[RunRecord]) -> list[dict[str, Any]]:
+    """One row per run, each measured alone in a fresh process with its compiled code warm."""
+    return [
+        {
+            "scene": run.scene,
+            "model": run.label,
+            "source": SELF if run.model == "hcm" else OTHER,
+            "status": run.status,
+            **{entry.key: run.summary.get(entry.key) for entry in MEASURED},
+            "processor": run.provenance.get("processor"),
+            "measured": run.measured,
+            **_of_table_3(run),
+        }
+        for run in runs
+    ]
+
+
+def _of_table_3(run: RunRecord) -> dict[str, Any]:
+    """What Table 3 prints, beside the models that stand in for the paper's."""
+    who = {REDUCED: "hcm", REFERENCE: "reference"}.get((run.model, run.variant))
+    if who is None:
+        return {}
+    time, memory = (printed(run.scene, key)[who] for key in TABLE_3)
+    return {
+        "paper_time_s": time.number,
+        "paper_memory_MB": memory.number,
+        "paper_source": f"{PAPER}: Table 3 ({time.id} {memory.id}), 4-core laptop of 2016",
+    }

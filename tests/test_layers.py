@@ -1,6 +1,7 @@
 """Where a file lies says what it may import: downwards only, and never in a circle."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -108,3 +109,12 @@ def test_solvers_tests_do_not_import_the_comparison() -> None:
                 names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
                 names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
                 assert not [n for n in names if n.split(".")[0] == "validation"], path
+
+
+def test_the_pages_name_files_that_there_are() -> None:
+    """Whole paths, or their ends where the folder is said before."""
+    files = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("[!.]*/**/*.py")]
+    for page in (ROOT / "docs").glob("*.md"):
+        named = re.findall(r"[\w/]+\.py\b", page.read_text(encoding="utf-8"))
+        assert len(named) > 5
+        assert not [name for name in named if not any(f.endswith(f"/{name}") for f in files)]

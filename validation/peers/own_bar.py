@@ -1,38 +1,55 @@
 """The bar in the reference: its own explicit step, whole, with the contact out of reach."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from validation.harness.timing import shortest
-from validation.peers.bar import DENSITY, YOUNG, Bar, BarRun
+from validation.peers.bar import DENSITY, YOUNG, Bar, BarRun, Floats, Integers
+
+if TYPE_CHECKING:
+    import reference_fem as fem
+    from reference_fem.model import Model
 
 POINTS = {"hex8-sri": 8, "hex8-one-point": 1}
 BUDGET_S = 2.0
+# The faces of VTK's cells that look down, outward oriented.
+LOWER = {2: [0, 1], 3: [0, 1, 5, 4]}
+
+
+def box_model(
+    points: Floats, cells: Integers, material: "fem.Material", surface: "fem.Surface",
+    drive: "fem.Drive", settings: "fem.Settings",
+) -> "Model":  # fmt: skip
+    """Model of a box or sheet without hinges whose lower side may touch."""
+    import meshes
+    from reference_fem.model import build_model
+
+    facets = cells[:, LOWER[points.shape[1]]]
+    lowest = facets[(points[facets, 1] == points[:, 1].min()).all(axis=1)]
+    mesh = meshes.FingerMesh(
+        points=points,
+        cells=cells,
+        node_sets={"pole": np.array([0])},
+        facet_sets={"surface": lowest},
+        cell_sets={"phalanx_1": np.arange(len(cells))},
+    )
+    return build_model(mesh, (material,), surface, drive, settings)
 
 
 def run_bar(bar: Bar, element: str) -> BarRun:
     """Take all steps at once, several times."""
     import numba
 
-    import meshes
     import reference_fem as fem
     from reference_fem.dynamics.step import advance, start_state
-    from reference_fem.model import build_model
 
     points, cells = bar.mesh()
-    bottom = cells[np.isclose(points[cells, 1].min(axis=1), 0.0)][:, [0, 1, 5, 4]]
-    mesh = meshes.FingerMesh(
+    model = box_model(
         points,
         cells,
-        {"pole": np.array([0]), "proximal_face_1": np.flatnonzero(points[:, 0] == 0.0)},
-        {"surface": bottom},
-        {"phalanx_1": np.arange(len(cells))},
-    )
-    material = fem.Material(youngs_modulus=YOUNG, poisson_ratio=0.0, density=DENSITY)
-    model = build_model(
-        mesh,
-        (material,),
+        fem.Material(youngs_modulus=YOUNG, poisson_ratio=0.0, density=DENSITY),
         fem.Surface(height=1.0, friction=0.0),
         fem.Drive(gravity=0.0),
         fem.Settings(element=element, threads=bar.threads),
@@ -46,7 +63,5 @@ def run_bar(bar: Bar, element: str) -> BarRun:
     finally:
         numba.set_num_threads(before)
     end = timed.result[0].displacement[points[:, 0] == 0.0, 0].mean()
-    return BarRun(
-        POINTS[element], timed.wall_time_s / bar.steps, float(end),
-        bar.step_s, timed.runs,
-    )  # fmt: skip
+    seconds = timed.wall_time_s / bar.steps
+    return BarRun(POINTS[element], seconds, float(end), bar.step_s, timed.runs)

@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import subprocess
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from validation.harness.provenance import version
 from validation.models.adapter import Progress
 from validation.peers import own_bar
 from validation.peers.bar import Bar, BarRun
 from validation.peers.bar_programs import PROGRAMS, TIMEOUT_S, BarProgram
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 BAR = Bar((100, 25, 24), 60, 2)
 QUICK_BAR = Bar((40, 10, 10), 60, 2)
@@ -60,33 +57,32 @@ def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
     import numba
 
     bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
-    own: dict[str, BarRun] = {}
     cases = [(program, e) for program in PROGRAMS if program.present for e in program.elements]
-    rows = []
-    for turn in range(2):
-        progress(0.9 * turn, "the bar in the reference")
-        for element in own_bar.POINTS:
-            ran = own_bar.run_bar(bar, element)
-            best = own.get(element)
-            if best is None or ran.seconds_per_step < best.seconds_per_step:
-                own[element] = ran
-        if not turn:
-            for number, (program, element) in enumerate(cases):
-                progress(0.1 + 0.8 * number / len(cases), f"the bar in {program.name}, {element}")
-                rows.append(measure_program(program, bar, element))
-    ours = [BarRow(OWN, version("fingertap"), "BSD-3-Clause", element, bar, ran)
-            for element, ran in own.items()]  # fmt: skip
+
+    def own_runs() -> list[BarRun]:
+        return [own_bar.run_bar(bar, element) for element in own_bar.POINTS]
+
+    progress(0.0, "the bar in the reference")
+    first, rows = own_runs(), list[BarRow]()
+    for number, (program, element) in enumerate(cases):
+        progress(0.1 + 0.8 * number / len(cases), f"the bar in {program.name}, {element}")
+        rows.append(measure_program(program, bar, element))
+    progress(0.9, "the bar in the reference")
+    own = zip(own_bar.POINTS, first, own_runs(), strict=True)
+    ours = [
+        BarRow(OWN, version("fingertap"), "BSD-3-Clause", element, bar,
+               min(runs, key=lambda ran: ran.seconds_per_step))
+        for element, *runs in own
+    ]  # fmt: skip
     return ours + rows
 
 
-def table(rows: list[BarRow]) -> pd.DataFrame:
+def table(rows: list[BarRow]) -> list[dict[str, Any]]:
     """One row a code and element; how many times as fast the reference is.
 
     ``hex8_sri_over_it`` compares with the reference's 8-point hexahedron, ``same_points_over_it``
     with the hexahedron of as many points.
     """
-    import pandas as pd
-
     speed = {row.ran.points: row.updates_per_s for row in rows
              if row.code == OWN and row.ran is not None and row.updates_per_s}  # fmt: skip
     end = next(row.ran.end_m for row in rows if row.ran is not None and row.code == OWN)
@@ -110,4 +106,4 @@ def table(rows: list[BarRow]) -> pd.DataFrame:
                 "runs": row.ran.runs,
             }
         found.append(line)
-    return pd.DataFrame(found)
+    return found

@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from validation.harness.command_line import Flag
 from validation.harness.console import progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.provenance import version
 from validation.harness.store import Store
+from validation.models.adapter import Progress
 from validation.peers import bar_programs
 from validation.studies.bench import (
     bar,
@@ -19,33 +19,27 @@ from validation.studies.bench import (
     kernels,
     reference_settings,
     scaling,
-    shortcut_ledger,
     shortcuts,
     throughput,
     truths,
     work_precision,
 )
-from validation.studies.bench import (
-    peers as finger_peers,
-)
+from validation.studies.bench import peers as finger_peers
 from validation.studies.bench.files import page, save, save_machine
-
-if TYPE_CHECKING:
-    from validation.models.adapter import Progress
-    from validation.studies.bench.truths import Truth
-    from validation.studies.bench.work_precision import Point
+from validation.studies.bench.truths import Truth
+from validation.studies.bench.work_precision import Point
 
 LEDGER = "What each shortcut saves, and what it costs"
 QUICK_BUDGET_S, BUDGET_S = 0.15, 0.5  # for the repeats of one setting
 
 
-def part(progress: "Progress", low: float, high: float) -> "Progress":
+def part(progress: Progress, low: float, high: float) -> Progress:
     """A callback whose 0..1 is low..high of another's."""
     return lambda fraction, text: progress(low + (high - low) * fraction, text)
 
 
 @contextmanager
-def _timing(what: str) -> "Iterator[Progress]":
+def _timing(what: str) -> Iterator[Progress]:
     """A progress bar, and BLAS on one thread: what else would share a run's cores."""
     from threadpoolctl import threadpool_limits
 
@@ -54,8 +48,8 @@ def _timing(what: str) -> "Iterator[Progress]":
 
 
 def _measure_hcm(
-    folder: Path, quick: bool, known: "dict[str, Truth]", store: Store, progress: "Progress"
-) -> "list[Point]":
+    folder: Path, quick: bool, known: dict[str, Truth], store: Store, progress: Progress
+) -> list[Point]:
     """Work-precision, throughput and scaling of hcm; returns the first's points."""
     budget = QUICK_BUDGET_S if quick else BUDGET_S
     points = work_precision.measure_settings(
@@ -68,16 +62,14 @@ def _measure_hcm(
     )  # fmt: skip
     figures.work_precision(folder / "work-precision-hcm.png", points, known)
     scenes = throughput.measure_throughput(quick, part(progress, 0.5, 0.6))
-    save(folder, "throughput", throughput.table(scenes), "Random scenes through hcm")
+    save(folder, "throughput", [scenes], "Random scenes through hcm")
     sizes = scaling.measure_scaling(quick, budget, part(progress, 0.6, 1.0))
     save(folder, "scaling", scaling.table(sizes), "Cost of hcm's step against size")
     figures.scaling(folder / "scaling.png", sizes)
     return points
 
 
-def _measure_reference(
-    folder: Path, quick: bool, store: Store, progress: "Progress"
-) -> "list[Point]":
+def _measure_reference(folder: Path, quick: bool, store: Store, progress: Progress) -> list[Point]:
     """Work-precision of the solid models."""
     settings = [
         setting
@@ -106,7 +98,7 @@ def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
         described = {study: [truth.own_error, truth.source] for study, truth in every.items()}
         save_machine(folder, "machine", {"quick": quick, "truths": described})
         speeds = kernels.measure_kernels(part(progress, 0.1, 0.15))
-        save(folder, "kernels", kernels.table(speeds), "Element updates of the reference's kernels")
+        save(folder, "kernels", speeds, "Element updates of the reference's kernels")
         figures.kernels(folder / "kernels.png", speeds)
         points = _measure_hcm(folder, quick, known, store, part(progress, 0.15, 0.45))
         solid = _measure_reference(folder, quick, store, part(progress, 0.45, 1.0))
@@ -138,7 +130,7 @@ def _bench_peers(folder: Path, quick: bool) -> None:
         points = finger_peers.measure_peers(quick, part(progress, 0.5, 1.0))
     save(folder, "peers", work_precision.table(points), "hcm and its peers, one scene, one run")
     if any(point.solver != "hcm" for point in points):
-        cheapest = finger_peers.cheapest_table(finger_peers.cheapest(points))
+        cheapest = finger_peers.cheapest_table(points)
         save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
     figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP})
     print(f"figures and tables: {page(folder)}")
@@ -151,8 +143,8 @@ def _bench_shortcuts(folder: Path, quick: bool) -> None:
         entries = []
         for entry in shortcuts.measure_shortcuts(quick, progress):
             entries.append(entry)
-            save(folder, "skips", shortcut_ledger.table(entries), LEDGER, show=False)
-    save(folder, "skips", shortcut_ledger.table(entries), LEDGER)
+            save(folder, "skips", shortcuts.table(entries), LEDGER, show=False)
+    save(folder, "skips", shortcuts.table(entries), LEDGER)
     figures.shortcuts(folder / "skips.png", entries)
     print(f"figures and tables: {page(folder)}")
 

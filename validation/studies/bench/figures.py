@@ -10,7 +10,7 @@ from validation.harness.figures import BLACK, BLUE, COLORS, GREY, ORANGE, panels
 from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.kernels import Speed
 from validation.studies.bench.scaling import Size, exponent
-from validation.studies.bench.shortcut_ledger import Entry
+from validation.studies.bench.shortcuts import Entry
 from validation.studies.bench.truths import Truth, gap
 from validation.studies.bench.work_precision import Point, front
 
@@ -138,9 +138,9 @@ def scaling(path: Path, sizes: Sequence[Size]) -> None:
     with panels(path, len(groups)) as axes:
         for axis, what in zip(axes[0], groups, strict=True):
             mine = [size for size in sizes if size.what == what]
-            n, t = [s.size for s in mine], [s.step_time_s for s in mine]
-            axis.plot(n, [x * 1e6 for x in t], "o", color=COLORS[0], label="measured")
-            line = [t[-1] * 1e6 * (x / n[-1]) for x in n]
+            n, t = [s.size for s in mine], [s.step_time_us for s in mine]
+            axis.plot(n, t, "o", color=COLORS[0], label="measured")
+            line = [t[-1] * (x / n[-1]) for x in n]
             axis.plot(n, line, "--", color=COLORS[1], linewidth=1, label="linear")
             unit = "elements a phalanx" if what == "elements" else what
             _logarithmic(axis, f"hcm: exponent {exponent(n, t):.2f}", unit, 10)
@@ -169,8 +169,8 @@ def kernels(path: Path, speeds: Sequence[Speed]) -> None:
     title = f"{speeds[0].elements:,} elements"
     with _bars(path, names, "million element updates/s", title) as axis:
         for label, values, shift, color in (
-            ("force alone", [s.updates_per_s / 1e6 for s in speeds], -0.2, COLORS[2]),
-            ("whole step", [s.step_updates_per_s / 1e6 for s in speeds], 0.2, GREY),
+            ("force alone", [s.million_updates_per_s for s in speeds], -0.2, COLORS[2]),
+            ("whole step", [s.million_step_updates_per_s for s in speeds], 0.2, GREY),
         ):
             places = [number + shift for number in range(len(speeds))]
             axis.barh(places, values, height=0.38, color=color, label=label)
@@ -198,15 +198,14 @@ def bar_peers(path: Path, rows: Sequence[BarRow]) -> None:
 
 def shortcuts(path: Path, entries: Sequence[Entry]) -> None:
     """Speed-up of every shortcut against the largest change that it makes."""
-    shown = [entry for entry in entries if entry.speedup is not None]
-    names = [textwrap.shorten(f"{e.model}: {e.shortcut}", 54, placeholder=" ...") for e in shown]
+    names = [textwrap.shorten(f"{e.model}: {e.shortcut}", 54, placeholder=" ...") for e in entries]
     x = "time without the shortcut over the time with it"
     with _bars(path, names, x, "", width=7.0) as axis:
-        axis.barh(range(len(shown)), [e.speedup for e in shown], color=COLORS[2])
-        for number, entry in enumerate(shown):
-            change = entry.largest_change
-            text = "" if change is None else f" {entry.speedup:.3g}x, changes {change:.1g}"
-            axis.annotate(text, (max(entry.speedup or 1.0, 1.0), number), va="center", fontsize=7)
+        axis.barh(range(len(entries)), [e.speedup for e in entries], color=COLORS[2])
+        for number, entry in enumerate(entries):
+            changes = entry.changes
+            text = f" {entry.speedup:.3g}x, changes {changes.largest:.1g}" if changes else ""
+            axis.annotate(text, (max(entry.speedup, 1.0), number), va="center", fontsize=7)
         axis.axvline(1.0, color=GREY, linewidth=0.8)
         axis.set_xscale("log")
         axis.margins(x=0.25)

@@ -2,18 +2,15 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from validation.harness.files import write_json, write_text
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import for_people
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -91,14 +88,18 @@ SECTIONS = (
         ("peers-reference",),
     ),
     Section("Peers of hcm on its scene", (), ("peers",), ("peers-cheapest",)),
-    Section(
-        "Every setting", (), (), ("work-precision", "peers")
-    ),
-)  # fmt: skip
+    Section("Every setting", (), (), ("work-precision", "peers")),
+)
 
 
-def save(folder: Path, name: str, table: "pd.DataFrame", caption: str, show: bool = True) -> None:
-    """Write CSV, with the machine in every row, and Markdown; print the latter where `show`."""
+def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool = True) -> None:
+    """Write CSV, with the machine in every row, and Markdown; print the latter where `show`.
+
+    rows : mappings or dataclass instances.
+    """
+    import pandas as pd
+
+    table = pd.DataFrame([row if isinstance(row, Mapping) else vars(row) for row in rows])
     where = provenance({})
     labelled = table.assign(
         processor=where["processor"], versions=json.dumps(where["versions"], sort_keys=True)
@@ -141,9 +142,7 @@ def page(folder: Path) -> Path:
         shown = [path for path in figures if path.is_file()]
         tables = [t for t in (_table(folder, name) for name in section.tables) if t is not None]
         if shown or tables:
-            sections.append(
-                {"title": section.title, "notes": section.notes, "figures": shown, "tables": tables}
-            )
+            sections.append({**vars(section), "figures": shown, "tables": tables})
     machines = [
         {"part": path.stem, **json.loads(path.read_text(encoding="utf-8"))}
         for path in sorted(folder.glob("machine*.json"))

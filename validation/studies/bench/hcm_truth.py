@@ -2,21 +2,13 @@
 
 import math
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
+from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
-from validation.studies.bench.truths import (
-    CONTACT,
-    CONTACT_ELEMENTS,
-    TAP,
-    TAP_ELEMENTS,
-    Truth,
-)
-
-if TYPE_CHECKING:
-    from validation.models.adapter import Progress
+from validation.studies.bench.truths import CONTACT_ELEMENTS, HCM_TRUTHS, TAP_ELEMENTS, Truth
 
 # A rigid state like the one at impact: the paper's posture, the tip just above the surface.
 IMPACT_ANGLES = (1.3089969389957472, 1.0471975511965976)  # rad below -X, phalanges 1 and 2
@@ -78,21 +70,21 @@ def largest_difference(a: TapQuantities, b: TapQuantities) -> float:
     return max(abs(getattr(a, name) / getattr(b, name) - 1.0) for name in names)
 
 
-def recompute(progress: "Progress") -> dict[str, Truth]:
+def recompute(progress: Progress) -> dict[str, Truth]:
     """Both truths anew, in minutes.
 
     A truth that has moved from the stored one carries the difference as its own error.
     """
     progress(0.0, "truth of the tap from rest")
-    tap = solve_tap(TAP_ELEMENTS, 1e-9)
+    anew = {"tap": solve_tap(TAP_ELEMENTS, 1e-9)}
     progress(0.8, "truth of the contact alone")
-    contact = solve_impact(CONTACT_ELEMENTS, 1e-9)
+    anew["contact"] = solve_impact(CONTACT_ELEMENTS, 1e-9)
     return {
         study: replace(
             stored,
-            values=found,
-            own_error=max(stored.own_error, largest_difference(found, stored.values)),
+            values=anew[study],
+            own_error=max(stored.own_error, largest_difference(anew[study], stored.values)),
             source=stored.source.replace("1e-10", "1e-9"),
         )
-        for study, found, stored in (("tap", tap, TAP), ("contact", contact, CONTACT))
+        for study, stored in HCM_TRUTHS.items()
     }

@@ -3,11 +3,11 @@
 import importlib.util
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
+from validation.models.adapter import Progress
 from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, Changes, hcm_setting
 from validation.studies.bench.hcm_truth import soft_arguments
 from validation.studies.bench.truths import TAP, TAP_ELEMENTS
@@ -19,11 +19,6 @@ from validation.studies.bench.work_precision import (
     Solver,
     measure_setting,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from validation.models.adapter import Progress
 
 STUDY = "tap"
 OWN_STUDY = "tap, peer's own truth"
@@ -91,26 +86,6 @@ OWN_TRUTH = TapQuantities(
 )
 LOOK_BEFORE_S = 1e-4
 ERROR_LIMITS = (1e-3, 1e-4, 1e-5)  # relative, at which the cheapest settings are compared
-
-
-@dataclass(frozen=True)
-class Cheapest:
-    """The cheapest settings of hcm and a peer that keep peak and duration within an error.
-
-    study : whether the peer's error is taken against hcm's truth or against its own.
-    """
-
-    study: str
-    error: float
-    hcm: Point | None
-    peer: Point | None
-
-    @property
-    def ratio(self) -> float | None:
-        """Peer's time over hcm's; None where one of them has no such setting."""
-        if self.hcm is None or self.peer is None:
-            return None
-        return self.peer.wall_time_s / self.hcm.wall_time_s
 
 
 def absent() -> list[str]:
@@ -204,7 +179,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
     return settings
 
 
-def measure_peers(quick: bool, progress: "Progress") -> list[Point]:
+def measure_peers(quick: bool, progress: Progress) -> list[Point]:
     """hcm, then every peer that is there."""
     points = []
     own = hcm_settings(quick)
@@ -218,8 +193,11 @@ def measure_peers(quick: bool, progress: "Progress") -> list[Point]:
     return points
 
 
-def cheapest(points: list[Point]) -> list[Cheapest]:
-    """For either truth and every limit of the error, hcm's and Exudyn's cheapest that reach it."""
+def cheapest_table(points: list[Point]) -> list[dict[str, Any]]:
+    """For either truth and every limit of the error, hcm's and Exudyn's cheapest that reach it.
+
+    The limit is of peak and duration. exudyn_over_hcm compares their times.
+    """
 
     def best(solver: str, study: str, limit: float) -> Point | None:
         good = [
@@ -229,29 +207,20 @@ def cheapest(points: list[Point]) -> list[Cheapest]:
         ]  # fmt: skip
         return min(good, key=lambda p: p.wall_time_s, default=None)
 
-    return [
-        Cheapest(study, limit, best("hcm", STUDY, limit), best("Exudyn", study, limit))
-        for study in (STUDY, OWN_STUDY)
-        for limit in ERROR_LIMITS
-    ]
-
-
-def cheapest_table(rows: list[Cheapest]) -> "pd.DataFrame":
-    """One row a truth and limit."""
-    import pandas as pd
-
     def described(name: str, point: Point | None) -> dict[str, Any]:
         setting = "none of those tried" if point is None else f"{point.series}: {point.setting}"
         time = None if point is None else point.wall_time_s
         return {f"{name}_time_s": time, f"{name}_setting": setting}
 
-    return pd.DataFrame(
-        {
-            "exudyn_against": "hcm.reference_solution" if row.study == STUDY else "its own truth",
-            "error_of_peak_and_duration": row.error,
-            **described("hcm", row.hcm),
-            **described("exudyn", row.peer),
-            "exudyn_over_hcm": row.ratio,
-        }
-        for row in rows
-    )
+    rows = []
+    for study, truth in ((STUDY, "hcm.reference_solution"), (OWN_STUDY, "its own truth")):
+        for limit in ERROR_LIMITS:
+            own, peer = best("hcm", STUDY, limit), best("Exudyn", study, limit)
+            rows.append({
+                "exudyn_against": truth,
+                "error_of_peak_and_duration": limit,
+                **described("hcm", own),
+                **described("exudyn", peer),
+                "exudyn_over_hcm": peer.wall_time_s / own.wall_time_s if own and peer else None,
+            })  # fmt: skip
+    return rows

@@ -6,16 +6,12 @@ is what an ordered elimination of a chain makes proportional to the chain's leng
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from validation.harness.timing import shortest
+from validation.models.adapter import Progress
 from validation.scenes.load import load_scene
 from validation.studies.bench.work_precision import simulation
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from validation.models.adapter import Progress
 
 ELEMENTS = (5, 10, 20, 40, 80, 160, 320)
 PHALANGES = (1, 2, 3, 5, 10, 20, 30)
@@ -28,11 +24,11 @@ QUICK_STEPS = ("solver.hcm.flight_step=1e-3", "solver.hcm.contact_step=2e-6")
 
 @dataclass(frozen=True)
 class Size:
-    """One size: what grows, how large, seconds per accepted step, all steps, runs."""
+    """One size: what grows, how large, time of an accepted step, all steps, runs."""
 
     what: str
     size: int
-    step_time_s: float
+    step_time_us: float
     steps: int
     runs: int
 
@@ -64,10 +60,10 @@ def measure_size(what: str, size: int, quick: bool, budget_s: float) -> Size:
     run = simulation("hcm", _overrides(what, size, quick))
     timed = shortest(run, budget_s, least=2)
     steps = timed.result.statistics.steps
-    return Size(what, size, timed.wall_time_s / steps, steps, timed.runs)
+    return Size(what, size, timed.wall_time_s / steps * 1e6, steps, timed.runs)
 
 
-def measure_scaling(quick: bool, budget_s: float, progress: "Progress") -> list[Size]:
+def measure_scaling(quick: bool, budget_s: float, progress: Progress) -> list[Size]:
     """Elements a phalanx, then phalanges."""
     cases = [("elements", n) for n in ELEMENTS] + [("phalanges", n) for n in PHALANGES]
     found = []
@@ -77,27 +73,14 @@ def measure_scaling(quick: bool, budget_s: float, progress: "Progress") -> list[
     return found
 
 
-def table(sizes: Sequence[Size]) -> "pd.DataFrame":
+def table(sizes: Sequence[Size]) -> list[dict[str, Any]]:
     """One row a size; the exponents over the whole range and its larger half beside them."""
-    import pandas as pd
-
     rows = []
     for what in dict.fromkeys(size.what for size in sizes):
         mine = [size for size in sizes if size.what == what]
         whole, half = (
-            exponent([s.size for s in part], [s.step_time_s for s in part])
+            exponent([s.size for s in part], [s.step_time_us for s in part])
             for part in (mine, mine[len(mine) // 2 :])
         )
-        rows += [
-            {
-                "what": s.what,
-                "size": s.size,
-                "step_time_us": s.step_time_s * 1e6,
-                "steps": s.steps,
-                "runs": s.runs,
-                "exponent": whole,
-                "exponent_larger_half": half,
-            }
-            for s in mine
-        ]
-    return pd.DataFrame(rows)
+        rows += [{**vars(s), "exponent": whole, "exponent_larger_half": half} for s in mine]
+    return rows

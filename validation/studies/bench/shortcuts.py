@@ -6,30 +6,31 @@ in nothing else. Most are switched by a scene's keys; the contact search and sto
 
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
+from validation.compare.tap_errors import TapErrors, tap_errors
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import ModelName, adapter
+from validation.models.adapter import Progress
 from validation.models.inputs import run_inputs
 from validation.models.solid import build_mesh, inputs
 from validation.scenes.load import load_scene
-from validation.studies.bench.shortcut_ledger import Entry, changes
+from validation.studies.bench.hcm_settings import HCM_SOLVER
+from validation.studies.bench.reference_settings import REFERENCE_SOLVER
 from validation.studies.bench.work_precision import DIMENSIONS, simulation
-
-if TYPE_CHECKING:
-    from validation.models.adapter import Progress
 
 BUDGET_S = 1.5
 SEARCH_STEPS = 200
+UNCHANGED = TapErrors(0.0, 0.0, 0.0, 0.0)  # to the bit
 STORED: tuple[ModelName, ...] = ("hcm", "fem3d")
 
 
@@ -100,21 +101,52 @@ SOLID_FULL = (
 )
 
 
+@dataclass(frozen=True)
+class Entry:
+    """One line of the ledger; `changes` are relative, None where a result is not complete."""
+
+    shortcut: str
+    model: str
+    switched_off_by: str
+    time_with_s: float
+    time_without_s: float
+    changes: TapErrors | None
+    note: str
+
+    @property
+    def speedup(self) -> float:
+        """Time without the shortcut over the time with it."""
+        return self.time_without_s / self.time_with_s
+
+
+def table(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    """One row a shortcut."""
+    first = ("shortcut", "model", "switched_off_by", "time_with_s", "time_without_s", "speedup")
+    return [
+        {
+            **{name: getattr(entry, name) for name in first},
+            **{f"{name}_change": getattr(entry.changes, name, None)
+               for name in ("peak", "impulse", "duration")},
+            "note": entry.note,
+        }
+        for entry in entries
+    ]  # fmt: skip
+
+
 def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
     """Time both, and compare what they find."""
-    runs = [
-        simulation(shortcut.model, overrides)
-        for overrides in (shortcut.with_it, shortcut.without_it)
-    ]
+    runs = [simulation(shortcut.model, keys) for keys in (shortcut.with_it, shortcut.without_it)]
     if any("explicit" in key for key in shortcut.without_it):
         # thousands of times the steps: once is enough, and compiled code is warm by then
         with_it, without = shortest(runs[0], budget_s), shortest(runs[1], 0.0, 1, warm_up=False)
     else:
         with_it, without = shortest_in_turns(runs, budget_s)
+    read = (HCM_SOLVER if shortcut.model == "hcm" else REFERENCE_SOLVER).read
+    found, exact = read(with_it.result).tap, read(without.result).tap
     switch = ", ".join(shortcut.without_it[:1] if shortcut.note else shortcut.without_it)
     return Entry(
         shortcut.name, shortcut.model, switch, with_it.wall_time_s, without.wall_time_s,
-        *changes(with_it.result.summary, without.result.summary), shortcut.note,
+        tap_errors(found, exact) if found and exact else None, shortcut.note,
     )  # fmt: skip
 
 
@@ -131,10 +163,9 @@ def measure_contact_search(model: str, budget_s: float) -> Entry:
         [partial(advance, solid, state, SEARCH_STEPS, search) for search in (False, True)], budget_s
     )
     same = np.array_equal(without.result[0].displacement, with_it.result[0].displacement)
-    change = 0.0 if same else float("nan")
     return Entry(
         "no contact search in flight", model, "search = True",
-        without.wall_time_s, with_it.wall_time_s, change, change, change,
+        without.wall_time_s, with_it.wall_time_s, UNCHANGED if same else None,
         f"{SEARCH_STEPS} steps in flight; displacements agree to the bit" if same
         else "displacements differ",
     )  # fmt: skip
@@ -158,16 +189,15 @@ def measure_stored_run(model: ModelName, budget_s: float) -> Entry:
         np.array_equal(found.history[name], array, equal_nan=array.dtype.kind == "f")
         for name, array in outcome.record.history.items()
     )
-    change = 0.0 if same else None
     return Entry(
         "stored results", model, "another scene, setting, source or version", timed.wall_time_s,
-        without, change, change, change,
+        without, UNCHANGED if same else None,
         "read back with its inputs' digest; the history agrees to the bit" if same
         else "the stored history differs",
     )  # fmt: skip
 
 
-def measure_shortcuts(quick: bool, progress: "Progress") -> Iterator[Entry]:
+def measure_shortcuts(quick: bool, progress: Progress) -> Iterator[Entry]:
     """The whole ledger, line by line: what is dear comes last."""
     cases = (*HCM, *SOLID, *(() if quick else SOLID_FULL))
     for model in STORED:

@@ -6,18 +6,11 @@ import os
 import time
 from collections import Counter
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from validation.harness.processes import workers
+from validation.models.adapter import Progress
 from validation.models.hcm import warm_up
 from validation.studies.random_scenes import random_numbers, random_scene
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import pandas as pd
-
-    from validation.models.adapter import Progress
 
 SCENES, QUICK_SCENES = 1000, 200
 SEED = 1
@@ -26,13 +19,14 @@ A_JOB = 20  # scenes: their work differs a thousandfold
 
 @dataclass(frozen=True)
 class Throughput:
-    """Scenes solved, the processes that shared them, wall time in s, accepted steps, endings."""
+    """Scenes solved, the processes that shared them, accepted steps, how the scenes ended."""
 
     scenes: int
     processes: int
     wall_time_s: float
-    steps: int
-    endings: Mapping[str, int]
+    scenes_per_s: float
+    steps_per_s: float
+    endings: str
 
 
 def solve_scenes(first: int, last: int) -> tuple[Counter[str], int]:
@@ -75,23 +69,11 @@ def measure_throughput(quick: bool, progress: Progress) -> Throughput:
             progress(len(found) / len(jobs), "random scenes")
         wall_time_s = time.perf_counter() - start
     endings: Counter[str] = sum((counts for counts, _ in found), Counter())
-    return Throughput(scenes, processes, wall_time_s, sum(steps for _, steps in found), endings)
-
-
-def table(found: Throughput) -> pd.DataFrame:
-    """One row."""
-    import pandas as pd
-
-    endings = ", ".join(f"{count} {name}" for name, count in sorted(found.endings.items()))
-    return pd.DataFrame(
-        [
-            {
-                "scenes": found.scenes,
-                "processes": found.processes,
-                "wall_time_s": found.wall_time_s,
-                "scenes_per_s": found.scenes / found.wall_time_s,
-                "steps_per_s": found.steps / found.wall_time_s,
-                "endings": endings,
-            }
-        ]
+    return Throughput(
+        scenes=scenes,
+        processes=processes,
+        wall_time_s=wall_time_s,
+        scenes_per_s=scenes / wall_time_s,
+        steps_per_s=sum(steps for _, steps in found) / wall_time_s,
+        endings=", ".join(f"{count} {name}" for name, count in sorted(endings.items())),
     )

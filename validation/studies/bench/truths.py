@@ -31,12 +31,9 @@ convergence index applies (`fingertap converge` says "not asymptotic").
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 TAP_ELEMENTS, CONTACT_ELEMENTS = 5, 20  # a phalanx, of hcm's two truths
 
@@ -111,15 +108,13 @@ def gap(truths: Mapping[str, Truth]) -> TapErrors:
     return tap_errors(truths["hcm"].values, truths["fem3d"].values)
 
 
-def truths_table(truths: Mapping[str, Truth]) -> "pd.DataFrame":
+def truths_table(truths: Mapping[str, Truth]) -> list[dict[str, Any]]:
     """One row a quantity: every model's truth, and the gap between hcm's and the solid's."""
-    import pandas as pd
-
     names = {"turn_s": "time_of_peak_after_contact_s"}
     rows: list[dict[str, Any]] = []
     for name in TapQuantities.__dataclass_fields__:
         row = {model: float(getattr(truth.values, name)) for model, truth in truths.items()}
         off = row["hcm"] / row["fem3d"] - 1.0
         rows.append({"quantity": names.get(name, name), **row, "hcm_off_fem3d": off})
-    own: dict[str, Any] = {"quantity": "the truth's own relative error"}
-    return pd.DataFrame([*rows, own | {model: truth.own_error for model, truth in truths.items()}])
+    own = {model: truth.own_error for model, truth in truths.items()}
+    return [*rows, {"quantity": "the truth's own relative error", **own}]

@@ -7,23 +7,19 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.console import say
 from validation.harness.identity import program
 from validation.harness.store import Store, json_format
 from validation.harness.timing import LEAST_RUNS, shortest
+from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.models.inputs import OTHERS
 from validation.models.solid import Dimension, build_mesh, inputs
 from validation.scenes.load import load_scene
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from validation.models.adapter import Progress
-    from validation.studies.bench.truths import Truth
+from validation.studies.bench.truths import Truth
 
 DIMENSIONS: Mapping[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 Option = int | float | str
@@ -143,10 +139,10 @@ def measure_setting(
 def measure_settings(
     settings: Sequence[Setting],
     solver: Solver,
-    truths: "Mapping[str, Truth]",
+    truths: Mapping[str, Truth],
     budget_s: float,
     store: Store,
-    progress: "Progress",
+    progress: Progress,
 ) -> list[Point]:
     """Every setting in turn; `truths` are by study.
 
@@ -186,16 +182,14 @@ def front(points: Sequence[Point], quantity: str) -> list[tuple[float, float]]:
     return found
 
 
-def table(points: Sequence[Point]) -> "pd.DataFrame":
+def table(points: Sequence[Point]) -> list[dict[str, Any]]:
     """The points, one a row."""
-    import pandas as pd
-
     names = {"peak": "peak_error", "impulse": "impulse_error", "duration": "duration_error",
              "event_s": "event_error_s"}  # fmt: skip
-    return pd.DataFrame(
+    return [
         {
-            **{key: value for key, value in asdict(point).items() if key != "errors"},
+            **{key: value for key, value in vars(point).items() if key != "errors"},
             **{title: getattr(point.errors, name, None) for name, title in names.items()},
         }
         for point in points
-    )
+    ]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from validation.studies.bench.whole_step import array_bytes
+from validation.studies.bench.kernels import array_bytes
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Run the cells that are not finished; every verdict is stored as soon as it is there."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait

@@ -1,9 +1,9 @@
 """What the judges of both solvers share: a tap's scalars, and how much two taps differ."""
 
-from __future__ import annotations
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 # A run whose contact steps are this share of what was asked, or less, has a step of its own.
@@ -12,22 +12,35 @@ SMALLER_STEP = 0.5
 # decides on its separation by round-off, and no other number depends on when.
 DELIVERED = 0.99
 
-Floats = NDArray[np.float64]
-Scalars = tuple[float, float, float]
 
+def tap_scalars(summary: Any, forces: Any) -> tuple[float, ...] | None:
+    """Peak F_n (N), impulse (N s) and time to deliver `DELIVERED` of it (s); None without a tap.
 
-def tap_scalars(
-    peak_N: float, impulse_N_s: float, start_s: float, time_s: Floats, force_N: Floats
-) -> Scalars:
-    """Peak F_n (N), impulse (N s) and time to deliver `DELIVERED` of it (s).
-
-    time_s, force_N : the tap's normal force, the tap's end being the last row.
+    summary, forces : a result's scalars, and its columns ``time_s`` and ``normal_force_N``, of
+    which the rows after the tap are left out.
     """
-    impulse = cumulative_trapezoid(force_N, time_s, initial=0.0)
-    delivered = float(np.interp(DELIVERED * impulse[-1], impulse, time_s)) - start_s
-    return peak_N, impulse_N_s, delivered
+    start, duration = summary.contact_time_s, summary.contact_duration_s
+    if start is None or duration is None or not summary.normal_impulse_N_s:
+        return None
+    rows = forces.time_s <= (start + duration) * (1.0 + 1e-12)
+    time = forces.time_s[rows]
+    impulse = cumulative_trapezoid(forces.normal_force_N[rows], time, initial=0.0)
+    delivered = float(np.interp(DELIVERED * impulse[-1], impulse, time)) - start
+    return float(summary.peak_normal_force_N), float(summary.normal_impulse_N_s), delivered
 
 
-def largest_difference(found: tuple[float, ...], truth: tuple[float, ...]) -> float:
-    """Largest relative difference of scalars."""
+def largest_difference(
+    found: tuple[float, ...] | None, truth: tuple[float, ...] | None
+) -> float | None:
+    """Largest relative difference of scalars, None where there is no tap to compare."""
+    if found is None or truth is None:
+        return None
     return max(abs(a / b - 1.0) for a, b in zip(found, truth, strict=True))
+
+
+def not_finite(parts: Iterable[Any]) -> Iterator[str]:
+    """Which arrays and numbers of a result's parts are not finite; None is no number."""
+    for part in parts:
+        for name, value in vars(part).items():
+            if value is not None and not np.isfinite(np.asarray(value, dtype=float)).all():
+                yield f"{name} is not finite"

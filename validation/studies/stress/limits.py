@@ -1,7 +1,5 @@
 """What limits a region of a map, in a sentence made from its cells."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

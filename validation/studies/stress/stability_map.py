@@ -15,12 +15,11 @@ To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and 
 goes on where it was; tables, figures and the page follow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any
+from itertools import product
+from typing import Any, Self
 
 # Largest relative error of what is still called right (the README's and the page's definition).
 LARGEST_ERROR = 0.05
@@ -54,7 +53,11 @@ class Verdict:
     steps: int = 0
     wall_time_s: float = 0.0
 
-    def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Verdict:
+    def judged(self, answer: Answer, reason: str) -> Self:
+        """With another answer."""
+        return replace(self, answer=answer, reason=reason)
+
+    def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Self:
         """With one more check: wrong where it differs from `other` by more than `LARGEST_ERROR`.
 
         error : relative; None where neither has a tap.
@@ -62,8 +65,7 @@ class Verdict:
         found = replace(self, error=error, checked_by=f"{self.checked_by}, {other}")
         if error is None or error <= LARGEST_ERROR:
             return found
-        reason = f"{quantity} differs by {error:.2g} from {other}"
-        return replace(found, answer=Answer.WRONG, reason=reason)
+        return found.judged(Answer.WRONG, f"{quantity} differs by {error:.2g} from {other}")
 
 
 Judge = Callable[[Any], Verdict]
@@ -101,8 +103,5 @@ class Map:
 
     def cells(self) -> Iterator[Cell]:
         """All cells, panel by panel."""
-        for panel in self.panels:
-            for y in self.y:
-                for x in self.x:
-                    scene = self.scene(x, y, panel)
-                    yield Cell(self.name, x, y, panel, scene, self.judge)
+        for panel, y, x in product(self.panels, self.y, self.x):
+            yield Cell(self.name, x, y, panel, self.scene(x, y, panel), self.judge)

@@ -8,8 +8,6 @@ must close over both:
     momentum    p = int (-lam_1 + F_c + W) dt,      p = int rho A r. dx
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

@@ -4,16 +4,14 @@ Nothing here calls the solver's kernels: the contact law is replayed from the ti
 modes, the events by an automaton, hinges, energies and momentum from the states at the events.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from dataclasses import fields
 
 import numpy as np
 
 from hcm import Status, TapResult
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.audit import EPS, Floats, audit
+from validation.studies.stress.judging import not_finite
 
 # s per Newton iteration and element, a hundred times what a free core needs, and per run
 ITERATION_BOUND_S, RUN_BOUND_S = 1e-4, 5.0
@@ -23,22 +21,12 @@ ITERATIONS_A_STEP = 20
 
 def violations(scene: HcmScene, result: TapResult) -> list[str]:
     """What is wrong with a run, one sentence each; empty when all invariants hold."""
-    found = list(_finite(result))
-    if found:
-        return found
-    for check in (
-        _ending, _energy, _contact_law, _cone, _dissipation, _events, _postures, _work, audit,
-    ):  # fmt: skip
-        found += check(scene, result)
-    return found
+    checks = _ending, _energy, _contact_law, _cone, _dissipation, _events, _postures, _work, audit
+    return list(_finite(result)) or [told for check in checks for told in check(scene, result)]
 
 
 def _finite(result: TapResult) -> Iterator[str]:
-    for source in (result.history, result.summary):
-        for field in fields(source):
-            value = getattr(source, field.name)
-            if value is not None and not np.all(np.isfinite(np.asarray(value, dtype=float))):
-                yield f"{field.name} is not finite"
+    yield from not_finite((result.history, result.summary))
     for posture in (*result.event_postures, *result.frames):
         if not all(np.isfinite(a).all() for a in (*posture.positions_m, *posture.slopes)):
             yield f"posture at {posture.time_s:g} s is not finite"

@@ -4,10 +4,6 @@ It shares the beams' forces with hcm, and neither the time integration, nor Newt
 hinges' multipliers, nor the search for events.
 """
 
-from __future__ import annotations
-
-from dataclasses import replace
-
 import numpy as np
 
 import hcm
@@ -48,7 +44,7 @@ def judge_by_dop853(scene: HcmScene) -> Verdict:
             end_time=start.time_s + LONGEST_S,
         )  # fmt: skip
     except RuntimeError as failure:
-        return replace(found, answer=Answer.WRONG, reason=f"DOP853: {failure}")
+        return found.judged(Answer.WRONG, f"DOP853: {failure}")
     s = result.summary
     assert s.peak_normal_force_N
     assert s.normal_impulse_N_s

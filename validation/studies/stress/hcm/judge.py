@@ -1,19 +1,12 @@
 """Judging a cell of the reduced model: run, checked by what did not produce it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import hcm
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.judging import (
-    SMALLER_STEP,
-    Scalars,
-    largest_difference,
-    tap_scalars,
-)
+from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
 from validation.studies.stress.stability_map import Answer, Verdict
 
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
@@ -34,23 +27,14 @@ def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Sett
     )
 
 
-def first_tap(result: hcm.TapResult) -> Scalars | None:
+def first_tap(result: hcm.TapResult) -> tuple[float, ...] | None:
     """The first tap's scalars; None where there is no complete tap."""
-    s, h = result.summary, result.history
-    if s.contact_time_s is None or not s.normal_impulse_N_s or s.contact_duration_s is None:
-        return None
-    end = s.contact_time_s + s.contact_duration_s
-    rows = (h.time_s >= s.contact_time_s) & (h.time_s <= end)
-    return tap_scalars(
-        float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), s.contact_time_s,
-        h.time_s[rows], h.normal_force_N[rows],
-    )  # fmt: skip
+    return tap_scalars(result.summary, result.history)
 
 
 def difference(result: hcm.TapResult, truth: hcm.TapResult) -> float | None:
     """Largest relative change of the first tap's scalars, None where there is no tap to compare."""
-    found, other = first_tap(result), first_tap(truth)
-    return None if found is None or other is None else largest_difference(found, other)
+    return largest_difference(first_tap(result), first_tap(truth))
 
 
 def confirm(scene: HcmScene, result: hcm.TapResult) -> tuple[str, float | None]:
@@ -87,11 +71,10 @@ def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
     )  # fmt: skip
     broken = violations(scene, result)
     if broken:
-        return replace(found, answer=Answer.WRONG, reason="; ".join(broken)), None
+        return found.judged(Answer.WRONG, "; ".join(broken)), None
     if result.status is not hcm.Status.COMPLETED:
         flagged = result.status in (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE)
-        answer = Answer.FLAGGED if flagged else Answer.STOPPED
-        return replace(found, answer=answer, reason=result.message), None
+        return found.judged(Answer.FLAGGED if flagged else Answer.STOPPED, result.message), None
     return found, result
 
 
@@ -100,7 +83,7 @@ def with_step(found: Verdict, scene: HcmScene, result: hcm.TapResult) -> Verdict
     rows = int((result.history.mode // 3 > 0).sum())
     step = (result.summary.contact_duration_s or 0.0) / max(rows, 1)
     if found.answer == Answer.RIGHT and 0 < step < SMALLER_STEP * scene.settings.contact_step:
-        return replace(found, answer=Answer.SMALLER, reason=f"contact steps of {step:.2g} s")
+        return found.judged(Answer.SMALLER, f"contact steps of {step:.2g} s")
     return found
 
 

@@ -1,7 +1,5 @@
 """The stability maps of the reduced model: which parameters, over which ranges, on which scene."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -17,12 +15,13 @@ SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 MAX_STEPS = 10_000
 
 
-def _finger(modulus: float = 1e9, count: int = 3, elements: int = 5) -> Finger:
+def soft_finger(modulus: float = 1e9, count: int = 3, elements: int = 5) -> Finger:
+    """Phalanges like the soft finger's."""
     return Finger((replace(SOFT, youngs_modulus=modulus, elements=elements),) * count)
 
 
 SOFT_SCENE = HcmScene(
-    _finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
+    soft_finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
 )
 
 
@@ -37,7 +36,7 @@ def _slender(slenderness: float, elements: float, modulus: float) -> HcmScene:
 
 
 def _many(count: float, modulus: float, elements: float) -> HcmScene:
-    finger = _finger(modulus, int(count), int(elements))
+    finger = soft_finger(modulus, int(count), int(elements))
     return replace(SOFT_SCENE, finger=finger, surface=Surface(0.8 * finger.length, 0.5))
 
 
@@ -47,14 +46,14 @@ def _bouncing_rod(restitution: float, end_time: float, friction: float) -> HcmSc
         end_time=end_time, contact_step=1e-5, contact_tolerance=1e-9, max_steps=400_000
     )
     return HcmScene(
-        _finger(count=1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(),
+        soft_finger(count=1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(),
         settings,
     )  # fmt: skip
 
 
 def _falling_rod(stiffness: float, modulus: float, height: float) -> HcmScene:
     return HcmScene(
-        _finger(modulus, 1, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
+        soft_finger(modulus, 1, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
         Settings(max_steps=10 * MAX_STEPS),
     )  # fmt: skip
 
@@ -78,7 +77,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
             _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
             (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
             lambda step, modulus, radius: replace(
-                SOFT_SCENE, finger=_finger(modulus), settings=_soft(
+                SOFT_SCENE, finger=soft_finger(modulus), settings=_soft(
                     contact_step=step, flight_step=min(100 * step, 1e-3),
                     spectral_radius=radius)),
             judge_by_tighter_run, "hcm"),
@@ -114,7 +113,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
             (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
             (1.0,) if quick else (1.0, 0.5),
             lambda friction, modulus, restitution: replace(
-                SOFT_SCENE, finger=_finger(modulus), surface=Surface(0.1, friction),
+                SOFT_SCENE, finger=soft_finger(modulus), surface=Surface(0.1, friction),
                 tip=Tip(0.78e6, restitution)),
             judge_by_dop853, "hcm"),
         Map("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),

@@ -6,15 +6,13 @@ contact is put on by hand, see `validation.peers.exudyn_finger`), with adaptive 
 when to look for contact and for how long. The others would need Python code in each of its steps.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import importlib.util
 import io
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -25,10 +23,11 @@ from validation.models.adapter import Progress
 from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import first_tap, tighter
+from validation.studies.stress.hcm.maps import SOFT_SCENE, soft_finger
 from validation.studies.stress.judging import largest_difference
 
 # A tap's peak F_n (N) and impulse (N s).
-Tap = tuple[float, float]
+Tap = tuple[float, ...]
 # What a solver says, its tap, and its wall time in s.
 PeerAnswer = tuple[str, Tap | None, float]
 
@@ -36,46 +35,34 @@ SECONDS = 30.0
 FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
 # Exudyn starts to look this share before contact, and looks for this multiple of its duration.
 BEFORE, WINDOW = 0.002, 1.3
-SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 
 
-@dataclass(frozen=True)
-class HardCell:
-    """Why a cell is hard, its scene, and whether its contact is a frictionless linear spring."""
-
-    name: str
-    scene: HcmScene
-    linear: bool = True
-
-
-def _scene(
-    phalanx: hcm.Phalanx = SOFT, count: int = 3, height: float = 0.1, friction: float = 0.0,
-    tip: hcm.Tip = hcm.Tip(0.78e6), drive: hcm.Drive = hcm.Drive(),  # noqa: B008  frozen
-) -> HcmScene:  # fmt: skip
-    return HcmScene(
-        hcm.Finger((phalanx,) * count), hcm.Surface(height, friction), tip, drive,
-        hcm.Settings(max_steps=100_000),
-    )  # fmt: skip
-
-
-def hard_cells() -> tuple[HardCell, ...]:
-    """The cells, those that every solver can express first."""
+def hard_cells() -> dict[str, HcmScene]:
+    """Scenes by why they are hard, those that every solver can express first."""
+    smooth, sticky = hcm.Surface(0.1, 0.0), hcm.Surface(0.1, 10.0)
+    soft = replace(SOFT_SCENE, surface=smooth, settings=hcm.Settings(max_steps=100_000))
     slender = hcm.Phalanx(0.04, 0.0004, 1e9, 1400.0, elements=20)
-    return (
-        HardCell("stiffest beams, E 1e12 Pa", _scene(replace(SOFT, youngs_modulus=1e12))),
-        HardCell("softest beams, E 1e6 Pa", _scene(replace(SOFT, youngs_modulus=1e6))),
-        HardCell("stiffest tip, k 1e10 N/m", _scene(tip=hcm.Tip(1e10))),
-        HardCell("softest tip, k 1e3 N/m", _scene(tip=hcm.Tip(1e3))),
-        HardCell("slenderness 100, 20 elements", _scene(slender)),
-        HardCell("80 elements a phalanx", _scene(replace(SOFT, elements=80))),
-        HardCell("30 phalanges", _scene(replace(SOFT, elements=2), 30, 0.96)),
-        HardCell("friction 10, tangential ratio 1e3",
-                 _scene(friction=10.0, tip=hcm.Tip(0.78e6, 1.0, 1e3)), linear=False),
-        HardCell("e* 0.05, friction 5.3: a tap that barely ends",
-                 _scene(friction=5.337, tip=hcm.Tip(0.78e6, 0.05, 284.8)), linear=False),
-        HardCell("torques that wind the finger up",
-                 _scene(friction=0.5, drive=hcm.Drive((0.00631,) * 3, 1.233)), linear=False),
-    )  # fmt: skip
+    winding = hcm.Drive((0.00631,) * 3, 1.233)
+    return {
+        "stiffest beams, E 1e12 Pa": replace(soft, finger=soft_finger(1e12)),
+        "softest beams, E 1e6 Pa": replace(soft, finger=soft_finger(1e6)),
+        "stiffest tip, k 1e10 N/m": replace(soft, tip=hcm.Tip(1e10)),
+        "softest tip, k 1e3 N/m": replace(soft, tip=hcm.Tip(1e3)),
+        "slenderness 100, 20 elements": replace(soft, finger=hcm.Finger((slender,) * 3)),
+        "80 elements a phalanx": replace(soft, finger=soft_finger(elements=80)),
+        "30 phalanges": replace(
+            soft, finger=soft_finger(count=30, elements=2), surface=hcm.Surface(0.96, 0.0)
+        ),
+        "friction 10, tangential ratio 1e3": replace(
+            soft, surface=sticky, tip=hcm.Tip(0.78e6, 1.0, 1e3)
+        ),
+        "e* 0.05, friction 5.3: a tap that barely ends": replace(
+            soft, surface=hcm.Surface(0.1, 5.337), tip=hcm.Tip(0.78e6, 0.05, 284.8)
+        ),
+        "torques that wind the finger up": replace(
+            soft, surface=hcm.Surface(0.1, 0.5), drive=winding
+        ),
+    }
 
 
 def peak_and_impulse(result: hcm.TapResult) -> Tap | None:
@@ -87,10 +74,9 @@ def peak_and_impulse(result: hcm.TapResult) -> Tap | None:
 def _described(answer: PeerAnswer, truth: Tap | None) -> str:
     """A cell of the table: how it ended, how far it is from the truth, its time."""
     ending, tap, seconds = answer
-    error = ""
-    if tap is not None and truth is not None:
-        error = f", off by {100 * largest_difference(tap, truth):.2g} %"
-    return f"{ending}{error} ({seconds:.2g} s)"
+    error = largest_difference(tap, truth)
+    off = "" if error is None else f", off by {100 * error:.2g} %"
+    return f"{ending}{off} ({seconds:.2g} s)"
 
 
 def _timed(solve: Callable[[], tuple[str, Tap | None]]) -> PeerAnswer:
@@ -141,37 +127,35 @@ def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -
         return f"no answer after {seconds:g} s", None, seconds
 
 
-def _exudyn_cell(cell: HardCell, result: hcm.TapResult, truth: Tap | None) -> str:
+def _exudyn_cell(scene: HcmScene, result: hcm.TapResult, truth: Tap | None) -> str:
     s = result.summary
-    if not cell.linear:
+    if scene.surface.friction or scene.tip.restitution < 1.0:
         return "not expressible without Python in the step"
     if s.contact_time_s is None or s.contact_duration_s is None:
         return "no contact to look for"
     window = WINDOW * s.contact_duration_s
-    return _described(
-        limited(SECONDS, _exudyn_imported, cell.scene, s.contact_time_s, window), truth
-    )
+    return _described(limited(SECONDS, _exudyn_imported, scene, s.contact_time_s, window), truth)
 
 
 def peers_table(progress: Progress) -> list[dict[str, Any]]:
     """One row a cell; errors are the larger of peak F_n and impulse against a much tighter run."""
     cells, rows = hard_cells(), []
-    _hcm(cells[0].scene)  # loads the compiled kernels: not charged
-    for number, cell in enumerate(cells):
-        progress(number / len(cells), cell.name)
+    _hcm(next(iter(cells.values())))  # loads the compiled kernels: not charged
+    for number, (name, scene) in enumerate(cells.items()):
+        progress(number / len(cells), name)
         start = time.perf_counter()
-        result = _hcm(cell.scene)
+        result = _hcm(scene)
         seconds = time.perf_counter() - start
-        tight = replace(cell.scene, settings=tighter(cell.scene.settings, 5.0, 100.0))
+        tight = replace(scene, settings=tighter(scene.settings, 5.0, 100.0))
         truth = peak_and_impulse(_hcm(tight))
         own = result.status.value, peak_and_impulse(result), seconds
-        scipy = _timed(partial(solve_first_tap, **_given(cell.scene), seconds=SECONDS))
+        scipy = _timed(partial(solve_first_tap, **_given(scene), seconds=SECONDS))
         row = {
-            "cell": cell.name,
+            "cell": name,
             "hcm": _described(own, truth),
             "SciPy RK45, defaults": _described(scipy, truth),
         }
         if importlib.util.find_spec("exudyn") is not None:
-            row["Exudyn, adaptive steps"] = _exudyn_cell(cell, result, truth)
+            row["Exudyn, adaptive steps"] = _exudyn_cell(scene, result, truth)
         rows.append(row)
     return rows

@@ -12,8 +12,6 @@ The rod's bending adds (omega/omega_1)^2, its turning tan(theta) v/(omega L): to
 omega_1 = 15.4 sqrt(E I/(rho A L^4))).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Small bodies for the reference's stability maps: a block, even or distorted, a short finger."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

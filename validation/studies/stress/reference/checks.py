@@ -4,14 +4,13 @@ Momentum and energies are summed here over the fields that the run kept, by mass
 strains alone; contact is judged from the record of every step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
 
 from reference_fem import Snapshot, Status, TapResult
 from reference_fem.model import Model
+from validation.studies.stress.judging import not_finite
 
 # What a COMPLETED run may leave open of its energy, over its largest kinetic energy: what it
 # promises (`Settings.energy_tolerance`).
@@ -25,20 +24,13 @@ def violations(result: TapResult, model: Model, free: bool) -> list[str]:
 
     `free` tells that nothing but weight and contact acts on the body.
     """
-    found = list(_finite(result))
+    found = list(not_finite((result.history, result.forces, result.summary, *result.snapshots)))
     if found:
         return found
     found = [*_ending(result), *_contact(result, model)]
     if result.status is Status.COMPLETED:
         found += [*_energy(result, model), *(_momentum(result, model) if free else ())]
     return found
-
-
-def _finite(result: TapResult) -> Iterator[str]:
-    for source in (result.history, result.forces, result.summary, *result.snapshots):
-        for name, value in vars(source).items():
-            if value is not None and not np.isfinite(np.asarray(value, dtype=float)).all():
-                yield f"{name} is not finite"
 
 
 def _ending(result: TapResult) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """Judging a cell of the reference's maps: run, checked by what did not produce it."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -9,12 +8,7 @@ import numpy as np
 import reference_fem as rf
 from reference_fem.model import Model
 from reference_fem.stable_step import stable_step
-from validation.studies.stress.judging import (
-    SMALLER_STEP,
-    Scalars,
-    largest_difference,
-    tap_scalars,
-)
+from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
 from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Verdict
@@ -49,44 +43,41 @@ def judge(scene: ReferenceScene) -> Verdict:
     )  # fmt: skip
     broken = violations(result, model, scene.body == "block")
     if broken:
-        return replace(found, answer=Answer.WRONG, reason="; ".join(broken))
+        return found.judged(Answer.WRONG, "; ".join(broken))
     if result.status is not rf.Status.COMPLETED:
         last = result.history.time_s[-1] if len(result.history.time_s) else 0.0
         reason = f"{result.status.value} at t = {last:.4g} s: {result.message}"
-        return replace(found, answer=Answer.STOPPED, reason=reason)
-    for name, other, bound in _witnesses(scene):
-        error = difference(result, other)
+        return found.judged(Answer.STOPPED, reason)
+    for name, error, bound in _witnesses(scene, result, model):
         if name == HALF:
             found = replace(found, error=error)
         if error is None or not error <= bound:  # NaN agrees with nothing
             return _doubtful(scene, result, found, name, error)
         found = replace(found, checked_by=f"{found.checked_by}, {name}")
-    limit = bar_impulse(scene, model)
-    if limit is not None:
-        error = largest_difference((summary.normal_impulse_N_s or 0.0,), (limit,))
-        if not error <= BAR:
-            return _doubtful(scene, result, found, "elastic bar", error)
-        found = replace(found, checked_by=f"{found.checked_by}, elastic bar")
     ratio = step_without_contact(scene, model) / model.step_s
     if ratio > 1.0 / SMALLER_STEP:
-        return replace(
-            found, answer=Answer.SMALLER, reason=f"contact asks for steps {ratio:.3g} times shorter"
-        )
+        return found.judged(Answer.SMALLER, f"contact asks for steps {ratio:.3g} times shorter")
     return found
 
 
-def _witnesses(scene: ReferenceScene) -> list[tuple[str, ReferenceScene, float]]:
-    """Name, scene and bound of every run that must agree."""
+def _witnesses(
+    scene: ReferenceScene, result: rf.TapResult, model: Model
+) -> Iterator[tuple[str, float | None, float]]:
+    """Name, difference and bound of everything that must agree, run when its turn comes."""
     half = replace(scene, step_factor=scene.step_factor / 2.0)
-    found = [(HALF, half, LARGEST_ERROR)]
+    yield HALF, difference(result, half), LARGEST_ERROR
     calm = replace(scene, step_factor=min(scene.step_factor, 0.9) / 2.0)
     if scene.contact != "impulse":
-        found.append(("contact without a penalty", replace(calm, contact="impulse"), OTHER))
+        other = replace(calm, contact="impulse")
+        yield "contact without a penalty", difference(result, other), OTHER
     if scene.element == "hex8-one-point":
-        found.append(("8-point element", replace(calm, element="hex8-sri"), OTHER))
+        yield "8-point element", difference(result, replace(calm, element="hex8-sri")), OTHER
     if scene.distortion:
-        found.append(("even mesh", replace(calm, distortion=0.0), OTHER))
-    return found
+        yield "even mesh", difference(result, replace(calm, distortion=0.0)), OTHER
+    limit = bar_impulse(scene, model)
+    if limit is not None:
+        impulse = result.summary.normal_impulse_N_s or 0.0
+        yield "elastic bar", largest_difference((impulse,), (limit,)), BAR
 
 
 def _doubtful(
@@ -95,33 +86,23 @@ def _doubtful(
     """Flagged, if the solver or a nudge says so; else wrong."""
     differs = f"{name}: " + ("the tap is lost" if error is None else f"differs by {error:.2g}")
     if result.cautions:
-        return replace(
-            found, answer=Answer.FLAGGED, reason=f"cautioned, {result.cautions[0]} ({differs})"
-        )
+        return found.judged(Answer.FLAGGED, f"cautioned, {result.cautions[0]} ({differs})")
     spread = difference(result, replace(scene, speed=scene.speed * (1.0 + NUDGE)))
     if spread is None or spread > CHAOTIC:
         change = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
-        return replace(found, answer=Answer.FLAGGED, reason=f"speed changed by {NUDGE:g}, {change}")
-    return replace(found, answer=Answer.WRONG, reason=differs)
+        return found.judged(Answer.FLAGGED, f"speed changed by {NUDGE:g}, {change}")
+    return found.judged(Answer.WRONG, differs)
 
 
 def difference(result: rf.TapResult, other: ReferenceScene) -> float | None:
     """Largest relative change of the tap's scalars against another run; None without a tap."""
-    found, truth = scalars(result), scalars(other.simulate()[0])
-    return None if found is None or truth is None else largest_difference(found, truth)
+    return largest_difference(scalars(result), scalars(other.simulate()[0]))
 
 
-def scalars(result: rf.TapResult) -> Scalars | None:
+def scalars(result: rf.TapResult) -> tuple[float, ...] | None:
     """Scalars of a completed tap."""
-    s, f = result.summary, result.forces
-    if result.status is not rf.Status.COMPLETED or not s.normal_impulse_N_s:
-        return None
-    start, duration = s.contact_time_s or 0.0, s.contact_duration_s or 0.0
-    rows = f.time_s <= (start + duration) * (1.0 + 1e-12)
-    return tap_scalars(
-        float(s.peak_normal_force_N or 0.0), float(s.normal_impulse_N_s), start,
-        f.time_s[rows], f.normal_force_N[rows],
-    )  # fmt: skip
+    completed = result.status is rf.Status.COMPLETED
+    return tap_scalars(result.summary, result.forces) if completed else None
 
 
 def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:

@@ -4,8 +4,6 @@ Bodies are small, so that a cell takes tenths of a second: a block of 20 mm (hal
 elements), one of 6 x 6 x 3 where the mesh is distorted, or a finger of one phalanx, 104 elements.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from validation.studies.stress.reference.judge import judge

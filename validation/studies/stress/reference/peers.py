@@ -12,8 +12,6 @@ is consistent, gives 18 N on 4 elements, 27 N with increments held below 3 µs, 
 over its second hit. With a pressure ten times softer, both peaks agree to 3 %.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What a cell of the reference's maps is: a small body that hits the plane, and its run."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

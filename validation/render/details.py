@@ -14,7 +14,11 @@ from validation.render.views import (
     PRESSURE,
     SIZE,
     draw,
+    look,
+    reduced,
+    scale_bar,
     screenshot,
+    surface,
 )
 
 ENLARGED = 0.2  # largest drawn displacement beyond rigid motion, over the finger's diameter
@@ -54,27 +58,10 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
         lighting=False,
         scalar_bar_args={**BAR, "title": f"{PRESSURE}\n", "color": "white"},
     )
-    below = middle - np.array([0.0, 10 * half, 0.0])
-    size = float(f"{half / 2:.1g}")
-    start = below + np.array([-1.4 * half, 0.1 * half, -0.75 * half])
-    end = start + np.array([size, 0.0, 0.0])
-    plotter.add_mesh(pv.Line(start, end), color="white", line_width=5, lighting=False)
-    plotter.add_point_labels(
-        [(start + end) / 2 + np.array([0, 0, 0.06 * half])],
-        [f"{size * 1e3:g} mm"],
-        shape=None,
-        show_points=False,
-        font_size=20,
-        text_color="white",
-        always_visible=True,
-        justification_horizontal="center",
-    )
-    plotter.camera.focal_point = middle
-    plotter.camera.position = below
-    plotter.camera.up = (0, 0, 1)  # X to the right
-    plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = half
-    plotter.camera.clipping_range = (0.01 * half, 20 * half)
+    below = np.array([0.0, -10 * half, 0.0])
+    start = middle + below + np.array([-1.4 * half, 0.1 * half, -0.75 * half])
+    scale_bar(plotter, start, float(f"{half / 2:.1g}"), np.array([0, 0, 0.06 * half]), "white")
+    look(plotter, middle, below, (0, 0, 1), half, (0.01 * half, 20 * half))  # X to the right
     plotter.set_background("black")
     largest = f"largest {limits[1]:.3g} MPa on {np.count_nonzero(pressure > 0)} nodes, from below"
     plotter.add_text(f"{text}\n{largest}", position="upper_left", font_size=12, color="white")
@@ -117,44 +104,29 @@ def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
     diameter = float(np.ptp(mesh.points[:, 1]))
     factor = float(f"{ENLARGED * diameter / (size.max() or 1.0):.1g}")
     mesh[BENDING] = size * 1e6
-    surface, shadow = (_moved(mesh, now + share * beyond) for share in (factor - 1, -1.0))
+    moved, shadow = mesh.copy(), mesh.copy()
+    moved.points, shadow.points = now + (factor - 1) * beyond, now - beyond
+    body, shadow = surface(moved, cut=False), surface(shadow, cut=False)
     shadow.points[:, 2] -= 2 * diameter  # behind the body: seen where the body has left
     limits = (0.0, float(size.max()) * 1e6 or 1.0)
     title = f"{text}\ndeformation enlarged {factor:g} times; rigid motion in grey"
-    draw(path, surface, BENDING, title, height, zoom=False, limits=limits, shadow=shadow)
-
-
-def _moved(mesh: Any, points: Any) -> Any:
-    """Surface of a body with its points moved, a half model completed by its mirror."""
-    import pyvista as pv
-
-    moved = mesh.copy()
-    moved.points = points
-    if np.ptp(points[:, 2]) > 0:
-        moved = pv.merge([moved, moved.reflect((0, 0, 1), point=(0, 0, 0))], merge_points=False)
-    return moved.extract_surface(algorithm="dataset_surface")
+    draw(path, body, BENDING, title, height, zoom=False, limits=limits, shadow=shadow)
 
 
 def write_gif(path: Path, frames: list[Path]) -> None:
     """Frames as an endless GIF of half the size, with one palette; the last one stays longer."""
     from PIL import Image
 
-    images = []
-    for frame in frames:
-        with Image.open(frame) as image:
-            small = image.convert("RGB").resize(
-                (SIZE[0] // 2, SIZE[1] // 2), Image.Resampling.LANCZOS
-            )
-        images.append(small)
+    images = [reduced(frame) for frame in frames]
     palette = images[len(images) // 2].quantize(256)
-    reduced = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    indexed = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     with atomic(path) as temporary:
-        reduced[0].save(
+        indexed[0].save(
             temporary,
             format="GIF",
             save_all=True,
-            append_images=reduced[1:],
-            duration=[FRAME_MS] * (len(reduced) - 1) + [LAST_FRAME_MS],
+            append_images=indexed[1:],
+            duration=[FRAME_MS] * (len(indexed) - 1) + [LAST_FRAME_MS],
             loop=0,
             optimize=False,
         )

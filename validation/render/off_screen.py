@@ -29,22 +29,18 @@ def missing_libraries() -> str:
     VTK needs libGL to be imported, and EGL or OSMesa to open an off-screen window.
     """
 
-    def loads(*names: str) -> bool:
-        for name in names:
-            try:
-                ctypes.CDLL(ctypes.util.find_library(name) or f"lib{name}.so.1")
-            except OSError:
-                continue
-            return True
-        return False
+    def loads(name: str) -> bool:
+        try:
+            ctypes.CDLL(ctypes.util.find_library(name) or f"lib{name}.so.1")
+        except OSError:
+            return False
+        return True
 
+    alternatives = ("GL",), ("EGL", "OSMesa")
     lacking = [
-        title
-        for title, present in (
-            ("libGL", loads("GL")),
-            ("libEGL or libOSMesa", loads("EGL", "OSMesa")),
-        )
-        if not present
+        " or ".join(f"lib{name}" for name in names)
+        for names in alternatives
+        if not any(map(loads, names))
     ]
     if not lacking:
         return ""
@@ -64,26 +60,25 @@ def render_run(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str] =
     if problem:
         return Renders({}, problem)
     out.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "validation.render.worker", str(run_folder), str(out), prefix]
-    command += wanted
+    problem = _draw([str(run_folder), str(out), prefix, *wanted])
+    suffixes = {what: "gif" if what == "animation" else "png" for what in wanted}
+    files = {what: out / f"{prefix}-{what}.{suffix}" for what, suffix in suffixes.items()}
+    return Renders({what: path for what, path in files.items() if path.is_file()}, problem)
+
+
+def _draw(arguments: Sequence[str]) -> str:
+    """Run `worker` on its arguments; why it failed, empty if it did not."""
+    command = [sys.executable, "-m", "validation.render.worker", *arguments]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
         )
     except subprocess.TimeoutExpired:
-        return Renders(_pictures(out, prefix, wanted), f"rendering took longer than {TIMEOUT_S} s")
+        return f"rendering took longer than {TIMEOUT_S} s"
     if done.returncode == 0:
-        return Renders(_pictures(out, prefix, wanted))
+        return ""
+    cause = (done.stderr.strip().splitlines() or ["no message"])[-1]
     if done.returncode < 0:
-        cause = (
-            f"VTK crashed (signal {-done.returncode}); on Debian or Ubuntu: apt install {LIBRARIES}"
-        )
-    else:
-        cause = (done.stderr.strip().splitlines() or ["no message"])[-1]
-    return Renders(_pictures(out, prefix, wanted), f"rendering failed: {cause}")
-
-
-def _pictures(out: Path, prefix: str, wanted: Sequence[str]) -> dict[str, Path]:
-    suffixes = {what: "gif" if what == "animation" else "png" for what in wanted}
-    files = {what: out / f"{prefix}-{what}.{suffix}" for what, suffix in suffixes.items()}
-    return {what: path for what, path in files.items() if path.is_file()}
+        hint = f"on Debian or Ubuntu: apt install {LIBRARIES}"
+        cause = f"VTK crashed (signal {-done.returncode}); {hint}"
+    return f"rendering failed: {cause}"

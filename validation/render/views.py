@@ -9,7 +9,7 @@ from validation.harness.files import atomic
 
 EDGES_UP_TO = 5000  # faces: beyond this, edges hide the colours
 GAP = 6  # pixels between the frames of a sheet
-SIZE = (1000, 640)
+SIZE, HALF_SIZE = (1000, 640), (500, 320)
 STRESS, SPEED = "von Mises stress (MPa)", "speed (m/s)"
 PRESSURE, BENDING = "contact pressure (MPa)", "displacement beyond rigid motion (µm)"
 COLORS = {STRESS: "inferno", SPEED: "viridis", PRESSURE: "magma", BENDING: "cividis"}
@@ -29,13 +29,7 @@ BAR = {
 
 
 def deformed(path: Path, cut: bool) -> Any:
-    """Surface of the deformed body of one step.
-
-    Parameters
-    ----------
-    cut : whether to keep only the far half of a half model, so that the plane of motion with the
-        stress inside the body faces the camera; otherwise the half is completed by its mirror.
-    """
+    """Surface of the deformed body of one step; see `surface` for `cut`."""
     import pyvista as pv
 
     mesh = pv.read(path)
@@ -44,6 +38,19 @@ def deformed(path: Path, cut: bool) -> Any:
     if "contact_pressure_Pa" in mesh.point_data:
         mesh[PRESSURE] = mesh.point_data.pop("contact_pressure_Pa") / 1e6
     mesh.points += mesh["displacement"]
+    return surface(mesh, cut)
+
+
+def surface(mesh: Any, cut: bool) -> Any:
+    """Surface of a body.
+
+    Parameters
+    ----------
+    cut : whether to keep only the far half of a half model, so that the plane of motion with the
+        stress inside the body faces the camera; otherwise the half is completed by its mirror.
+    """
+    import pyvista as pv
+
     if np.ptp(mesh.points[:, 2]) > 0:
         far_half = mesh.reflect((0, 0, 1), point=(0, 0, 0))
         mesh = far_half if cut else pv.merge([mesh, far_half], merge_points=False)
@@ -79,25 +86,44 @@ def _surface_and_camera(
     slab = (center - far, center + far, -height - far, -height, -far, -1e-4 * half_view)
     plotter.add_mesh(pv.Box(slab), color=SURFACE_COLOR, lighting=False)
     start = focus + half_view * np.array([-1.45, -0.78, 2.0])
-    end = start + np.array([bar, 0, 0])
-    plotter.add_mesh(pv.Line(start, end), color="black", line_width=5, lighting=False)
+    scale_bar(plotter, start, bar, np.array([0, 0.05 * half_view, 0]), "black")
+    look(plotter, focus, np.array([0, 0, far]), (0, 1, 0), half_view, (0.1 * far, 3 * far))
+    plotter.set_background("white")
+
+
+def scale_bar(plotter: Any, start: Any, length: float, label: Any, color: str) -> None:
+    """A line of this length, m, along X; its label lies `label` from its middle, m."""
+    import pyvista as pv
+
+    end = start + np.array([length, 0, 0])
+    plotter.add_mesh(pv.Line(start, end), color=color, line_width=5, lighting=False)
     plotter.add_point_labels(
-        [(start + end) / 2 + np.array([0, 0.05 * half_view, 0])],
-        [f"{bar * 1e3:g} mm"],
+        [(start + end) / 2 + label],
+        [f"{length * 1e3:g} mm"],
         shape=None,
         show_points=False,
         font_size=20,
-        text_color="black",
+        text_color=color,
         always_visible=True,
         justification_horizontal="center",
     )
+
+
+def look(
+    plotter: Any,
+    focus: Any,
+    away: Any,
+    up: tuple[int, int, int],
+    half_view: float,
+    clipping: tuple[float, float],
+) -> None:
+    """Parallel projection on a point from a place `away` from it, half_view high above it, m."""
     plotter.camera.focal_point = focus
-    plotter.camera.position = focus + np.array([0, 0, far])
-    plotter.camera.up = (0, 1, 0)
+    plotter.camera.position = focus + away
+    plotter.camera.up = up
     plotter.enable_parallel_projection()
     plotter.camera.parallel_scale = half_view
-    plotter.camera.clipping_range = (0.1 * far, 3 * far)
-    plotter.set_background("white")
+    plotter.camera.clipping_range = clipping
 
 
 def draw(
@@ -149,16 +175,23 @@ def screenshot(plotter: Any, path: Path) -> None:
         image.convert("RGB").save(temporary, format="PNG", optimize=True)
 
 
+def reduced(path: Path) -> Any:
+    """A picture at half its size."""
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return image.convert("RGB").resize(HALF_SIZE, Image.Resampling.LANCZOS)
+
+
 def contact_sheet(path: Path, pictures: list[Path], columns: int) -> None:
     """Several pictures as one, reduced in size."""
     from PIL import Image
 
-    width, height = SIZE[0] // 2, SIZE[1] // 2
+    width, height = HALF_SIZE
     rows = -(-len(pictures) // columns)
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
     for number, picture in enumerate(pictures):
-        with Image.open(picture) as image:
-            tile = image.convert("RGB").resize((width, height), Image.Resampling.LANCZOS)
-        sheet.paste(tile, (number % columns * (width + GAP), number // columns * (height + GAP)))
+        row, column = divmod(number, columns)
+        sheet.paste(reduced(picture), (column * (width + GAP), row * (height + GAP)))
     with atomic(path) as temporary:
         sheet.save(temporary, format="PNG", optimize=True)

@@ -1,13 +1,14 @@
 """Draws one run: ``python -m validation.render.worker RUN_FOLDER OUT PREFIX WHAT...``.
 
-WHAT is any of ``renders.PICTURES``; see there.
+WHAT is any of `off_screen.PICTURES`, each a method of `Drawing`.
 """
 
 import json
 import sys
 import tomllib
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -117,22 +118,19 @@ class Drawing:
         """The tap in a few frames side by side."""
         indices = np.linspace(0, len(self.steps) - 1, min(FRAMES, len(self.steps)))
         chosen = [self.steps[index] for index in indices.round().astype(int)]
-        frames = self._frames(chosen, "sequence", bar_on_each=False)
-        contact_sheet(self.path("sequence"), frames, columns=3)
-        for frame in frames:
-            frame.unlink()
+        with self._frames(chosen, "sequence", bar_on_each=False) as frames:
+            contact_sheet(self.path("sequence"), frames, columns=3)
 
     def animation(self) -> None:
         """The tap as a GIF."""
-        frames = self._frames(self.steps, "animation", bar_on_each=True)
-        write_gif(self.path("animation", "gif"), frames)
-        for frame in frames:
-            frame.unlink()
+        with self._frames(self.steps, "animation", bar_on_each=True) as frames:
+            write_gif(self.path("animation", "gif"), frames)
 
+    @contextmanager
     def _frames(
         self, steps: Sequence[tuple[float, Path]], what: str, bar_on_each: bool
-    ) -> list[Path]:
-        """Stress at some times, seen from one place."""
+    ) -> Iterator[list[Path]]:
+        """Stress at some times, seen from one place, in files that go with the block."""
         frames = []
         for number, (time, file) in enumerate(steps):
             frames.append(self.out / f".{self.prefix}-{what}-{number}.png")
@@ -147,7 +145,9 @@ class Drawing:
                 with_bar=bar_on_each or number == len(steps) - 1,
                 look_at=lowest_x(self.inside),
             )
-        return frames
+        yield frames
+        for frame in frames:
+            frame.unlink()
 
 
 def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> None:
@@ -163,16 +163,8 @@ def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> Non
         out=out,
         prefix=prefix,
     )
-    pictures: dict[str, Callable[[], None]] = {
-        "stress": drawing.stress,
-        "velocity": drawing.velocity,
-        "pressure": drawing.pressure,
-        "shape": drawing.shape,
-        "sequence": drawing.sequence,
-        "animation": drawing.animation,
-    }
     for what in wanted:
-        pictures[what]()
+        getattr(drawing, what)()
 
 
 if __name__ == "__main__":

@@ -7,43 +7,32 @@ from importlib import resources
 
 @dataclass(frozen=True)
 class Claim:
-    """One printed number: its row in ``data/claims.csv``, where it stands, its value."""
+    """One printed number: a row of ``data/claims.csv``."""
 
     id: str
     where: str
     scene: str
     quantity: str
-    value: str
+    paper_value: str
     unit: str
     kind: str
+    note: str
 
     @property
     def number(self) -> float:
         """The printed number."""
-        return float(self.value)
+        return float(self.paper_value)
 
 
-def read_claims() -> tuple[Claim, ...]:
-    """All rows of the paper's claims."""
-    with (
-        resources.files("validation").joinpath("data", "claims.csv").open(encoding="utf-8") as file
-    ):
-        return tuple(
-            Claim(
-                row["id"],
-                row["where"],
-                row["scene"],
-                row["quantity"],
-                row["paper_value"],
-                row["unit"],
-                row["kind"],
-            )
-            for row in csv.DictReader(file)
-        )
+def read_claims() -> dict[str, Claim]:
+    """All of the paper's claims by id, in the order of the article."""
+    path = resources.files("validation").joinpath("data", "claims.csv")
+    with path.open(encoding="utf-8") as file:
+        return {row["id"]: Claim(**row) for row in csv.DictReader(file)}
 
 
-def find(claims: tuple[Claim, ...], where: str, scene: str, quantity: str) -> Claim | None:
+def find(where: str, scene: str, quantity: str) -> Claim | None:
     """The claim of that place, scene and quantity."""
-    return next(
-        (c for c in claims if (c.where, c.scene, c.quantity) == (where, scene, quantity)), None
-    )
+    wanted = (where, scene, quantity)
+    claims = read_claims().values()
+    return next((c for c in claims if (c.where, c.scene, c.quantity) == wanted), None)

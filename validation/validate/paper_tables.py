@@ -6,7 +6,7 @@ Its reference, LS-DYNA on a 4-core laptop of 2016, has the preset ls-dyna-like i
 from collections.abc import Mapping
 from typing import Any
 
-from validation.compare.claims import Claim, find, read_claims
+from validation.compare.claims import Claim, find
 from validation.compare.differences import error_percent
 from validation.harness.quantities import quantity
 from validation.validate.plan import REDUCED, REFERENCE, SCENES, Runs
@@ -25,9 +25,8 @@ COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
 def printed(scene: str, key: str) -> dict[str, Claim]:
     """What the paper prints of a quantity: of ``hcm``, of the ``reference``, of the ``error``."""
     table, name = ("Table 2", TABLE_2.get(key)) if key in TABLE_2 else ("Table 3", TABLE_3.get(key))
-    claims = read_claims()
     prefixes = {"hcm": "HCM", "reference": "reference", "error": "error of"}
-    found = {who: find(claims, table, scene, f"{text} {name}") for who, text in prefixes.items()}
+    found = {who: find(table, scene, f"{text} {name}") for who, text in prefixes.items()}
     return {who: claim for who, claim in found.items() if claim is not None}
 
 

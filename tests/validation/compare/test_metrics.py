@@ -3,7 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from validation.compare.claims import find, read_claims
+from validation.compare.claims import find
 from validation.compare.differences import error_percent, spread
 from validation.compare.sprague_geers import compare_forces, sprague_geers
 from validation.harness.quantities import COMPARED, quantity
@@ -81,9 +81,8 @@ def test_error_percent() -> None:
 
 
 def test_papers_own_errors_follow_from_its_values() -> None:
-    claims = read_claims()
     hcm, reference, printed = (
-        find(claims, "Table 2", "hard", f"{prefix} peak normal force")
+        find("Table 2", "hard", f"{prefix} peak normal force")
         for prefix in ("HCM", "reference", "error of")
     )
     assert hcm is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -101,12 +101,8 @@ def _inputs(case: Case) -> Inputs:
 def _write(entry: Path, run: CaseRun) -> None:
     write_record(entry, run.record)
     held = {"events": run.event_postures, "frames": run.frames}
-    text = json.dumps({name: [_members(one) for one in several] for name, several in held.items()})
+    text = json.dumps(plain({name: list(map(vars, several)) for name, several in held.items()}))
     (entry / POSTURES).write_text(text, encoding="utf-8")
-
-
-def _members(posture: Posture) -> dict[str, Any]:
-    return {field.name: plain(getattr(posture, field.name)) for field in fields(posture)}
 
 
 def _read(entry: Path, case: Case) -> CaseRun:

@@ -78,7 +78,6 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = 
     """
     folder = output_folder(out / "paper")
     figures, runs_folder = (output_folder(folder / name) for name in ("figures", "runs"))
-    claims = read_claims()
     store = Store(out / "store", fresh)
     with progress_bar("paper") as progress:
         runs, found = solve_all(progress, store)
@@ -97,10 +96,10 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = 
             **compliance_findings(runs),
             **driven_findings(runs, found),
         }
-        rows = ledger(claims, findings)
+        rows = ledger(read_claims().values(), findings)
         write_table(folder, "ledger", ledger_table(rows), "Every number that the paper prints")
         drawn = draw_figures(figures, runs, references.judged)
-        settled, total = score(rows, claims)
+        settled, total = score(rows)
         counts = Counter(row.verdict for row in rows)
         page = folder / "index.html"
         context = {
@@ -108,7 +107,6 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = 
             "counts": {verdict: counts[verdict] for verdict in VERDICTS},
             "settled": settled,
             "total": total,
-            "factor": found.common,
             "found": found,
             "lasting": [duration_ms(runs[name]) for name in DRAWN_TWICE],
             "figures": drawn,

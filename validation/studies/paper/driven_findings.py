@@ -58,8 +58,8 @@ def duration_ms(run: CaseRun) -> float:
 def _band(read: Callable[[str], float], claim: Claim) -> str:
     """The reading over the factor's uncertainty, and whether the print lies inside."""
     values = [read(suffix) for suffix in (" low", "", " high")]
-    low, high, rounding = min(values), max(values), printed_rounding(claim.value)
-    inside = low - rounding <= float(claim.value) <= high + rounding
+    low, high, rounding = min(values), max(values), printed_rounding(claim.paper_value)
+    inside = low - rounding <= claim.number <= high + rounding
     return (
         f"over the factor's uncertainty {low:.4g} to {high:.4g}, the printed value"
         f" {'inside' if inside else 'outside'}"
@@ -99,7 +99,7 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
             f"at contact the hinges lie {'below' if posture.is_concave else 'above'}"
             " the line from the fixed hinge to the tip",
         )
-    claims = {claim.id: claim for claim in read_claims()}
+    claims = read_claims()
     for id_, case, key in (
         ("F14.1", TWO, _first_peak), ("F14.2", TWO, _first_tangential_peak),
         ("F15.1", TWO, readings.largest_deflection), ("F15.2", THREE, readings.largest_deflection),
@@ -107,7 +107,7 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
         read = _ratio(runs, case, key)
         reason = f"{_band(read, claims[id_])}; {_varied(read)}"
         if key is readings.largest_deflection:
-            drawn = _ratio(runs, case, readings.largest_drawn_deflection)("")
+            drawn = _ratio(runs, case, lambda run: readings.largest_deflection(run, drawn=True))("")
             reason += f"; at the instants that fig. 15 draws {drawn:.4g}"
         rows[id_] = Finding(read(""), reason)
     three = runs[THREE]
@@ -134,7 +134,7 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
         "among the instants that fig. 15 draws; "
         + "; ".join(
             f"{c}: {'yes' if ok else 'no'}, the largest of all"
-            f" {100 * readings.time_of_largest_deflection(runs[c]):.0f} % through the contact"
+            f" {100 * readings.share_of_largest_deflection(runs[c]):.0f} % through the contact"
             for c, ok in late.items()
         ),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,41 +22,45 @@ SCENES = ("hard", "soft")
 TIME = "$t - t_c$ (ms)"
 
 
-def draw_forces(axis: Any, runs: Runs, cases: Sequence[tuple[str, str]]) -> None:
-    """Fn solid and Ft dashed, one colour a case; `cases` are (name, legend)."""
-    for (name, legend), color in zip(cases, COLORS, strict=False):
-        for history, line in (("normal_force_N", "-"), ("tangential_force_N", "--")):
-            time, force = curve(runs[name], history)
-            axis.plot(1e3 * time, force, line, color=color, label=legend if line == "-" else None)
+Cases = Sequence[tuple[str, str]]  # names and legends
 
 
-def draw_stress(axis: Any, runs: Runs, cases: Sequence[tuple[str, str]]) -> None:
-    """Stress at R, one colour a case."""
-    for (name, legend), color in zip(cases, COLORS, strict=False):
-        time, stress = curve(runs[name], "stress_R_Pa")
-        axis.plot(1e3 * time, 1e-6 * stress, color=color, label=legend)
+def friction_cases(*frictions: float) -> Cases:
+    """The soft finger with these coefficients; its own is 0.5."""
+    return [("soft" if mu == 0.5 else f"soft mu={mu:g}", rf"$\mu$ = {mu:g}") for mu in frictions]
 
 
-def _forces_and_stress(
-    forces: Any, stress: Any, runs: Runs, cases: Sequence[tuple[str, str]], letters: str
-) -> None:
-    """Contact forces on one axis and the stress at R on another, titled by two letters."""
-    draw_forces(forces, runs, cases)
-    label(forces, f"({letters[0]})", TIME, "$F_n$ (solid), $F_t$ (dashed) (N)")
-    draw_stress(stress, runs, cases)
-    label(stress, f"({letters[1]})", TIME, r"$\sigma_R$ (MPa)")
-
-
-LOW_FRICTION, HIGH_FRICTION = (
-    [("soft" if mu == 0.5 else f"soft mu={mu:g}", rf"$\mu$ = {mu:g}") for mu in frictions]
-    for frictions in ((0.3, 0.5, 0.7), (0.9, 1.1, 1.3))
-)
 MODULI = [("soft E=0.01 GPa", "E = 0.01 GPa"), ("soft E=0.1 GPa", "E = 0.1 GPa"), ("soft", "1 GPa")]
 SLENDER = [
     ("soft delta=32", r"$\delta$ = 32"),
     ("soft delta=16", r"$\delta$ = 16"),
     ("soft", r"$\delta$ = 10.7"),
 ]
+
+
+def draw_forces_and_stress(
+    forces: Any, stress: Any, runs: Runs, cases: Cases, letters: str
+) -> None:
+    """Fn solid and Ft dashed on one axis, the stress at R on another, one colour a case."""
+    lines = (
+        (forces, "normal_force_N", 1.0, "-"),
+        (forces, "tangential_force_N", 1.0, "--"),
+        (stress, "stress_R_Pa", 1e-6, "-"),
+    )
+    for (name, legend), color in zip(cases, COLORS, strict=False):
+        for axis, history, factor, line in lines:
+            time, values = curve(runs[name], history)
+            title = legend if line == "-" else None
+            axis.plot(1e3 * time, factor * values, line, color=color, label=title)
+    label(forces, f"({letters[0]})", TIME, "$F_n$ (solid), $F_t$ (dashed) (N)")
+    label(stress, f"({letters[1]})", TIME, r"$\sigma_R$ (MPa)")
+
+
+def two_studies(path: Path, runs: Runs, left: Cases, right: Cases) -> None:
+    """Forces above, stress at R below, of two studies side by side."""
+    with panels(path, 2, 2) as ((a, b), (c, d)):
+        draw_forces_and_stress(a, c, runs, left, "ac")
+        draw_forces_and_stress(b, d, runs, right, "bd")
 
 
 def figure_7(path: Path, runs: Runs) -> None:
@@ -68,29 +73,24 @@ def figure_7(path: Path, runs: Runs) -> None:
 
 def figure_10(path: Path, runs: Runs) -> None:
     """Forces and stress at R under different friction."""
-    with panels(path, 2, 2) as ((a, b), (c, d)):
-        _forces_and_stress(a, c, runs, LOW_FRICTION, "ac")
-        _forces_and_stress(b, d, runs, HIGH_FRICTION, "bd")
+    two_studies(path, runs, friction_cases(0.3, 0.5, 0.7), friction_cases(0.9, 1.1, 1.3))
 
 
 def figure_11(path: Path, runs: Runs) -> None:
     """Forces and stress at R under different compliance."""
-    with panels(path, 2, 2) as ((a, b), (c, d)):
-        _forces_and_stress(a, c, runs, MODULI, "ac")
-        _forces_and_stress(b, d, runs, SLENDER, "bd")
+    two_studies(path, runs, MODULI, SLENDER)
 
 
 def figure_12(path: Path, runs: Runs) -> None:
     """Hysteresis loops of the normal element at e* = 0.8."""
-    with panels(path, 2) as axes:
-        for column, cases in enumerate((MODULI, SLENDER)):
-            axis = axes[0][column]
+    with panels(path, 2) as ((left, right),):
+        for axis, cases, letter in ((left, MODULI, "a"), (right, SLENDER, "b")):
             for (name, legend), color in zip(cases, COLORS, strict=False):
                 run = runs[name.replace("soft", "soft e*=0.8", 1)]
                 _, force = curve(run, "normal_force_N")
                 _, position = curve(run, "tip_position_m")
                 axis.plot(1e3 * (position[0, 1] - position[:, 1]), force, color=color, label=legend)
-            label(axis, f"({'ab'[column]}) $e_*$ = 0.8", "deformation (mm)", "$F_n$ (N)")
+            label(axis, f"({letter}) $e_*$ = 0.8", "deformation (mm)", "$F_n$ (N)")
 
 
 THREE = "driven-3"
@@ -103,29 +103,26 @@ DRAWN_TWICE = (THREE, OTHER[0])
 
 def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
     """Postures before, at and after contact."""
-    with panels(path, 3, width=3.6) as axes:
-        for axis, (name, legend) in zip(axes[0], CASES, strict=True):
+    with panels(path, 3, width=3.6) as (axes,):
+        for axis, (name, legend) in zip(axes, CASES, strict=True):
             run = runs[name]
             frames = [p for p in run.frames if p.time_s in POSTURE_TIMES[name]]
             shown = sorted((*frames, run.event_postures[0]), key=lambda p: p.time_s)
-            for shade, posture in enumerate(shown):
+            for posture, color in zip(shown, itertools.cycle(COLORS), strict=False):
                 line = np.concatenate(posture.positions_m)
-                axis.plot(
-                    *line.T, color=COLORS[shade % len(COLORS)],
-                    label=f"{1e3 * posture.time_s:.2f} ms",
-                )  # fmt: skip
+                axis.plot(*line.T, color=color, label=f"{1e3 * posture.time_s:.2f} ms")
                 hinges = np.array([nodes[0] for nodes in posture.positions_m])
-                axis.plot(*hinges.T, "o", color=COLORS[shade % len(COLORS)], markersize=3)
+                axis.plot(*hinges.T, "o", color=color, markersize=3)
             axis.axhline(-height, color=GREY, linewidth=2)
             axis.set_aspect("equal", adjustable="datalim")
-            label(axis, f"{legend}", "X (m)", "Y (m)")
+            label(axis, legend, "X (m)", "Y (m)")
             axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.1))  # clear of the surface
 
 
 def figure_14(path: Path, runs: Runs) -> None:
     """Contact forces and stress at R."""
     with panels(path, 2) as ((forces, stress),):
-        _forces_and_stress(forces, stress, runs, [*CASES, OTHER], "ab")
+        draw_forces_and_stress(forces, stress, runs, [*CASES, OTHER], "ab")
 
 
 def _drawn_events(run: CaseRun) -> list[int]:
@@ -145,8 +142,8 @@ def _drawn_events(run: CaseRun) -> list[int]:
 
 def figure_15(path: Path, runs: Runs) -> None:
     """Bending deflection of the third phalanx at contact, reversals and separation."""
-    with panels(path, 3, width=3.6) as axes:
-        for axis, (name, legend) in zip(axes[0], CASES, strict=True):
+    with panels(path, 3, width=3.6) as (axes,):
+        for axis, (name, legend) in zip(axes, CASES, strict=True):
             run = runs[name]
             start = run.record.value("contact_time_s") or 0.0
             for letter, i in zip(ascii_uppercase, _drawn_events(run), strict=False):
@@ -158,13 +155,12 @@ def figure_15(path: Path, runs: Runs) -> None:
 
 def figure_16(path: Path, runs: Runs) -> None:
     """Velocity of the contact particle P."""
-    with panels(path, 3, width=3.6) as axes:
-        for axis, (name, legend), color in zip(axes[0], CASES, COLORS, strict=False):
-            time, velocity = particle_velocity(runs[name])
-            axis.plot(1e3 * time, velocity, color=color, label="$V_P$")
-            if name == THREE:
-                time, velocity = particle_velocity(runs[OTHER[0]])
-                axis.plot(1e3 * time, velocity, color=COLORS[3], label=OTHER[1])
+    with panels(path, 3, width=3.6) as (axes,):
+        for axis, (name, legend), color in zip(axes, CASES, COLORS, strict=False):
+            lines = [(name, "$V_P$", color)] + [(*OTHER, COLORS[3])] * (name == THREE)
+            for case, title, line_color in lines:
+                time, velocity = particle_velocity(runs[case])
+                axis.plot(1e3 * time, velocity, color=line_color, label=title)
             label(axis, legend, TIME, "tangential velocity (m/s)")
 
 
@@ -173,13 +169,11 @@ FIGURES = {
     "fig-10": ("Fig. 10: contact forces and stress at R under different friction", figure_10),
     "fig-11": ("Fig. 11: contact forces and stress at R under different compliance", figure_11),
     "fig-12": ("Fig. 12: hysteresis loops of the normal element", figure_12),
-    "fig-13": (
-        "Fig. 13: postures of the driven finger; the contact's own instant included", figure_13
-    ),
+    "fig-13": ("Fig. 13: postures of the driven finger; the contact's own instant included",
+               figure_13),
     "fig-14": ("Fig. 14: contact forces and stress at R of the driven finger", figure_14),
-    "fig-15": (
-        "Fig. 15: bending deflection of the third phalanx in its first node's frame", figure_15
-    ),
+    "fig-15": ("Fig. 15: bending deflection of the third phalanx in its first node's frame",
+               figure_15),
     "fig-16": ("Fig. 16: tangential velocity of the contact particle P", figure_16),
 }  # fmt: skip
 FIGURE_9 = "Fig. 9: reduced model against the ls-dyna-like reference (other model)"
@@ -189,10 +183,13 @@ def draw_figures(
     folder: Path, runs: Runs, references: Mapping[str, RunRecord]
 ) -> list[tuple[Path, str]]:
     """All figures; returns paths and captions. `references` are the reference's runs by scene."""
-    drawn = {folder / "fig-09.png": FIGURE_9}
     own = [replace(runs[scene].record, variant="") for scene in SCENES]
     overlay_figure(folder / "fig-09.png", [*own, *references.values()], (), SCENES)
+    captions = {"fig-09": FIGURE_9}
     for name, (caption, draw) in FIGURES.items():
         draw(folder / f"{name}.png", runs)
-        drawn[folder / f"{name}.png"] = caption
-    return [(path, f"{caption}. Source: our own runs.") for path, caption in sorted(drawn.items())]
+        captions[name] = caption
+    return [
+        (folder / f"{name}.png", f"{caption}. Source: our own runs.")
+        for name, caption in sorted(captions.items())
+    ]

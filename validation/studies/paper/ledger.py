@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
@@ -41,12 +41,7 @@ class Finding:
 class Row:
     """One line of the ledger; deviation_percent is 100 (ours - paper)/|paper|."""
 
-    id: str
-    where: str
-    scene: str
-    quantity: str
-    paper_value: str
-    unit: str
+    claim: Claim
     our_value: float | int | bool | None
     deviation_percent: float | None
     verdict: str
@@ -82,24 +77,21 @@ def judge(claim: Claim, finding: Finding) -> Row:
         verdict = REPRODUCED if ours else NOT_REPRODUCED
         tolerance = "as stated" if ours else "not as stated"
     else:
-        printed = float(claim.value)
+        printed = claim.number
         deviation = 100 * (ours - printed) / abs(printed)
         if claim.kind == "count":
             same = ours == printed
             verdict, tolerance = (REPRODUCED if same else NOT_REPRODUCED), "counts must be equal"
         else:
-            verdict, tolerance = judge_number(claim.value, ours)
+            verdict, tolerance = judge_number(claim.paper_value, ours)
     if finding.contradiction:
         verdict, tolerance = CONTRADICTS, ""
     source = "other model: fem3d ls-dyna-like" if claim.id in REFERENCE_ROWS else "self: hcm"
     parts = (tolerance, finding.contradiction, finding.reason, source)
-    return Row(
-        claim.id, claim.where, claim.scene, claim.quantity, claim.value, claim.unit,
-        ours, deviation, verdict, "; ".join(part for part in parts if part),
-    )  # fmt: skip
+    return Row(claim, ours, deviation, verdict, "; ".join(part for part in parts if part))
 
 
-def ledger(claims: Sequence[Claim], findings: Mapping[str, Finding]) -> tuple[Row, ...]:
+def ledger(claims: Iterable[Claim], findings: Mapping[str, Finding]) -> tuple[Row, ...]:
     """All claims, none skipped.
 
     Raises
@@ -110,16 +102,16 @@ def ledger(claims: Sequence[Claim], findings: Mapping[str, Finding]) -> tuple[Ro
     return tuple(judge(claim, findings[claim.id]) for claim in claims)
 
 
-def score(rows: Sequence[Row], claims: Sequence[Claim]) -> tuple[int, int]:
+def score(rows: Sequence[Row]) -> tuple[int, int]:
     """Rows of kind value, count or state that concern hcm: (settled, all).
 
     Settled means reproduced, or shown to contradict the paper itself.
     """
-    kinds = {claim.id: claim.kind for claim in claims}
     mine = [
-        row for row in rows
-        if kinds[row.id] in ("value", "count", "state") and row.id not in REFERENCE_ROWS
-    ]  # fmt: skip
+        row
+        for row in rows
+        if row.claim.kind in ("value", "count", "state") and row.claim.id not in REFERENCE_ROWS
+    ]
     return sum(row.verdict in (REPRODUCED, CONTRADICTS) for row in mine), len(mine)
 
 
@@ -127,7 +119,6 @@ def ledger_table(rows: Sequence[Row]) -> pd.DataFrame:
     """The ledger as a table, states in words."""
     import pandas as pd
 
-    def value(ours: float | bool | None) -> float | str | None:
-        return str(ours).lower() if isinstance(ours, bool) else ours
-
-    return pd.DataFrame({**asdict(row), "our_value": value(row.our_value)} for row in rows)
+    table = pd.DataFrame({**vars(row.claim), **vars(row)} for row in rows)
+    words = [str(ours).lower() if isinstance(ours, bool) else ours for ours in table["our_value"]]
+    return table.assign(our_value=words).drop(columns=["kind", "note", "claim"])

@@ -132,34 +132,30 @@ def sticks(run: CaseRun) -> bool:
     return bool(np.any(curve(run, "mode")[1] % 3 == 1))
 
 
-def first_tap_postures(run: CaseRun, drawn: bool) -> list[Posture]:
-    """Postures of the first tap: those at its events, which fig. 15 draws, or all that are kept."""
-    start, end = window(run.record)
-    kept = run.event_postures if drawn else (*run.event_postures, *run.frames)
-    return [p for p in kept if start <= p.time_s <= end]
-
-
 def deflection(posture: Posture) -> float:
     """Size of the tip's deflection (fig. 15), m, from the first node's tangent."""
     return abs(float(posture.deflection(2)[1][-1]))
 
 
-def largest_deflection(run: CaseRun) -> float:
+def most_bent(run: CaseRun, drawn: bool) -> Posture:
+    """Posture of the first tap with the largest deflection of the tip.
+
+    drawn : of those at the tap's events, which fig. 15 draws; else of all that are kept.
+    """
+    start, end = window(run.record)
+    several = run.event_postures if drawn else (*run.event_postures, *run.frames)
+    return max((p for p in several if start <= p.time_s <= end), key=deflection)
+
+
+def largest_deflection(run: CaseRun, drawn: bool = False) -> float:
     """Largest deflection of the tip during the contact, m."""
-    return max(map(deflection, first_tap_postures(run, drawn=False)))
+    return deflection(most_bent(run, drawn))
 
 
-def largest_drawn_deflection(run: CaseRun) -> float:
-    """Largest deflection of the tip at an instant that fig. 15 draws, m."""
-    return max(map(deflection, first_tap_postures(run, drawn=True)))
-
-
-def time_of_largest_deflection(run: CaseRun) -> float:
+def share_of_largest_deflection(run: CaseRun) -> float:
     """When the tip's deflection is largest, as a share of the contact."""
     start, end = window(run.record)
-    return (max(first_tap_postures(run, drawn=False), key=deflection).time_s - start) / (
-        end - start
-    )
+    return (most_bent(run, drawn=False).time_s - start) / (end - start)
 
 
 def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
@@ -169,7 +165,7 @@ def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
     """
     ends = [e.time_s for e in run.record.events
             if e.kind in ("restitution_to_compression", "separation")]  # fmt: skip
-    largest = max(first_tap_postures(run, drawn=True), key=deflection).time_s
+    largest = most_bent(run, drawn=True).time_s
     turn = event_times(run, "compression_to_restitution")[0]
     start, end = window(run.record)
     later = [e for e in ends if e - start - turn > 0.05 * (end - start)]

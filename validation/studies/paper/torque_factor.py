@@ -99,7 +99,7 @@ def arrival_time(run: CaseRun) -> float:
 
 def printed_arrivals() -> dict[str, float]:
     """The arrival times that the paper prints, s."""
-    claims = {claim.id: claim for claim in read_claims()}
+    claims = read_claims()
     return {scene: claims[id_].number for scene, id_ in ARRIVAL_CLAIMS.items()}
 
 
@@ -141,8 +141,8 @@ def case_factor(scene: str, store: Store = NO_STORE) -> CaseFactor:
     """The factor that one case's printed arrival time gives by itself."""
     from scipy.optimize import brentq, minimize_scalar
 
-    claim = next(c for c in read_claims() if c.id == ARRIVAL_CLAIMS[scene])
-    printed, rounding = claim.number, printed_rounding(claim.value)
+    claim = read_claims()[ARRIVAL_CLAIMS[scene]]
+    printed, rounding = claim.number, printed_rounding(claim.paper_value)
     low, high = CASE_BOUNDS
 
     def late(scaled: float) -> float:

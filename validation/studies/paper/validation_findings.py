@@ -17,7 +17,7 @@ NORMAL, TANGENTIAL = "peak_normal_force_N", "peak_tangential_force_N"
 # In Table 2's order: claims T2.1 to T2.4 are hcm's, 5 to 8 the reference's, 9 to 12 the errors.
 PEAKS = (("hard", NORMAL), ("hard", TANGENTIAL), ("soft", NORMAL), ("soft", TANGENTIAL))
 SLIP_MU = 0.5  # of both scenes
-COSTS = {"time": "wall_time_s", "memory": "peak_memory_MB"}
+COSTS = {"times": "wall_time_s", "memories": "peak_memory_MB"}
 NO_REFERENCE = "no reference run"
 
 
@@ -79,13 +79,13 @@ def _other_machine(
 
     prints, ours : of the reduced model and of the reference.
     """
-    parts = [f"another program on another machine (4-core laptop of 2016): {what}s can't agree"]
+    parts = [f"another program on another machine (4-core laptop of 2016): {what} can't agree"]
     if value is not None:
         parts.append(f"printed over ours {printed / value:.3g}")
     parts.append(f"reference over reduced model: printed {prints[1] / prints[0]:.3g}")
     if ours[0] is not None and ours[1] is not None:
         parts[-1] += f", ours {ours[1] / ours[0]:.3g}"
-        if what == "time":
+        if what == "times":
             parts[-1] += " (our reference starts just before contact, from a rigid flight)"
     return "; ".join(parts)
 
@@ -98,7 +98,7 @@ def validation_findings(
     ``apart`` holds hcm's run of each scene in a process of its own, ``references`` those of the 3D
     model; a run that failed is absent.
     """
-    printed = {claim.id: claim.number for claim in read_claims() if claim.where.startswith("Table")}
+    printed = {id_: c.number for id_, c in read_claims().items() if c.where.startswith("Table")}
     rows = _peaks(runs, references, printed) | _costs(apart, references, printed)
     for id_, scene in (("F7.1", "hard"), ("F7.2", "soft")):
         time, force = curve(runs[scene], "normal_force_N")

@@ -168,7 +168,8 @@ class Summary:
     """The scalars of a tap; None where a quantity has no meaning (no contact, no friction).
 
     They describe the FIRST tap: from the first touch to the separation. See `summary` for the
-    definitions of the transitions.
+    definitions of the transitions. The last five are those of the run: largest |balance error| over
+    the largest kinetic energy, what it cost, explicit steps, elements of the full body, and Δt.
     """
 
     contact_time_s: float | None = None

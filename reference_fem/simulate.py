@@ -12,16 +12,15 @@ import numba
 
 import meshes
 from reference_fem.arrays import Progress
-from reference_fem.dynamics.loop import Reporting, explicit_tap, resume_tap
-from reference_fem.dynamics.loop_state import first_loop_state
+from reference_fem.dynamics.loop import Reporting, explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
 from reference_fem.model import Model, build_model
-from reference_fem.result import Status, TapResult
+from reference_fem.result import Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.rigid_flight import landing, surface_gap
 from reference_fem.settings import Drive, Material, Settings, Surface
-from reference_fem.summary import Cost, summarize
 from reference_fem.workload import check_work
 
 # A force evaluation of this many cells takes about a millisecond on one thread.
@@ -83,7 +82,9 @@ def simulate(
         model = build_model(mesh, materials, surface, drive, settings)
         reporting = Reporting(progress, file, started)
         if archive is not None:
-            return resume_tap(model, settings, archive, reporting)
+            recorder = Recorder(settings)
+            recorder.restore(archive)
+            return explicit_tap(model, settings, unpack(archive), reporting, recorder)
         chain, rigid = chain_and_start(model.chain, start)
         clearance = surface_gap(model, chain)(rigid.angles)
         if clearance <= 0.0:
@@ -120,12 +121,15 @@ def _without_contact_window(
     model: Model, settings: Settings, started: float, status: Status, message: str
 ) -> TapResult:
     """A result without an explicit run."""
-    recorder = Recorder(settings.max_samples, settings.snapshots)
-    forces, history = recorder.forces(), recorder.history()
-    elements = model.copies * len(model.cells)
-    cost = Cost(time.perf_counter() - started, 0, elements, model.step_s)
-    summary = summarize(forces, history, model.surface.friction, None, None, None, cost)
-    return TapResult(status, f"{message}: {status.advice}", history, forces, (), summary)
+    recorder = Recorder(settings)
+    summary = Summary(
+        wall_time_s=time.perf_counter() - started,
+        steps=0,
+        elements=model.copies * len(model.cells),
+        time_step_s=model.step_s,
+    )
+    message = f"{message}: {status.advice}"
+    return TapResult(status, message, recorder.history(), recorder.forces(), (), summary)
 
 
 @contextmanager

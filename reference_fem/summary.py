@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,26 +15,15 @@ PROMINENCE = 0.05
 LEAST_NORMAL = 0.02
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What the run cost: s, explicit steps, elements of the full body, Δt in s."""
-
-    wall_time_s: float
-    steps: int
-    elements: int
-    time_step_s: float
-
-
 def summarize(
     forces: ForceRecord,
     history: History,
     friction: float,
     tip_velocity: tuple[float, float] | None,
     separation_s: float | None,
-    energy_residual: float | None,
-    cost: Cost,
+    blank: Summary,
 ) -> Summary:
-    """Scalars of the first tap.
+    """Scalars of the first tap, beside those of the run that `blank` holds.
 
     - contact time: where the lowest node's gap crosses zero, linear between two steps
     - end: the last step with F_n > 0 of the first tap (`separation_s`; the lumped law's lies
@@ -52,12 +41,10 @@ def summarize(
         Of the pole at the first touch.
     separation_s
         Absolute time of the first tap's end.
-    energy_residual
-        Largest |balance error| over the largest kinetic energy.
     """
     touched = np.flatnonzero(forces.normal_force_N > 0.0)
     if not touched.size:
-        return Summary(energy_residual=energy_residual, **vars(cost))
+        return blank
     first = int(touched[0])
     contact_time = _crossing(forces, first)
     end = forces.time_s.size - 1
@@ -75,7 +62,8 @@ def summarize(
     )
     during = (history.time_s >= contact_time) & (history.time_s <= time[-1])
     stress = history.stress_R_Pa[during]
-    return Summary(
+    return replace(
+        blank,
         contact_time_s=contact_time,
         tip_velocity_at_contact_m_per_s=tip_velocity,
         peak_normal_force_N=peak,
@@ -89,8 +77,6 @@ def summarize(
         slip_to_stick=None if slips is None else slips.slip_to_stick,
         reverse_slip=None if slips is None else slips.reverse_slip,
         peak_stress_R_Pa=float(stress[np.argmax(np.abs(stress))]) if stress.size else None,
-        energy_residual=energy_residual,
-        **vars(cost),
     )
 
 

@@ -29,8 +29,8 @@ class Sample:
     time_s: float
     normal_force_N: float
     tangential_force_N: float
-    tip_position_m: tuple[float, float]
-    tip_velocity_m_per_s: tuple[float, float]
+    tip_position_m: Array
+    tip_velocity_m_per_s: Array
     stress_R_Pa: float
     kinetic_energy_J: float
     strain_energy_J: float
@@ -77,13 +77,12 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         )
         stored = kinetic + strain + gravity + row[SPRING_ENERGY] + row[DISSIPATION] + row[DAMPING]
         stress = model.probe.read(model.kernel, u)
-    x, y = model.points[model.pole, :2] + u[model.pole, :2]
     return Sample(
         time_s=state.time_s,
         normal_force_N=float(row[NORMAL]),
         tangential_force_N=float(row[TANGENTIAL]),
-        tip_position_m=(float(x), float(y)),
-        tip_velocity_m_per_s=(float(v[model.pole, 0]), float(v[model.pole, 1])),
+        tip_position_m=model.points[model.pole, :2] + u[model.pole, :2],
+        tip_velocity_m_per_s=v[model.pole, :2].copy(),
         stress_R_Pa=stress,
         kinetic_energy_J=kinetic,
         strain_energy_J=strain,

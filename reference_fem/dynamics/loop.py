@@ -11,16 +11,16 @@ from reference_fem.arrays import Progress
 from reference_fem.cautions import cautions
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import failure
-from reference_fem.dynamics.loop_state import LoopState, pack, unpack
+from reference_fem.dynamics.loop_state import LoopState, pack
 from reference_fem.dynamics.recorder import Recorder
-from reference_fem.dynamics.restart import Arrays, RestartFile
+from reference_fem.dynamics.restart import RestartFile
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import advance, lowest_gap
 from reference_fem.dynamics.tap import Tap, ending, tap_after
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, Status, TapResult
+from reference_fem.result import ForceRecord, Status, Summary, TapResult
 from reference_fem.settings import Settings
-from reference_fem.summary import Cost, summarize
+from reference_fem.summary import summarize
 
 # Steps of a block in flight: contact is out of reach for longer than that.
 FLIGHT_BLOCK = 1000
@@ -47,16 +47,6 @@ class Reporting:
     started: float = field(default_factory=time.perf_counter)
 
 
-def resume_tap(
-    model: Model, settings: Settings, archive: Arrays, reporting: Reporting
-) -> TapResult:
-    """Continue the run that `archive` was written by."""
-    recorder = Recorder(settings.max_samples, settings.snapshots)
-    held = {k.removeprefix("recorder."): a for k, a in archive.items() if k.startswith("recorder.")}
-    recorder.restore(held)
-    return explicit_tap(model, settings, unpack(archive), reporting, recorder)
-
-
 def explicit_tap(
     model: Model,
     settings: Settings,
@@ -74,7 +64,7 @@ def explicit_tap(
         Of the run that this one continues.
     """
     reporting = reporting or Reporting()
-    recorder = recorder or Recorder(settings.max_samples, settings.snapshots)
+    recorder = recorder or Recorder(settings)
     now = loop_state
     interval = settings.output_interval or audit_interval(model)
     status, message = Status.INTERRUPTED, ""
@@ -124,10 +114,9 @@ def _report(
     restart, progress = reporting.restart, reporting.progress
     if restart is not None and restart.due:
         spent = now.spent_s + time.perf_counter() - reporting.started
-        held = {f"recorder.{name}": a for name, a in recorder.archive().items()}
-        restart.write(pack(replace(now, spent_s=spent)) | held)
+        restart.write(pack(replace(now, spent_s=spent)) | recorder.archive())
     if progress is not None:
-        progress(*_progress(model, settings, now.tap, now.state, now.start_s))
+        progress(*_progress(model, settings, now))
 
 
 def _result(
@@ -141,32 +130,31 @@ def _result(
 ) -> TapResult:
     """What the run has to show."""
     forces, history, tap = recorder.forces(), recorder.history(), now.tap
-    cost = Cost(
-        wall_time_s=now.spent_s + time.perf_counter() - reporting.started,
-        steps=now.state.step,
-        elements=model.copies * len(model.cells),
-        time_step_s=model.step_s,
-    )
     kinetic, error = now.largest_kinetic_J, now.largest_error_J
     summary = summarize(
         forces,
         history,
         model.surface.friction,
         tap.tip_velocity,
-        _separation_s(model, forces, tap.last_touch_s) if tap.over else None,
-        error / kinetic if kinetic > 0.0 else None,
-        cost,
+        _separation_s(model, forces, tap),
+        Summary(
+            energy_residual=error / kinetic if kinetic > 0.0 else None,
+            wall_time_s=now.spent_s + time.perf_counter() - reporting.started,
+            steps=now.state.step,
+            elements=model.copies * len(model.cells),
+            time_step_s=model.step_s,
+        ),
     )
     snapshots = recorder.snapshots(model)
     doubts = cautions(forces, history, snapshots, model, settings)
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 
-def _separation_s(model: Model, forces: ForceRecord, last_touch_s: float | None) -> float | None:
+def _separation_s(model: Model, forces: ForceRecord, tap: Tap) -> float | None:
     """When the first tap ended, as its contact law tells from the last two steps, s."""
-    if last_touch_s is None:
+    if tap.last_touch_s is None or not tap.over:
         return None
-    last = int(np.searchsorted(forces.time_s, last_touch_s))
+    last = int(np.searchsorted(forces.time_s, tap.last_touch_s))
     steps = slice(max(last - 1, 0), last + 1)
     return model.contact.separation_s(forces.time_s[steps], forces.normal_force_N[steps])
 
@@ -183,14 +171,12 @@ def _in_reach(model: Model, state: State) -> bool:
     return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s
 
 
-def _progress(
-    model: Model, settings: Settings, tap: Tap, state: State, start_s: float
-) -> tuple[float, str]:
+def _progress(model: Model, settings: Settings, now: LoopState) -> tuple[float, str]:
     """Share done, as far as it can be known, and what is going on."""
-    if tap.first_touch_s is None:
+    time_s, first_touch_s = now.state.time_s, now.tap.first_touch_s
+    if first_touch_s is None:
         if settings.flight == "rigid":
             return 0.0, "approach"
-        return min(0.99, (state.time_s - start_s) / settings.max_flight_time_s), "flight"
+        return min(0.99, (time_s - now.start_s) / settings.max_flight_time_s), "flight"
     # A tap lasts for some five to eight transits of the last phalanx.
-    expected = 8.0 * model.transit_s
-    return min(0.99, (state.time_s - tap.first_touch_s) / expected), "contact"
+    return min(0.99, (time_s - first_touch_s) / (8.0 * model.transit_s)), "contact"

@@ -60,38 +60,29 @@ def first_loop_state(
     return LoopState(state, time_s, Tap(), origin_energy_J=origin_energy_J)
 
 
-def pack(loop_state: LoopState) -> dict[str, NDArray[Any]]:
-    """The loop state's numbers and arrays by name; what is None is left out."""
-    return _packed(loop_state, "")
-
-
-def unpack(arrays: Arrays) -> LoopState:
-    """The loop state that `pack` made `arrays` from."""
-    loop_state: LoopState = _unpacked(LoopState, arrays, "")
-    return loop_state
-
-
 # What is inside a loop state in parts of its own.
 _NESTED: dict[str, type] = {"state": State, "tap": Tap, "memory": Memory}
 
 
-def _packed(value: object, prefix: str) -> dict[str, NDArray[Any]]:
+def pack(value: object, prefix: str = "") -> dict[str, NDArray[Any]]:
+    """The numbers and arrays of a loop state, or of a part of it, by name; None is left out."""
     arrays: dict[str, NDArray[Any]] = {}
     for name in get_type_hints(type(value)):
         item = getattr(value, name)
         if name in _NESTED:
-            arrays |= _packed(item, f"{prefix}{name}.")
+            arrays |= pack(item, f"{prefix}{name}.")
         elif item is not None:
             arrays[prefix + name] = np.asarray(item)
     return arrays
 
 
-def _unpacked(kind: type, arrays: Arrays, prefix: str) -> Any:
+def unpack(arrays: Arrays, kind: type = LoopState, prefix: str = "") -> Any:
+    """The loop state, or the part of it, that `pack` made `arrays` from."""
     values: dict[str, Any] = {}
     for field in get_type_hints(kind):
         name = prefix + field
         if field in _NESTED:
-            values[field] = _unpacked(_NESTED[field], arrays, f"{name}.")
+            values[field] = unpack(arrays, _NESTED[field], f"{name}.")
         elif name not in arrays:
             values[field] = None
         elif arrays[name].ndim == 0:

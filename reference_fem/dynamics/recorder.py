@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
-from typing import Any, Generic, TypeVar
+from dataclasses import dataclass, fields
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.settings import Settings
 
 T = TypeVar("T")
 
@@ -43,17 +44,26 @@ class Thinned(Generic[T]):
                 self.items.append(item)
         self._offered += 1
 
-    def archive(self) -> tuple[int, int]:
+    def counts(self) -> tuple[int, int]:
         """What its items do not say: stride, and how many were offered."""
         return self._stride, self._offered
 
-    def restore(self, archive: Iterable[int], items: Sequence[T]) -> None:
-        """Continue as the one that `archive` and `items` are from."""
-        self._stride, self._offered = (int(number) for number in archive)
-        self.items = list(items)
+    def restore(self, counts: Iterable[int], items: list[T]) -> None:
+        """Continue as the one that `counts` and `items` are from."""
+        self._stride, self._offered = (int(number) for number in counts)
+        self.items = items
 
 
-Fields = tuple[float, Array, Array, Array]
+@dataclass(frozen=True)
+class Fields:
+    """What a `Snapshot` is made from, and the normal force on the full body, N."""
+
+    time_s: float
+    displacement: Array
+    velocity: Array
+    pressure: Array
+    normal_force_N: float
+
 
 # Shapes of a history without samples, where they are not (0,).
 _EMPTY = {
@@ -66,30 +76,30 @@ _EMPTY = {
 class Recorder:
     """Samples, forces and fields of one run, in flight and in the contact window."""
 
-    def __init__(self, max_samples: int, snapshots: int) -> None:
-        self._flight: Thinned[Sample] = Thinned(max_samples)
-        self._window: Thinned[Sample] = Thinned(max_samples)
-        self._fields: Thinned[Fields] = Thinned(snapshots)
-        self._last: Sample | None = None
+    def __init__(self, settings: Settings) -> None:
+        self._flight: Thinned[Sample] = Thinned(settings.max_samples)
+        self._window: Thinned[Sample] = Thinned(settings.max_samples)
+        self._fields: Thinned[Fields] = Thinned(settings.snapshots)
+        # The last sample, the last fields and those at peak force: none or one.
+        self._last: list[Sample] = []
+        self._latest: list[Fields] = []
+        self._peak: list[Fields] = []
         self._logs: list[Array] = []
         self._times: list[Array] = []
-        self._peak: tuple[float, Fields] | None = None
-        self._latest_fields: Fields | None = None
 
     def add(self, model: Model, state: State, block: Block, taken: Sample) -> None:
         """Record `state`, the block that started there and its audit."""
-        self._last = taken
+        self._last = [taken]
         (self._window if block.searched else self._flight).offer(taken)
+        force = taken.normal_force_N
         # States are never written to again, so holding them is no copy.
-        shown = (state.time_s, state.displacement, block.velocity, block.pressure)
-        self._latest_fields = shown
+        shown = Fields(state.time_s, state.displacement, block.velocity, block.pressure, force)
+        self._latest = [shown]
         if not block.searched:
             return
         self._fields.offer(shown)
-        if taken.normal_force_N > 0.0 and (
-            self._peak is None or taken.normal_force_N > self._peak[0]
-        ):
-            self._peak = (taken.normal_force_N, shown)
+        if force > max((peak.normal_force_N for peak in self._peak), default=0.0):
+            self._peak = [shown]
         steps = np.arange(len(block.log), dtype=np.float64)
         times: Array = state.time_s + model.step_s * steps
         self._times.append(times)
@@ -112,62 +122,46 @@ class Recorder:
     def history(self) -> History:
         """The samples as arrays."""
         samples = [*self._flight.items, *self._window.items]
-        if self._last is not None and (not samples or samples[-1] is not self._last):
-            samples.append(self._last)
         if not samples:
-            empty = {name: np.empty(shape) for name, shape in _EMPTY.items()}
-            return History(**{f.name: empty.get(f.name, np.empty(0)) for f in fields(Sample)})
+            return History(**{f.name: np.empty(_EMPTY.get(f.name, 0)) for f in fields(History)})
+        samples += [last for last in self._last if last.time_s != samples[-1].time_s]
         samples.sort(key=lambda item: item.time_s)
-        return History(
-            **{
-                f.name: np.array([getattr(item, f.name) for item in samples])
-                for f in fields(Sample)
-            }
-        )
+        return History(**_columns(samples))
 
     def snapshots(self, model: Model) -> tuple[Snapshot, ...]:
         """Equally spaced fields, the last ones, and those at peak."""
-        held = list(self._fields.items)
-        if self._latest_fields is not None and (not held or held[-1][0] != self._latest_fields[0]):
-            held.append(self._latest_fields)
-        chosen = [(entry, False) for entry in held]
-        if self._peak is not None:
-            peak = self._peak[1]
-            chosen = [(f, flag) for f, flag in chosen if f[0] != peak[0]] + [(peak, True)]
-        chosen.sort(key=lambda entry: entry[0][0])
+        shown = {f.time_s: f for f in (*self._fields.items, *self._latest, *self._peak)}
+        peaks = [peak.time_s for peak in self._peak]
         return tuple(
-            Snapshot(time, u, v, model.kernel.von_mises(u), pressure, at_peak)
-            for (time, u, v, pressure), at_peak in chosen
+            Snapshot(
+                time_s=time_s,
+                displacement=f.displacement,
+                velocity=f.velocity,
+                von_mises_Pa=model.kernel.von_mises(f.displacement),
+                contact_pressure_Pa=f.pressure,
+                at_peak=time_s in peaks,
+            )
+            for time_s, f in sorted(shown.items())
         )
 
     def archive(self) -> dict[str, NDArray[Any]]:
-        """All that it holds as arrays, for a restart file; each sample and field once."""
-        samples = _unique([*self._flight.items, *self._window.items, self._last])
-        held = _unique(
-            [
-                *self._fields.items,
-                self._latest_fields,
-                None if self._peak is None else self._peak[1],
-            ]
-        )
-        arrays: dict[str, NDArray[Any]] = {
-            f"sample.{f.name}": np.array([getattr(item, f.name) for item in samples])
-            for f in fields(Sample)
+        """All that it holds as arrays, for a restart file."""
+        groups: dict[str, Sequence[Sample | Fields]] = {
+            "flight": self._flight.items,
+            "window": self._window.items,
+            "fields": self._fields.items,
+            "last": self._last,
+            "latest": self._latest,
+            "peak": self._peak,
         }
-        for number in range(len(held[0]) if held else 0):
-            arrays[f"field.{number}"] = np.array([item[number] for item in held])
-        for name, thinned, table in (
-            ("flight", self._flight, samples),
-            ("window", self._window, samples),
-            ("fields", self._fields, held),
-        ):
-            arrays[f"{name}.items"] = _places(thinned.items, table)
-            arrays[f"{name}.archive"] = np.array(thinned.archive())
-        arrays["last"] = _places([self._last], samples)
-        arrays["latest"] = _places([self._latest_fields], held)
-        if self._peak is not None:
-            arrays["peak"] = _places([self._peak[1]], held)
-            arrays["peak.force"] = np.array(self._peak[0])
+        arrays: dict[str, NDArray[Any]] = {
+            f"{group}.{name}": column
+            for group, items in groups.items()
+            for name, column in (_columns(items) if items else {}).items()
+        }
+        arrays["flight.counts"] = np.array(self._flight.counts())
+        arrays["window.counts"] = np.array(self._window.counts())
+        arrays["fields.counts"] = np.array(self._fields.counts())
         if self._logs:
             arrays["log"] = np.concatenate(self._logs)
             arrays["log.time"] = np.concatenate(self._times)
@@ -175,45 +169,28 @@ class Recorder:
 
     def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Continue as the recorder that `arrays` are from."""
-        columns = {f.name: arrays[f"sample.{f.name}"] for f in fields(Sample)}
-        count = len(next(iter(columns.values())))
-        samples = [
-            Sample(**{name: _entry(column, i) for name, column in columns.items()})
-            for i in range(count)
-        ]
-        parts = [arrays[f"field.{n}"] for n in range(sum(k.startswith("field.") for k in arrays))]
-        held: list[Any] = [
-            (float(parts[0][i]), *(part[i] for part in parts[1:]))
-            for i in range(len(parts[0]) if parts else 0)
-        ]
-        for name, thinned, table in (
-            ("flight", self._flight, samples),
-            ("window", self._window, samples),
-            ("fields", self._fields, held),
-        ):
-            chosen: list[Any] = [table[i] for i in arrays[f"{name}.items"]]
-            thinned.restore(arrays[f"{name}.archive"], chosen)
-        self._last = next((samples[i] for i in arrays["last"]), None)
-        self._latest_fields = next((held[i] for i in arrays["latest"]), None)
-        if "peak" in arrays:
-            self._peak = (float(arrays["peak.force"]), held[int(arrays["peak"][0])])
+        self._flight.restore(arrays["flight.counts"], _rows(Sample, arrays, "flight"))
+        self._window.restore(arrays["window.counts"], _rows(Sample, arrays, "window"))
+        self._fields.restore(arrays["fields.counts"], _rows(Fields, arrays, "fields"))
+        self._last = _rows(Sample, arrays, "last")
+        self._latest = _rows(Fields, arrays, "latest")
+        self._peak = _rows(Fields, arrays, "peak")
         if "log" in arrays:
             self._logs, self._times = [arrays["log"]], [arrays["log.time"]]
 
 
-def _unique(items: Sequence[T | None]) -> list[T]:
-    """The objects among `items`, each once, in order."""
-    return list({id(item): item for item in items if item is not None}.values())
+def _columns(items: Sequence[Sample | Fields]) -> dict[str, NDArray[Any]]:
+    """What one or more items hold, an array a field."""
+    names = (f.name for f in fields(items[0]))
+    return {name: np.array([getattr(item, name) for item in items]) for name in names}
 
 
-def _places(items: Sequence[object], table: Sequence[object]) -> NDArray[np.int64]:
-    """Where the objects among `items` stand in `table`."""
-    place = {id(item): number for number, item in enumerate(table)}
-    return np.array([place[id(item)] for item in items if item is not None], dtype=np.int64)
-
-
-def _entry(column: NDArray[Any], row: int) -> Any:
-    """One sample's value: a number, a vector or an array."""
-    if column.ndim == 1:
-        return float(column[row])
-    return tuple(column[row].tolist()) if column.ndim == 2 else column[row]
+def _rows(kind: type[T], arrays: Mapping[str, NDArray[Any]], group: str) -> list[T]:
+    """The items that a group of arrays was made from; none where there is no such group."""
+    if f"{group}.time_s" not in arrays:
+        return []
+    columns = {f.name: arrays[f"{group}.{f.name}"] for f in fields(cast(Any, kind))}
+    return [
+        kind(**{name: c[i].item() if c.ndim == 1 else c[i] for name, c in columns.items()})
+        for i in range(len(columns["time_s"]))
+    ]

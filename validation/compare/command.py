@@ -31,17 +31,12 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame"
     for entry in SHOWN:
         before, after = entry.value(scene), entry.value(changed)
         percent = None
-        if before is not None and after is not None and before != 0.0:
+        if before and after is not None:
             percent = 100.0 * (after - before) / abs(before)
-        rows.append(
-            {
-                "quantity": entry.key,
-                "scene": before,
-                "changed": after,
-                "difference_percent": percent,
-            }
-        )
-    return pandas.DataFrame(rows).dropna(subset=["scene", "changed"], how="all")
+        rows.append((entry.key, before, after, percent))
+    columns = ["quantity", "scene", "changed", "difference_percent"]
+    table = pandas.DataFrame(rows, columns=columns)
+    return table.dropna(subset=["scene", "changed"], how="all")
 
 
 def compare(

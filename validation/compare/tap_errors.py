@@ -34,15 +34,10 @@ class TapErrors:
 
 def tap_errors(found: TapQuantities, truth: TapQuantities) -> TapErrors:
     """How far `found` is from `truth`."""
-
-    def relative(name: str) -> float:
-        exact: float = getattr(truth, name)
-        return abs(getattr(found, name) / exact - 1.0)
-
     times = ("contact_time_s", "turn_s", "duration_s")
     return TapErrors(
-        peak=relative("peak_normal_force_N"),
-        impulse=relative("normal_impulse_N_s"),
-        duration=relative("duration_s"),
+        peak=abs(found.peak_normal_force_N / truth.peak_normal_force_N - 1.0),
+        impulse=abs(found.normal_impulse_N_s / truth.normal_impulse_N_s - 1.0),
+        duration=abs(found.duration_s / truth.duration_s - 1.0),
         event_s=max(abs(getattr(found, name) - getattr(truth, name)) for name in times),
     )

@@ -3,8 +3,8 @@
 At the end the preset `converged` is set against the limit that its mesh goes to.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -35,22 +35,18 @@ def run_levels(
     runs: LevelRuns, wanted: Sequence[Refinement], progress: Progress
 ) -> tuple[list[RefinedRuns], list[str]]:
     """Values of every level; a level that fails is left out and named."""
-    results = []
-    failures = []
-    total = sum(len(refinement.levels) for refinement in wanted)
-    done = 0
+    results, failures = [], []
+    done, total = itertools.count(), sum(len(refinement.levels) for refinement in wanted)
     for refinement in wanted:
-        levels, values = [], []
+        found = {}
         for level in refinement.levels:
             text = f"{refinement.name}: {refinement.size_name} {level.size:.3g}"
-            progress(done / total, text)
+            progress(next(done) / total, text)
             try:
-                values.append(runs.run(level.overrides))
-                levels.append(level)
+                found[level.size] = runs.run(level.overrides)
             except RunFailedError as error:
                 failures.append(f"{text}: {error}")
-            done += 1
-        results.append(RefinedRuns(replace(refinement, levels=tuple(levels)), tuple(values)))
+        results.append(RefinedRuns(refinement, found))
     return results, failures
 
 
@@ -59,9 +55,8 @@ def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
     with panels(path, len(results), width=2.9, height=3.1) as axes:
         for axis, found in zip(axes[0], results, strict=True):
             for entry, color, mark in zip(OF_A_TAP, (ORANGE, BLUE, GREEN), "os^", strict=True):
-                numbers = found.numbers(entry)
-                change = [100 * (value / numbers[-1] - 1) for value in numbers]
-                if change:
+                if numbers := found.numbers(entry):
+                    change = [100 * (value / numbers[-1] - 1) for value in numbers]
                     axis.plot(found.sizes, change, mark + "-", color=color, label=entry.title)
             axis.axhspan(-1, 1, color="#dddddd", alpha=0.5, linewidth=0)
             axis.set_xscale("log")

@@ -1,12 +1,12 @@
 """The runs of a convergence study, each kept as soon as it is there."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from validation.converge.refinements import Overrides
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.harness.quantities import OF_A_TAP, quantities
+from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import plain
 from validation.harness.store import Store, json_format
 from validation.models import solid
@@ -14,16 +14,11 @@ from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
 
-KEPT = tuple(
-    entry.key
-    for entry in (
-        *OF_A_TAP,
-        *quantities("peak_normal_force_time_s", "peak_tangential_force_N", "peak_stress_R_Pa"),
-        *quantities("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
-    )
+KEPT = (
+    *(entry.key for entry in OF_A_TAP),
+    *("peak_normal_force_time_s", "peak_tangential_force_N", "peak_stress_R_Pa"),
+    *("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
 )
-
-Progress = Callable[[float, str], None]
 Values = dict[str, float | None]
 VALUES = json_format(dict[str, Any])
 
@@ -54,7 +49,7 @@ class LevelRuns:
                 f"scene {self.scene.name}: the surface is not reached: lower surface.height"
             )
 
-    def run(self, level: Overrides, progress: Progress | None = None) -> Values:
+    def run(self, level: Overrides) -> Values:
         """Scalars of one level, from an earlier study with the same inputs and program if any.
 
         Raises
@@ -62,17 +57,14 @@ class LevelRuns:
         RunFailedError
             The run did not complete.
         """
-        texts = [f"{key}={value!r}" for key, value in level.items() if not isinstance(value, str)]
-        texts += [f"{key}={value}" for key, value in level.items() if isinstance(value, str)]
+        texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)
         inputs = run_inputs(tables, self._model, __name__, impact_state_of=start)
-        values: Values = self._store.obtain(
-            inputs, VALUES, lambda: self._simulate(tables, level, progress)
-        )
+        values: Values = self._store.obtain(inputs, VALUES, lambda: self._simulate(tables, level))
         return values
 
-    def _simulate(self, tables: Scene, level: Overrides, progress: Progress | None) -> Values:
+    def _simulate(self, tables: Scene, level: Overrides) -> Values:
         import reference_fem
 
         try:
@@ -80,9 +72,7 @@ class LevelRuns:
             parts = solid.inputs(tables)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
-        result = unless_interrupted(
-            reference_fem.simulate(mesh, *parts, progress, start=self._start)
-        )
+        result = unless_interrupted(reference_fem.simulate(mesh, *parts, start=self._start))
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
         return {key: plain(getattr(result.summary, key)) for key in KEPT}

@@ -79,8 +79,8 @@ def refinements(scale: float, quick: bool) -> tuple[Refinement, ...]:
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)
 
-    def levels(sizes: tuple[float, ...], at: Mapping[float, Overrides]) -> tuple[Level, ...]:
-        return tuple(Level(size, {**impulse, **at[size]}) for size in sizes)
+    def levels(overrides: Mapping[float, Overrides]) -> tuple[Level, ...]:
+        return tuple(Level(size, {**impulse, **keys}) for size, keys in overrides.items())
 
     millimetres = 1e3 * scale * TIP
     tip = {t * millimetres: mesh_sizes(scale, 2.0, t) for t in tips}
@@ -92,8 +92,8 @@ def refinements(scale: float, quick: bool) -> tuple[Refinement, ...]:
     penalty = {1.0 / f: {**pressure, "solver.fem.surface_factor": f} for f in factors}
     step = {s: {**mesh_sizes(scale, 2.0, for_step), "solver.fem.step_factor": s} for s in steps}
     return (
-        Refinement(TIP_MESH, "edge at the contact, mm", 2.0, levels(tuple(tip), tip)),
-        Refinement(PENALTY, "1 / penalty factor", 1.0, levels(tuple(penalty), penalty)),
-        Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, levels(tuple(shaft), shaft)),
-        Refinement("step", "step over stable step", 2.0, levels(tuple(step), step)),
+        Refinement(TIP_MESH, "edge at the contact, mm", 2.0, levels(tip)),
+        Refinement(PENALTY, "1 / penalty factor", 1.0, levels(penalty)),
+        Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, levels(shaft)),
+        Refinement("step", "step over stable step", 2.0, levels(step)),
     )

@@ -16,19 +16,19 @@ Verdicts = Mapping[tuple[str, Quantity], Convergence]  # by name of the refineme
 
 @dataclass(frozen=True)
 class RefinedRuns:
-    """The completed levels of a refinement, and the scalars of each."""
+    """The scalars of a refinement's completed levels, by their sizes from coarse to fine."""
 
     refinement: Refinement
-    values: tuple[Values, ...]
+    values: Mapping[float, Values]
 
     @property
     def sizes(self) -> list[float]:
         """Of the levels, coarse to fine."""
-        return [level.size for level in self.refinement.levels]
+        return list(self.values)
 
     def numbers(self, entry: Quantity) -> list[float]:
         """One quantity over the levels, SI; empty where a level has none."""
-        values = [values[entry.key] for values in self.values]
+        values = [values[entry.key] for values in self.values.values()]
         return [] if None in values else [float(value) for value in values if value is not None]
 
 
@@ -38,7 +38,7 @@ def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
         {"refinement": found.refinement.name, "refined": found.refinement.size_name, "size": size}
         | values
         for found in results
-        for size, values in zip(found.sizes, found.values, strict=True)
+        for size, values in found.values.items()
     ]
 
 

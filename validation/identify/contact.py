@@ -16,7 +16,7 @@ convergence index, or the spread where that does not apply.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,8 @@ import numpy as np
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
+from validation.models import solid
+from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene
@@ -36,8 +38,6 @@ REACH = 1.5  # of the nodes that may touch, over the contact radius
 ROUNDS = 6  # of the fixed point, which contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 
-Progress = Callable[[float, str], None]
-
 
 @dataclass(frozen=True)
 class Level:
@@ -49,6 +49,9 @@ class Level:
     eta_squared: float
     contact_radius_m: float
     indentation_m: float
+
+
+MEASURED = tuple(Level.__annotations__)[2:]  # by pressing the mesh: the rest is given
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class ContactIdentification:
 def identify_contact(
     scene: NamedScene,
     refinements: tuple[tuple[float, float], ...] = MESHES,
-    progress: Progress | None = None,
+    progress: Progress = lambda share, text: None,
 ) -> ContactIdentification:
     """Identify k and eta^2 of a scene's tip.
 
@@ -102,7 +105,6 @@ def identify_contact(
     RunFailedError
         The reduced model does not tap, or the contact's active set does not settle.
     """
-    import reference_fem
     from reference_fem.statics.indentation import (
         contact_area,
         hertz_indentation,
@@ -112,24 +114,15 @@ def identify_contact(
     )
 
     tables = scene.tables
-    modulus, ratio, density = (
-        tables.per_phalanx(values)[-1]
-        for values in (
-            tables.material.youngs_modulus,
-            tables.material.poisson_ratio,
-            tables.material.density,
-        )
-    )
-    material = reference_fem.Material(modulus, ratio, density)
-    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     angle = impact_of(scene).touch_angle
+    material = solid.inputs(tables)[0][-1]
+    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = (0.75 * guess * radius / material.plane_strain_modulus) ** (1 / 3)
     levels: list[Level] = []
     for number, (share, growth) in enumerate(refinements):
         edge = share * contact_radius
-        if progress is not None:
-            progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
+        progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
         try:
             elements, tip = _tip(scene, material, angle, edge, growth, contact_radius)
             area = contact_area(tip)
@@ -143,20 +136,13 @@ def identify_contact(
             raise UserError(f"scene {scene.name}: {error}") from error
         except ArithmeticError as error:
             raise RunFailedError(f"scene {scene.name}: {error}") from error
-        levels.append(
-            Level(
-                edge,
-                elements,
-                pressed.stiffness_N_per_m,
-                pressed.eta_squared,
-                pressed.contact_radius_m,
-                pressed.indentation_m,
-            )
-        )
+        measured = {name: getattr(pressed, name) for name in MEASURED}
+        levels.append(Level(edge, elements, **measured))
     forces = force * CURVE
     sizes = [level.edge_m for level in levels]
 
-    def judged(values: list[float]) -> Convergence | None:
+    def judged(name: str) -> Convergence | None:
+        values = [getattr(level, name) for level in levels]
         return convergence(sizes, values, 2.0) if len(values) > 2 else None
 
     return ContactIdentification(
@@ -164,10 +150,10 @@ def identify_contact(
         force_N=force,
         stiffness_N_per_m=levels[-1].stiffness_N_per_m,
         eta_squared=levels[-1].eta_squared,
-        stiffness=judged([level.stiffness_N_per_m for level in levels]),
-        ratio=judged([level.eta_squared for level in levels]),
+        stiffness=judged("stiffness_N_per_m"),
+        ratio=judged("eta_squared"),
         hertz_N_per_m=hertz_stiffness(material, radius, force),
-        mindlin=mindlin_ratio(ratio),
+        mindlin=mindlin_ratio(material.poisson_ratio),
         paper_N_per_m=tables.tip.normal_stiffness,
         paper_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle=angle,
@@ -199,12 +185,10 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     RunFailedError
         It does not tap.
     """
-    import dataclasses
-
     import hcm
 
     arguments = translate(scene)
-    arguments["tip"] = dataclasses.replace(arguments["tip"], normal_stiffness=stiffness)
+    arguments["tip"] = replace(arguments["tip"], normal_stiffness=stiffness)
     result = unless_interrupted(hcm.simulate(**arguments))
     peak = result.summary.peak_normal_force_N
     if peak is None:
@@ -222,9 +206,9 @@ def _tip(
     import meshes
     from reference_fem.statics.tip import tip_compliance
 
-    tables = scene.tables
-    length = tables.per_phalanx(tables.finger.length)[-1]
-    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    finger = scene.tables.finger
+    length, diameter = (scene.tables.per_phalanx(v)[-1] for v in (finger.length, finger.diameter))
+    radius = 0.5 * diameter
     sizing = meshes.Sizing(
         section_size=radius / 5,
         axial_size=radius / 3,

@@ -1,7 +1,6 @@
 """What adapters share: their contract's types, and reading a model's result object."""
 
-import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -59,14 +58,7 @@ class Adapter(Protocol):
 
 
 def _members(source: object) -> dict[str, Any]:
-    """A result object's public members: a mapping's items or a dataclass's fields."""
-    if source is None:
-        return {}
-    if isinstance(source, Mapping):
-        return dict(source)
-    if dataclasses.is_dataclass(source):
-        return {f.name: getattr(source, f.name) for f in dataclasses.fields(source)}
-    return dict(vars(source))
+    return {} if source is None else dict(vars(source))
 
 
 def _arrays(source: object) -> dict[str, NDArray[Any]]:
@@ -105,9 +97,7 @@ def to_record(
         summary=summary,
         history=_arrays(result.history),
         forces=_arrays(getattr(result, "forces", None)),
-        events=tuple(
-            Event(float(e.time_s), str(e.kind)) for e in getattr(result, "events", ()) or ()
-        ),
+        events=tuple(Event(float(e.time_s), str(e.kind)) for e in getattr(result, "events", ())),
         statistics=statistics,
         provenance=provenance(scene.document),
     )

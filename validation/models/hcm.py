@@ -23,18 +23,12 @@ def translate(scene: NamedScene) -> dict[str, Any]:
 
     tables = scene.tables
     finger, material = tables.finger, tables.material
-    columns = (
-        finger.length,
-        finger.diameter,
-        material.youngs_modulus,
-        material.density,
-        finger.elements,
-    )
+    sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
     try:
         phalanges = tuple(
             hcm.Phalanx(length, diameter, modulus, density, int(elements))
-            for length, diameter, modulus, density, elements in zip(
-                *map(tables.per_phalanx, columns), strict=True
+            for length, diameter, modulus, density, elements in tables.rows(
+                *sizes, *elastic, finger.elements
             )
         )
         return {
@@ -56,9 +50,24 @@ def translate(scene: NamedScene) -> dict[str, Any]:
         raise UserError(f"scene {scene.name}: {error}") from error
 
 
-def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
+def warm_up() -> None:
+    """Tap once with two elements a phalanx from 2 mm: every kernel is loaded."""
+    unless_interrupted(run(load_scene("soft", WARM_UP)).record)
+
+
+def warm_up_flights() -> None:
+    """The same with the flights that a scene may choose: their kernels are compiled apart."""
+    for choice in ("flight='rigid'", "flight_integrator='gauss'"):
+        unless_interrupted(run(load_scene("soft", (*WARM_UP, f"solver.hcm.{choice}"))).record)
+
+
+def run(
+    scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
+) -> Outcome:
+    """Run the reduced model; it takes seconds, so that there is nothing to resume."""
     import hcm
 
+    del checkpoint
     arguments = translate(scene)
     start = time.perf_counter()
     try:
@@ -66,23 +75,3 @@ def _solve(scene: NamedScene, progress: Progress | None) -> Outcome:
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     return Outcome(to_record(result, scene, "hcm", "", time.perf_counter() - start))
-
-
-def warm_up() -> None:
-    """Tap once with two elements a phalanx from 2 mm: every kernel is loaded."""
-    unless_interrupted(_solve(load_scene("soft", WARM_UP), None).record)
-
-
-def warm_up_flights() -> None:
-    """The same with the flights that a scene may choose: their kernels are compiled apart."""
-    for choice in ("flight='rigid'", "flight_integrator='gauss'"):
-        scene = load_scene("soft", (*WARM_UP, f"solver.hcm.{choice}"))
-        unless_interrupted(_solve(scene, None).record)
-
-
-def run(
-    scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
-) -> Outcome:
-    """Run the reduced model; it takes seconds, so that there is nothing to resume."""
-    del checkpoint
-    return _solve(scene, progress)

@@ -139,7 +139,7 @@ def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     columns = (material.youngs_modulus, material.poisson_ratio, material.density)
     materials = tuple(
         reference_fem.Material(youngs_modulus=modulus, poisson_ratio=nu, density=density)
-        for modulus, nu, density in zip(*map(tables.per_phalanx, columns), strict=True)
+        for modulus, nu, density in tables.rows(*columns)
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
     drive = reference_fem.Drive(torques=tables.drive.torques or (), gravity=tables.drive.gravity)

@@ -5,7 +5,7 @@ scene may be. Those of the solvers follow from the settings that the solvers dec
 """
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
@@ -214,6 +214,10 @@ class Scene(Table):
             return values
         return (values,) * self.finger.phalanges
 
+    def rows(self, *columns: Numbers | tuple[int, ...]) -> Iterator[tuple[float, ...]]:
+        """A row of numbers for each phalanx."""
+        return zip(*map(self.per_phalanx, columns), strict=True)
+
     @property
     def total_length(self) -> float:
         """Length of the stretched finger, m."""
@@ -235,17 +239,8 @@ class Scene(Table):
     @model_validator(mode="after")
     def _tables_fit_together(self) -> Self:
         count = self.finger.phalanges
-        listed = {
-            "finger.length": self.finger.length,
-            "finger.diameter": self.finger.diameter,
-            "finger.elements": self.finger.elements,
-            "material.youngs_modulus": self.material.youngs_modulus,
-            "material.density": self.material.density,
-            "material.poisson_ratio": self.material.poisson_ratio,
-            "drive.torques": self.drive.torques,
-        }
-        for key, value in listed.items():
-            if isinstance(value, tuple) and len(value) != count:
+        for key, value in ((f"{t}.{name}", value) for t, table in self for name, value in table):
+            if isinstance(value, tuple) and len(value) != count:  # every list is by phalanx
                 raise _refuse(
                     key,
                     list(value),

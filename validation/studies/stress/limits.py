@@ -52,17 +52,12 @@ def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
             groups[_cause(row)].append(row)
     if not groups:
         return "every cell is right"
-    axes = [
-        (wanted.x_name, wanted.x),
-        (wanted.y_name, wanted.y),
-        (wanted.panel_name, wanted.panels),
-    ]
     sentences = []
     for cause, cells in sorted(groups.items(), key=lambda group: -len(group[1])):
         places = [
             place
-            for name, axis in axes
-            if name and wanted.y_name != "seed"
+            for name, axis in wanted.axes.items()
+            if wanted.y_name != "seed"
             and (place := _where(name, axis, [float(cell[name]) for cell in cells]))
         ]  # fmt: skip
         at = f", mostly at {', '.join(places)}" if places else ""

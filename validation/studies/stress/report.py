@@ -31,9 +31,7 @@ def table_rows(wanted: Map, finished: LineStore) -> list[dict[str, Any]]:
     for cell in wanted.cells():
         verdict = finished.load(verdict_inputs(cell))
         if verdict is not None:
-            where = {wanted.x_name: cell.x, wanted.y_name: cell.y}
-            if wanted.panel_name:
-                where[wanted.panel_name] = cell.panel
+            where = dict(zip(wanted.axes, (cell.x, cell.y, cell.panel), strict=False))
             rows.append({**where, **verdict})
     return rows
 

@@ -101,6 +101,12 @@ class Map:
     judge: Judge
     solver: str
 
+    @property
+    def axes(self) -> dict[str, tuple[float, ...]]:
+        """Values by their names."""
+        panels = {self.panel_name: self.panels} if self.panel_name else {}
+        return {self.x_name: self.x, self.y_name: self.y, **panels}
+
     def cells(self) -> Iterator[Cell]:
         """All cells, panel by panel."""
         for panel, y, x in product(self.panels, self.y, self.x):

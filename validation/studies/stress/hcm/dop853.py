@@ -4,11 +4,8 @@ It shares the beams' forces with hcm, and neither the time integration, nor Newt
 hinges' multipliers, nor the search for events.
 """
 
-import numpy as np
-
-import hcm
 from hcm import reference_solution as truth
-from hcm.beam.chain import build_chain
+from hcm.posture import Postures
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import examine, with_step
 from validation.studies.stress.judging import largest_difference
@@ -20,24 +17,15 @@ RTOL, ATOL = 1e-7, 1e-11
 LONGEST_S = 0.01
 
 
-def contact_start(scene: HcmScene, state: hcm.Posture) -> truth.Start:
-    """The kept state at contact, numbered as the solvers number it."""
-    chain, rest = build_chain(scene.finger, scene.drive)
-    q, v = np.zeros_like(rest), np.zeros_like(rest)
-    for w, place in enumerate(chain.hinge_outer):
-        for i in range(len(state.positions_m[w])):
-            node = int(place) + 4 * i
-            q[node : node + 4] = *state.positions_m[w][i], *state.slopes[w][i]
-            v[node : node + 4] = *state.velocities_m_per_s[w][i], *state.slope_rates_per_s[w][i]
-    return truth.Start(q, v, state.time_s)
-
-
 def judge_by_dop853(scene: HcmScene) -> Verdict:
     """The verdict of the laws, and then peak F_n, impulse and duration by DOP853."""
     found, result = examine(scene)
     if result is None:
         return found
-    start = contact_start(scene, result.event_postures[0])
+    kept = result.event_postures
+    assert isinstance(kept, Postures)
+    assert kept.v is not None
+    start = truth.Start(kept.q[0], kept.v[0], kept.times_s[0])
     try:
         other = truth.solve(
             scene.finger, scene.surface, scene.tip, scene.drive, RTOL, ATOL, start,

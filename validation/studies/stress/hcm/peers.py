@@ -39,10 +39,9 @@ BEFORE, WINDOW = 0.002, 1.3
 
 def hard_cells() -> dict[str, HcmScene]:
     """Scenes by why they are hard, those that every solver can express first."""
-    smooth, sticky = hcm.Surface(0.1, 0.0), hcm.Surface(0.1, 10.0)
-    soft = replace(SOFT_SCENE, surface=smooth, settings=hcm.Settings(max_steps=100_000))
+    settings = hcm.Settings(max_steps=100_000)
+    soft = replace(SOFT_SCENE, surface=hcm.Surface(0.1, 0.0), settings=settings)
     slender = hcm.Phalanx(0.04, 0.0004, 1e9, 1400.0, elements=20)
-    winding = hcm.Drive((0.00631,) * 3, 1.233)
     return {
         "stiffest beams, E 1e12 Pa": replace(soft, finger=soft_finger(1e12)),
         "softest beams, E 1e6 Pa": replace(soft, finger=soft_finger(1e6)),
@@ -54,13 +53,13 @@ def hard_cells() -> dict[str, HcmScene]:
             soft, finger=soft_finger(count=30, elements=2), surface=hcm.Surface(0.96, 0.0)
         ),
         "friction 10, tangential ratio 1e3": replace(
-            soft, surface=sticky, tip=hcm.Tip(0.78e6, 1.0, 1e3)
+            soft, surface=hcm.Surface(0.1, 10.0), tip=hcm.Tip(0.78e6, 1.0, 1e3)
         ),
         "e* 0.05, friction 5.3: a tap that barely ends": replace(
             soft, surface=hcm.Surface(0.1, 5.337), tip=hcm.Tip(0.78e6, 0.05, 284.8)
         ),
         "torques that wind the finger up": replace(
-            soft, surface=hcm.Surface(0.1, 0.5), drive=winding
+            soft, surface=hcm.Surface(0.1, 0.5), drive=hcm.Drive((0.00631,) * 3, 1.233)
         ),
     }
 
@@ -94,25 +93,24 @@ def _given(scene: HcmScene) -> dict[str, Any]:
     return {name: value for name, value in scene.arguments().items() if name != "settings"}
 
 
-def _exudyn(scene: HcmScene, contact_s: float, window_s: float) -> tuple[str, Tap | None]:
-    from validation.peers import exudyn_finger
-
-    try:
-        found = exudyn_finger.tap(
-            _given(scene), FLIGHT_STEP_S, window_s / CONTACT_STEPS, True,
-            (1 - BEFORE) * contact_s, adaptive=True, window=window_s,
-        ).quantities  # fmt: skip
-    except exudyn_finger.PeerFailedError as error:
-        return str(error), None
-    return "completed", (found.peak_normal_force_N, found.normal_impulse_N_s)
-
-
-def _exudyn_imported(scene: HcmScene, contact_s: float, window_s: float) -> PeerAnswer:
+def _exudyn(scene: HcmScene, contact_s: float, window_s: float) -> PeerAnswer:
     """In a process of its own, whose start and imports are not charged."""
     with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
-        for name in ("exudyn", "exudyn.itemInterface", "validation.peers.exudyn_finger"):
+        for name in ("exudyn", "exudyn.itemInterface"):
             importlib.import_module(name)
-    return _timed(partial(_exudyn, scene, contact_s, window_s))
+        from validation.peers import exudyn_finger
+
+    def solve() -> tuple[str, Tap | None]:
+        try:
+            found = exudyn_finger.tap(
+                _given(scene), FLIGHT_STEP_S, window_s / CONTACT_STEPS, True,
+                (1 - BEFORE) * contact_s, adaptive=True, window=window_s,
+            ).quantities  # fmt: skip
+        except exudyn_finger.PeerFailedError as error:
+            return str(error), None
+        return "completed", (found.peak_normal_force_N, found.normal_impulse_N_s)
+
+    return _timed(solve)
 
 
 def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -> PeerAnswer:
@@ -134,7 +132,7 @@ def _exudyn_cell(scene: HcmScene, result: hcm.TapResult, truth: Tap | None) -> s
     if s.contact_time_s is None or s.contact_duration_s is None:
         return "no contact to look for"
     window = WINDOW * s.contact_duration_s
-    return _described(limited(SECONDS, _exudyn_imported, scene, s.contact_time_s, window), truth)
+    return _described(limited(SECONDS, _exudyn, scene, s.contact_time_s, window), truth)
 
 
 def peers_table(progress: Progress) -> list[dict[str, Any]]:

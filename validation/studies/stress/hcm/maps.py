@@ -1,6 +1,7 @@
 """The stability maps of the reduced model: which parameters, over which ranges, on which scene."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -72,40 +73,38 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
     def n(full: int, coarse: int) -> int:
         return coarse if quick else full
 
+    plane = partial(Map, judge=judge_by_tighter_run, solver="hcm")
     maps = (
-        Map("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
-            _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
-            (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
-            lambda step, modulus, radius: replace(
-                SOFT_SCENE, finger=soft_finger(modulus), settings=_soft(
-                    contact_step=step, flight_step=min(100 * step, 1e-3),
-                    spectral_radius=radius)),
-            judge_by_tighter_run, "hcm"),
-        Map("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
-            _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
-            (1.0,) if quick else (1.0, 0.5),
-            lambda stiffness, step, restitution: replace(
-                SOFT_SCENE, tip=Tip(stiffness, restitution),
-                settings=_soft(contact_step=step)),
-            judge_by_tighter_run, "hcm"),
-        Map("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
-            (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
-            (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0),
-            lambda friction, ratio, restitution: replace(
-                SOFT_SCENE, surface=Surface(0.1, friction), tip=Tip(0.78e6, restitution, ratio)),
-            judge_by_tighter_run, "hcm"),
-        Map("slenderness-elements", "slenderness", "elements", "youngs_modulus",
-            _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
-            (1e9,) if quick else (1e7, 1e9), _slender, judge_by_tighter_run, "hcm"),
-        Map("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
-            (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
-            (1.0, -1.0),
-            lambda torque, gravity, sign: replace(
-                SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity)),
-            judge_by_tighter_run, "hcm"),
-        Map("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
-            _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
-            (2.0,) if quick else (1.0, 2.0, 5.0), _many, judge_by_tighter_run, "hcm"),
+        plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
+              _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
+              (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
+              lambda step, modulus, radius: replace(
+                  SOFT_SCENE, finger=soft_finger(modulus), settings=_soft(
+                      contact_step=step, flight_step=min(100 * step, 1e-3),
+                      spectral_radius=radius))),
+        plane("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
+              _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
+              (1.0,) if quick else (1.0, 0.5),
+              lambda stiffness, step, restitution: replace(
+                  SOFT_SCENE, tip=Tip(stiffness, restitution),
+                  settings=_soft(contact_step=step))),
+        plane("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
+              (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
+              (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0),
+              lambda friction, ratio, restitution: replace(
+                  SOFT_SCENE, surface=Surface(0.1, friction),
+                  tip=Tip(0.78e6, restitution, ratio))),
+        plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
+              _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
+              (1e9,) if quick else (1e7, 1e9), _slender),
+        plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
+              (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
+              (1.0, -1.0),
+              lambda torque, gravity, sign: replace(
+                  SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity))),
+        plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
+              _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
+              (2.0,) if quick else (1.0, 2.0, 5.0), _many),
         Map("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
             _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
             (0.002,) if quick else (0.002, 0.02), _falling_rod, judge_by_closed_form, "hcm"),

@@ -82,9 +82,9 @@ class ContactIdentification:
     paper_eta_squared: float
     touch_angle: float
     levels: tuple[Level, ...]
-    force_curve_N: Any
-    indentation_curve_m: Any
-    hertz_curve_m: Any
+    force_curve_N: tuple[float, ...]
+    indentation_curve_m: tuple[float, ...]
+    hertz_curve_m: tuple[float, ...]
 
 
 def identify_contact(
@@ -158,9 +158,9 @@ def identify_contact(
         paper_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle=angle,
         levels=tuple(levels),
-        force_curve_N=forces,
-        indentation_curve_m=np.array([indent(tip, area, f).indentation_m for f in forces]),
-        hertz_curve_m=np.array([hertz_indentation(material, radius, f) for f in forces]),
+        force_curve_N=tuple(forces),
+        indentation_curve_m=tuple(indent(tip, area, f).indentation_m for f in forces),
+        hertz_curve_m=tuple(hertz_indentation(material, radius, f) for f in forces),
     )
 
 

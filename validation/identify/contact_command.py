@@ -90,8 +90,11 @@ def draw(path: Path, found: ContactIdentification) -> None:
     """Force over indentation: statics, Hertz, and the linear springs."""
     force, top = found.force_curve_N, 1.15 * found.force_N
     with panels(path, 1, width=5.2, height=3.6) as ((axis,),):
-        axis.plot(1e6 * found.indentation_curve_m, force, color=BLACK, label="static indentation")
-        axis.plot(1e6 * found.hertz_curve_m, force, color=BLUE, ls="--", label="Hertz")
+        for curve, color, line, name in (
+            (found.indentation_curve_m, BLACK, "-", "static indentation"),
+            (found.hertz_curve_m, BLUE, "--", "Hertz"),
+        ):
+            axis.plot(1e6 * np.array(curve), force, color=color, ls=line, label=name)
         for stiffness, color, name in (
             (found.stiffness_N_per_m, ORANGE, "spring of the same energy"),
             (found.paper_N_per_m, GREY, "the scene's k"),

@@ -30,48 +30,32 @@ def printed(scene: str, key: str) -> dict[str, Claim]:
     return {who: claim for who, claim in found.items() if claim is not None}
 
 
-def _rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Ours and the paper's values of both models; the claims of each row beside them."""
+def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Rows of Table 2 or 3, by its quantities; the paper's error is a magnitude, ours is signed."""
     rows = []
     for scene in SCENES:
-        reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
+        ran = {"hcm": runs.find(scene, REDUCED), "reference": runs.find(scene, REFERENCE)}
         for key in names:
-            entry, claims = quantity(key), printed(scene, key)
-            paper = {who: claim.number for who, claim in claims.items()}
+            entry = quantity(key)
+            ours = {who: None if run is None else entry.read(run) for who, run in ran.items()}
+            paper = {who: claim.number for who, claim in printed(scene, key).items()}
             rows.append(
                 {
                     "scene": scene,
                     "quantity": entry.title,
                     "unit": entry.unit,
-                    "hcm": None if reduced is None else entry.read(reduced),
+                    **ours,
                     "hcm_paper": paper.get("hcm"),
-                    "reference": None if reference is None else entry.read(reference),
                     "reference_paper": paper.get("reference"),
+                    "error_percent": error_percent(ours["hcm"], ours["reference"]),
                     "error_percent_paper": paper.get("error"),
+                    "reference_over_hcm": _ratio(ours),
+                    "reference_over_hcm_paper": _ratio(paper),
                 }
             )
     return rows
 
 
-def table_2(runs: Runs) -> list[dict[str, Any]]:
-    """Peak forces, columns ``COLUMNS_2``; the paper's error is a magnitude, ours is signed."""
-    return [
-        {**row, "error_percent": error_percent(row["hcm"], row["reference"])}
-        for row in _rows(runs, TABLE_2)
-    ]
-
-
-def table_3(runs: Runs) -> list[dict[str, Any]]:
-    """Time and memory, columns ``COLUMNS_3``."""
-
-    def ratio(reference: float | None, reduced: float | None) -> float | None:
-        return reference / reduced if reference and reduced else None
-
-    return [
-        {
-            **row,
-            "reference_over_hcm": ratio(row["reference"], row["hcm"]),
-            "reference_over_hcm_paper": ratio(row["reference_paper"], row["hcm_paper"]),
-        }
-        for row in _rows(runs, TABLE_3)
-    ]
+def _ratio(values: Mapping[str, float | None]) -> float | None:
+    reference, reduced = values.get("reference"), values.get("hcm")
+    return reference / reduced if reference and reduced else None

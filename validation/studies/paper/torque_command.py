@@ -2,28 +2,47 @@
 
 import json
 import os
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 from validation.harness.command_line import AsJson
 from validation.harness.processes import workers
+from validation.studies.paper.case_runs import solve_case
+from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
 from validation.studies.paper.torque_factor import (
     CaseFactor,
     IdentifiedTorque,
     TorqueFactor,
     identify_torque,
-    predict_taps,
 )
 
-Predictions = Mapping[str, Mapping[str, Mapping[str, object]]]  # by scene, bound and quantity
+PREDICTED = (
+    *("first_peak_normal_force_N", "peak_stress_R_Pa"),
+    *("compression_to_restitution", "stick_to_slip", "slip_to_stick", "reverse_slip"),
+)
+Predictions = dict[str, dict[str, dict[str, Any]]]  # by scene, bound of the factor, and quantity
 
 
 def identify_and_predict() -> tuple[IdentifiedTorque, Predictions]:
     """The factors, and what the common one says of quantities that it was not fitted to."""
     with workers(max(1, min(3, os.cpu_count() or 1))) as pool:
         found = identify_torque(pool)
-        return found, predict_taps(found.common, pool)
+        best, uncertainty = found.common.factor, found.common.uncertainty
+        bounds = {"low": best - uncertainty, "best": best, "high": best + uncertainty}
+        jobs = {
+            scene: {
+                label: pool.submit(solve_case, driven(scene, factor, label))
+                for label, factor in bounds.items()
+            }
+            for scene in PRINTED_TORQUES
+        }
+        return found, {
+            scene: {
+                label: {key: job.result().record.summary[key] for key in PREDICTED}
+                for label, job in by_label.items()
+            }
+            for scene, by_label in jobs.items()
+        }
 
 
 def run_identify_torque(*, as_json: AsJson = False) -> None:

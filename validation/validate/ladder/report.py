@@ -18,7 +18,7 @@ from validation.validate.ladder.run_tables import (
     contact_patches,
 )
 from validation.validate.ladder.rungs import paper_rung
-from validation.validate.paper_tables import COLUMNS_2, COLUMNS_3, table_2, table_3
+from validation.validate.paper_tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
 from validation.validate.plan import SCENES, Runs
 
 RUNGS = {
@@ -52,8 +52,8 @@ def ladder_rows(ladder: Ladder, runs: Runs) -> Rows:
     return {
         "ladder": [*ladder.rows, *paper_rung(runs, SCENES)],
         "ladder_causes": ladder.causes,
-        "table_2": table_2(runs),
-        "table_3": table_3(runs),
+        "table_2": paper_rows(runs, TABLE_2),
+        "table_3": paper_rows(runs, TABLE_3),
         "reference_checks": [*shaft_holes(runs, SCENES), *ladder.checks],
         "accuracy_cost": accuracy_against_cost(runs, ladder.predictions, ladder.references),
         "contact_patch": contact_patches(runs, ladder.references, SCENES),

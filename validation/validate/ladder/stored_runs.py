@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Concatenate, ParamSpec
 
-import numpy as np
-
 from validation.harness.identity import program
 from validation.harness.record import RunRecord, plain
 from validation.harness.store import NO_STORE, Store, json_format
@@ -17,7 +15,6 @@ from validation.scenes.load import NamedScene
 from validation.validate.ladder import runs
 from validation.validate.ladder.runs import Contact
 
-ARRAYS = ("force_curve_N", "indentation_curve_m", "hertz_curve_m")
 IDENTIFICATION = json_format(ContactIdentification)
 
 P = ParamSpec("P")
@@ -67,8 +64,7 @@ class LadderRuns:
         found: ContactIdentification = self.store.obtain(
             inputs, IDENTIFICATION, lambda: identify_contact(scene, refinements)
         )
-        curves: dict[str, Any] = {name: np.array(getattr(found, name)) for name in ARRAYS}
-        return replace(found, scene=scene.name, **curves)
+        return replace(found, scene=scene.name)
 
 
 def _json(value: Any) -> Any:

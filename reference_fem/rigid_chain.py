@@ -64,7 +64,7 @@ class RigidChain:
         with b_wj = R(θ_j) arms[w, j] and e the unit vector along Z.
         """
         angles, rates = state[: self.links], state[self.links :]
-        b = self._rotated(angles)
+        b = _rotate(angles, self.arms)
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
         inertia = np.einsum("w,wjd,wkd->jk", self.mass, b, b) + np.diag(self.inertia)
         pull = np.einsum("k,wkd->wd", rates**2, b)
@@ -74,29 +74,19 @@ class RigidChain:
 
     def energy(self, state: ChainState) -> float:
         """Kinetic energy + gravity potential - drive work, from rest at zero angles, J."""
-        b = self._rotated(state.angles)
+        b = _rotate(state.angles, self.arms)
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
         speed = np.einsum("k,wkd->wd", state.rates, turned)
         kinetic = 0.5 * (self.mass @ (speed**2).sum(axis=1) + self.inertia @ state.rates**2)
         rise = (b - self.arms).sum(axis=1)[:, 1]
         return float(kinetic + self.gravity * self.mass @ rise - self.torques @ state.angles)
 
-    def hinges_at(self, angles: Array) -> Array:
-        """Positions (P, 2) of the first hinges."""
-        rest = np.diff(self.origins, axis=0)
-        links = _rotate(angles[:-1], rest)
-        return self.origins[0] + np.vstack([np.zeros(2), np.cumsum(links, axis=0)])
-
-    def hinge_velocities(self, angles: Array, rates: Array) -> Array:
-        """Velocities (P, 2) of the first hinges."""
+    def hinges_at(self, angles: Array, rates: Array) -> tuple[Array, Array]:
+        """Positions and velocities (P, 2) of the first hinges."""
         links = _rotate(angles[:-1], np.diff(self.origins, axis=0))
         turned = np.stack([-links[:, 1], links[:, 0]], axis=1) * rates[:-1, None]
-        return np.vstack([np.zeros(2), np.cumsum(turned, axis=0)])
-
-    def _rotated(self, angles: Array) -> Array:
-        c, s = np.cos(angles), np.sin(angles)
-        x, y = self.arms[..., 0], self.arms[..., 1]
-        return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        place, velocity = (np.vstack([np.zeros(2), np.cumsum(v, axis=0)]) for v in (links, turned))
+        return self.origins[0] + place, velocity
 
 
 def build_chain(
@@ -217,8 +207,7 @@ def pose(
     rest = chain.origins[body_of_point]
     arm = points[:, :2] - rest
     turned = _rotate(state.angles[body_of_point], arm)
-    hinge = chain.hinges_at(state.angles)[body_of_point]
-    drift = chain.hinge_velocities(state.angles, state.rates)[body_of_point]
+    hinge, drift = (of[body_of_point] for of in chain.hinges_at(state.angles, state.rates))
     displacement, velocity = np.zeros_like(points), np.zeros_like(points)
     displacement[:, :2] = (turned - arm) + (hinge - rest)
     rate = state.rates[body_of_point]
@@ -228,6 +217,7 @@ def pose(
 
 
 def _rotate(angles: Array, vectors: Array) -> Array:
+    """Vectors (.., n, 2) turned by angles (n,)."""
     c, s = np.cos(angles), np.sin(angles)
-    x, y = vectors[:, 0], vectors[:, 1]
-    return np.stack([c * x - s * y, s * x + c * y], axis=1)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

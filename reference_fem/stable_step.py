@@ -42,30 +42,25 @@ def stable_step(
     ValueError
         If the frequency is not a positive finite number.
     """
-    limit = _step_of(kernel, contact_nodes, contact_stiffness, symmetry)
-    if contact_damping is None or not contact_damping.any():
-        return limit
-    for _ in range(DAMPED_ITERATIONS):
-        stiffness = contact_stiffness + 2.0 * contact_damping / limit
-        limit = _step_of(kernel, contact_nodes, stiffness, symmetry)
-    return limit
-
-
-def _step_of(
-    kernel: ElementKernel, contact_nodes: Index, contact_stiffness: Array, symmetry: Index
-) -> float:
-    """2/ω_max without damping."""
     mass = kernel.lumped_mass
-    bound = frequency_bound(kernel.max_frequency(), contact_stiffness, mass[contact_nodes])
+    highest_element = kernel.max_frequency()
+    damping = np.zeros(contact_nodes.size) if contact_damping is None else contact_damping
     springs = np.zeros(mass.size)
-    springs[contact_nodes] = contact_stiffness
-    highest = min(bound, lanczos_frequency(kernel, springs, symmetry))
-    if not (math.isfinite(highest) and highest > 0.0):
-        raise ValueError(
-            f"highest frequency = {highest} rad/s: no stable step exists; check the mesh for "
-            "empty elements and the material for wrong units"
+    limit = math.inf
+    for _ in range(1 + DAMPED_ITERATIONS if damping.any() else 1):
+        stiffness = contact_stiffness + 2.0 * damping / limit
+        springs[contact_nodes] = stiffness
+        highest = min(
+            frequency_bound(highest_element, stiffness, mass[contact_nodes]),
+            lanczos_frequency(kernel, springs, symmetry),
         )
-    return 2.0 / highest
+        if not (math.isfinite(highest) and highest > 0.0):
+            raise ValueError(
+                f"highest frequency = {highest} rad/s: no stable step exists; check the mesh for "
+                "empty elements and the material for wrong units"
+            )
+        limit = 2.0 / highest
+    return limit
 
 
 def coupled_step(step_s: float, factor: float, eigenvalue: float) -> float:

@@ -40,7 +40,9 @@ class FacetQuadrature:
         return nodes.astype(np.int64), area
 
 
-def facet_quadrature(points: Array, facets: Index, thickness: Array | None) -> FacetQuadrature:
+def facet_quadrature(
+    points: Array, facets: Index, thickness: Array | float = 1.0
+) -> FacetQuadrature:
     """Gauss-Legendre rule of POINTS per direction on every facet.
 
     Parameters
@@ -48,15 +50,14 @@ def facet_quadrature(points: Array, facets: Index, thickness: Array | None) -> F
     points : (n_points, dim)
     facets : (n_facets, 4 | 2)
     thickness : (n_facets,)
-        Of edges, m; None for quadrilaterals.
+        Of edges, m.
     """
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     corners = points[facets]
     if facets.shape[1] == 2:
         length = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
-        across = length if thickness is None else length * thickness
         shape = 0.5 * np.stack([1.0 - places, 1.0 + places], axis=1)
-        return FacetQuadrature(facets, shape, 0.5 * across[:, None] * weights)
+        return FacetQuadrature(facets, shape, 0.5 * (length * thickness)[:, None] * weights)
     xi, eta = (grid.ravel() for grid in np.meshgrid(places, places, indexing="ij"))
     weight = np.outer(weights, weights).ravel()
     shape = 0.25 * (1 + np.outer(xi, _CORNERS[:, 0])) * (1 + np.outer(eta, _CORNERS[:, 1]))

@@ -49,7 +49,7 @@ class TouchingBody:
         """Gauss points on the facets; an edge is as thick as the cell behind it."""
         points, cells = self.mesh.points, self.mesh.cells
         if points.shape[1] == 3:
-            return facet_quadrature(points, self.facets, None)
+            return facet_quadrature(points, self.facets)
         owner = adjoining_cells(cells, self.facets)
         thickness = edge_thickness(points, cells[owner], self.cell_volume[owner])
         return facet_quadrature(points, self.facets, thickness)

@@ -116,13 +116,9 @@ def _collect(place: Index, values: Array, size: int) -> Array:
 
 
 def edge_thickness(points: Array, cells: Index, cell_volume: Array) -> Array:
-    """Mean thickness (n,) of the plane cells (n, 4) behind edges, m."""
-    return np.asarray(cell_volume / _quadrilateral_areas(points[cells]))
-
-
-def _quadrilateral_areas(corners: Array) -> Array:
-    """Shoelace area of plane quadrilaterals, corners (n, 4, 2), m²."""
-    x, y = corners[..., 0], corners[..., 1]
-    return 0.5 * np.abs(
+    """Mean thickness (n,) of the plane cells (n, 4) behind edges, m: volume over shoelace area."""
+    x, y = points[cells][..., 0], points[cells][..., 1]
+    area = 0.5 * np.abs(
         (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
     )
+    return np.asarray(cell_volume / area)

@@ -48,7 +48,10 @@ def failure(
     if not smallest > 0.0:
         smallest = model.kernel.min_det_F(state.displacement)
         return Status.INVERTED_ELEMENT, f"det F fell to {smallest:.3g} {_where(model, state)}"
-    return found or _work(model, settings, state)
+    if found is None and state.step >= settings.max_steps:
+        message = f"max_steps = {settings.max_steps} are done {_where(model, state)}"
+        found = Status.WORK_LIMIT, message
+    return found
 
 
 def _energy(
@@ -86,12 +89,6 @@ def _passed_through(model: Model, state: State) -> Failure | None:
         f"phalanx {', '.join(map(str, bodies))} is below the surface, which only the last "
         f"phalanx can touch, {_where(model, state)}",
     )
-
-
-def _work(model: Model, settings: Settings, state: State) -> Failure | None:
-    if state.step < settings.max_steps:
-        return None
-    return Status.WORK_LIMIT, f"max_steps = {settings.max_steps} are done {_where(model, state)}"
 
 
 def _where(model: Model, state: State) -> str:

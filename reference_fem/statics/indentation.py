@@ -84,7 +84,7 @@ def contact_area(tip: TipCompliance) -> ContactArea:
 
     The nodal heights of the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
     """
-    quadrature = facet_quadrature(tip.points, tip.facets, None)
+    quadrature = facet_quadrature(tip.points, tip.facets)
     weights = quadrature.weight.ravel()
     by_facet = np.zeros((*quadrature.weight.shape, len(tip.points)))
     for f, nodes in enumerate(tip.facets):
@@ -114,7 +114,7 @@ def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
     """
     if not (math.isfinite(force) and force > 0.0):
         raise ValueError(f"force = {force}: must be a finite number above 0, in N")
-    kappa = PENALTY * tip.plane_strain_modulus / tip.radius
+    kappa = PENALTY * tip.material.plane_strain_modulus / tip.radius
     approach, u = _solve(tip, area, kappa, force)
     pressure = kappa * np.maximum(0.0, approach - area.heights - area.shapes @ u)
     touching = pressure > 0.0
@@ -149,7 +149,7 @@ def _solve(
 ) -> tuple[float, Array]:
     """Newton for (u, δ): u - C f = 0 and copies Σ f = F; the step is halved where it overshoots."""
     k = len(tip.points)
-    scale = _hertz_approach(tip.plane_strain_modulus, tip.radius, force)
+    scale = hertz_indentation(tip.material, tip.radius, force)
 
     def residual(x: Array) -> tuple[Array, Flags]:
         depth = x[k] - area.heights - area.shapes @ x[:k]
@@ -197,11 +197,8 @@ def _stick(tip: TipCompliance, springs: Array) -> float:
 
 def hertz_indentation(material: Material, radius: float, force: float) -> float:
     """Hertz: δ = (3 F/(4 E* sqrt(R)))^(2/3) of an elastic sphere on a rigid plane, m."""
-    return _hertz_approach(material.plane_strain_modulus, radius, force)
-
-
-def _hertz_approach(plane_strain_modulus: float, radius: float, force: float) -> float:
-    return float((0.75 * force / (plane_strain_modulus * math.sqrt(radius))) ** (2 / 3))
+    modulus = material.plane_strain_modulus
+    return float((0.75 * force / (modulus * math.sqrt(radius))) ** (2 / 3))
 
 
 def hertz_stiffness(material: Material, radius: float, force: float) -> float:

@@ -46,8 +46,8 @@ class TipCompliance:
         Nodes on the symmetry plane, which do not move along Z.
     copies
         2 for a half model, else 1.
-    plane_strain_modulus
-        E* of the material, Pa.
+    material
+        Of the last phalanx.
     """
 
     nodes: Index
@@ -58,7 +58,7 @@ class TipCompliance:
     tangential: Array
     held: Flags
     copies: int
-    plane_strain_modulus: float
+    material: Material
 
 
 def tip_compliance(
@@ -118,7 +118,7 @@ def tip_compliance(
         tangential=matrix[..., 1:, 1:],
         held=np.isin(candidates, symmetry),
         copies=2 if symmetry.size else 1,
-        plane_strain_modulus=material.plane_strain_modulus,
+        material=material,
     )
 
 

@@ -60,7 +60,7 @@ def half_space(contact_radius: float, cells: int) -> TipCompliance:
         tangential=tangential / (2 * math.pi * shear),
         held=np.zeros(x.size, dtype=bool),
         copies=1,
-        plane_strain_modulus=MATERIAL.plane_strain_modulus,
+        material=MATERIAL,
     )
 
 

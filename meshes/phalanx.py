@@ -88,8 +88,9 @@ class _Builder:
     ) -> None:
         """Make an end of a section, or lay the blocks up to an end with a hole at `holed_at`."""
         if holed_at is None:
-            roles[f"{which}_face"] = self._section_faces(section)
-            roles[f"{which}_core"] = self._core_faces(section)
+            roles[f"{which}_face"] = [self._face(corners) for corners in _quads(section, self.dim)]
+            core = [_core(section, half)[: 4 if self.dim == 3 else 2] for half in "-+"]
+            roles[f"{which}_core"] = [self._face(corners) for corners in core]
             if which == "distal":
                 self.pole = section["axis"]
             return
@@ -196,12 +197,6 @@ class _Builder:
             else:
                 (a, b), (c, d) = corners
                 self.blocks.face((a, b, d, c))
-
-    def _section_faces(self, station: Station) -> list[int]:
-        return [self._face(corners) for corners in _quads(station, self.dim)]
-
-    def _core_faces(self, station: Station) -> list[int]:
-        return [self._face(_core(station, half)[: 4 if self.dim == 3 else 2]) for half in "-+"]
 
     def _face(self, corners: tuple[int, ...]) -> int:
         if self.dim == 3:

@@ -5,8 +5,10 @@ A half model's forces, energies and areas are doubled before they get here.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import Generic, TypeVar
 
 from reference_fem.arrays import Array
 
@@ -64,9 +66,12 @@ _ADVICE = {
 }
 
 
+Number = TypeVar("Number", float, Array)
+
+
 @dataclass(frozen=True)
-class History:
-    """Samples of the explicit run, arrays of equal length n; t is absolute time.
+class Sampled(Generic[Number]):
+    """What is sampled of the explicit run, once (`Sample`) or n times (`History`).
 
     Energies are measured from the finger at rest at t = 0, so that the balance kinetic + strain +
     gravity + contact + friction dissipation + contact damping - drive work, which the
@@ -75,6 +80,7 @@ class History:
     Attributes
     ----------
     time_s : (n,)
+        Absolute time.
     normal_force_N : (n,)
         On the tip, pushing up.
     tangential_force_N : (n,)
@@ -100,25 +106,38 @@ class History:
         Force that hinge w exerts on phalanx w.
     """
 
-    time_s: Array
-    normal_force_N: Array
-    tangential_force_N: Array
+    time_s: Number
+    normal_force_N: Number
+    tangential_force_N: Number
     tip_position_m: Array
     tip_velocity_m_per_s: Array
-    stress_R_Pa: Array
-    kinetic_energy_J: Array
-    strain_energy_J: Array
-    hourglass_energy_J: Array
-    gravity_energy_J: Array
-    contact_energy_J: Array
-    friction_dissipation_J: Array
-    contact_damping_J: Array
-    drive_work_J: Array
-    energy_balance_J: Array
-    coulomb_excess: Array
-    contact_area_m2: Array
-    peak_pressure_Pa: Array
+    stress_R_Pa: Number
+    kinetic_energy_J: Number
+    strain_energy_J: Number
+    hourglass_energy_J: Number
+    gravity_energy_J: Number
+    contact_energy_J: Number
+    friction_dissipation_J: Number
+    contact_damping_J: Number
+    drive_work_J: Number
+    energy_balance_J: Number
+    coulomb_excess: Number
+    contact_area_m2: Number
+    peak_pressure_Pa: Number
     hinge_reactions_N: Array
+
+
+class Sample(Sampled[float]):
+    """The numbers of one audit; the arrays lack their first axis."""
+
+    @property
+    def finite(self) -> bool:
+        """Whether the state is made of numbers."""
+        return math.isfinite(self.energy_balance_J) and math.isfinite(self.kinetic_energy_J)
+
+
+class History(Sampled[Array]):
+    """Samples in the order of time."""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from reference_fem.arrays import Array
@@ -20,36 +18,7 @@ from reference_fem.contact.law import (
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
-
-
-@dataclass(frozen=True)
-class Sample:
-    """One row of the history, for the full body; names and units as in `result.History`."""
-
-    time_s: float
-    normal_force_N: float
-    tangential_force_N: float
-    tip_position_m: Array
-    tip_velocity_m_per_s: Array
-    stress_R_Pa: float
-    kinetic_energy_J: float
-    strain_energy_J: float
-    hourglass_energy_J: float
-    gravity_energy_J: float
-    contact_energy_J: float
-    friction_dissipation_J: float
-    contact_damping_J: float
-    drive_work_J: float
-    energy_balance_J: float
-    coulomb_excess: float
-    contact_area_m2: float
-    peak_pressure_Pa: float
-    hinge_reactions_N: Array
-
-    @property
-    def finite(self) -> bool:
-        """Whether the state is made of numbers."""
-        return bool(np.isfinite(self.energy_balance_J) and np.isfinite(self.kinetic_energy_J))
+from reference_fem.result import Sample
 
 
 def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> Sample:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference_fem.dynamics.energy import Sample
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.model import Model
-from reference_fem.result import Status
+from reference_fem.result import Sample, Status
 from reference_fem.settings import Settings
 
 Failure = tuple[Status, str]

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from reference_fem.arrays import Array
 from reference_fem.contact.law import GAP, NORMAL, TANGENTIAL
-from reference_fem.dynamics.energy import Sample
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.result import ForceRecord, History, Sample, Snapshot
 from reference_fem.settings import Settings
 
 T = TypeVar("T")

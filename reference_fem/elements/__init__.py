@@ -1,19 +1,15 @@
 """Element kernels of the explicit reference: one element a file, all behind `ElementKernel`."""
 
 from reference_fem.elements.base import ElementKernel
-from reference_fem.elements.hexahedron.eight_point import Hex8, hex8
-from reference_fem.elements.hexahedron.one_point import Hex8OnePoint, hex8_one_point
+from reference_fem.elements.hexahedron.eight_point import hex8
+from reference_fem.elements.hexahedron.one_point import hex8_one_point
 from reference_fem.elements.quadrilateral.plane_stress import (
-    Quad4PlaneStress,
     quad4_plane_stress,
     quad4_quadrature_points,
 )
 
 __all__ = [
     "ElementKernel",
-    "Hex8",
-    "Hex8OnePoint",
-    "Quad4PlaneStress",
     "hex8",
     "hex8_one_point",
     "quad4_plane_stress",

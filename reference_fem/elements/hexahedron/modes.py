@@ -14,8 +14,8 @@ the last mode leaves no trace in the volume, and its b is zero.
 from reference_fem.arrays import Array
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES
+from reference_fem.elements.hexahedron.edges import Three
 
-Three = tuple[float, float, float]
 Six = tuple[Three, Three, Three, Three, Three, Three]
 Modes = tuple[float, float, float, float, float, float, float]
 

@@ -26,16 +26,17 @@ from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined, njit
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Stored
+from reference_fem.elements.hexahedron.edges import Four, Three
 from reference_fem.elements.hexahedron.modes import (
     Modes,
     Six,
-    Three,
     dot,
     mean_gradients,
     modes,
     spread,
 )
 from reference_fem.elements.hexahedron.nodes import gather, scatter
+from reference_fem.elements.hexahedron.point import Rows
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
@@ -48,9 +49,7 @@ class OnePointBlocks(Blocks):
     """Blocks of 1-point hexahedra."""
 
 
-Four = tuple[float, float, float, float]
 FourThrees = tuple[Three, Three, Three, Three]
-Tensor = tuple[Three, Three, Three]
 
 
 @inlined
@@ -108,7 +107,7 @@ def square(q: Four) -> float:
 
 @inlined
 def force_row(
-    s: Array, o: int, u: Modes, h: Three, f: Three, k: float, stress: Tensor, b: Six, g: FourThrees
+    s: Array, o: int, u: Modes, h: Three, f: Three, k: float, stress: Rows, b: Six, g: FourThrees
 ) -> float:
     """Overwrite one component of the 8 displacements by that of the 8 forces; sum_n (q^n)^2."""
     q = hourglass_row(u, h, g)

@@ -18,7 +18,7 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.blocks import LANES, Blocks, Nodes, Stored
-from reference_fem.elements.hexahedron.edges import LOW
+from reference_fem.elements.hexahedron.edges import LOW, Three
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
@@ -33,7 +33,6 @@ class Quad4Blocks(Blocks):
 
 
 Two = tuple[float, float]
-Three = tuple[float, float, float]
 Points = tuple[Two, Two, Two, Two]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from validation.cli import main
+from tests.validation.commands import call
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say_error
 from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS
@@ -21,15 +21,6 @@ from validation.runs import execute
 
 Make = Callable[..., RunRecord]
 ROOT = Path(__file__).parents[2]
-
-
-def call(*arguments: str) -> int:
-    """The exit code of the command, run in this process."""
-    try:
-        main(list(arguments))
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 import xarray
 
 import meshes
-from validation.cli import main
+from tests.validation.commands import call, one_line
 from validation.harness.fields import write_fields
 from validation.scenes.load import load_scene
 
@@ -21,24 +21,9 @@ GEOMETRY = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3)
 SIZING = meshes.Sizing(5e-3, 1e-2, 5e-3)
 
 
-def call(*arguments: str) -> int:
-    try:
-        main(list(arguments))
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
-
-
 def fem(out: Path, *overrides: str, model: str = "fem3d") -> int:
     settings = [text for override in overrides for text in ("--set", override)]
     return call("run", "soft", "--model", model, "--out", str(out), "--set", LOW, *settings)
-
-
-def one_line(capsys: pytest.CaptureFixture[str]) -> str:
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("fingertap: error: ")
-    return lines[0]
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray
 
+from tests.validation.commands import call, one_line
 from validation.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -46,11 +47,8 @@ def result(out: Path) -> tuple[dict[str, Any], xarray.Dataset]:
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    with pytest.raises(SystemExit) as end:
-        main(list(arguments))
-    assert end.value.code == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
+    assert call(*arguments) == 2
+    return one_line(capsys)
 
 
 def test_killed_command_resumes_to_the_same_bits(

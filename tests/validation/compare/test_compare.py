@@ -6,21 +6,13 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from validation.cli import main
+from tests.validation.commands import call
 from validation.compare import command as compare_command
 from validation.compare.command import difference_table
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome
 
 Make = Callable[..., RunRecord]
-
-
-def call(*arguments: str) -> int:
-    try:
-        main(list(arguments))
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
 
 
 def column(table: pd.DataFrame, name: str = "difference_percent") -> pd.Series:

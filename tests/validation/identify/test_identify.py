@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.validation.commands import call
 from validation.cli import main
 from validation.errors import UserError
 from validation.identify import contact as identify
@@ -118,12 +119,7 @@ def test_bad_input_ends_with_one_line(
     arguments: list[str], code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     more = ["--out", str(tmp_path)] if "contact" in arguments else []
-    ended = 0
-    try:
-        main([*arguments, *more])
-    except SystemExit as end:
-        ended = int(end.code or 0)
-    assert ended == code
+    assert call(*arguments, *more) == code
     error = capsys.readouterr().err
     assert error.count("\n") == (1 if code else 0)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.cli import main
+from tests.validation.commands import call, one_line
 from validation.render import command as render_command
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
@@ -15,19 +15,6 @@ COARSE = (
     *("--set", "surface.height=0.06", "--set", "solver.fem.section_size=4e-3"),
     *("--set", "solver.fem.axial_size=8e-3", "--set", "solver.fem.tip_size=4e-3"),
 )
-
-
-def call(*arguments: str) -> int:
-    try:
-        main(list(arguments))
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
-
-
-def one_line(capsys: pytest.CaptureFixture[str]) -> str:
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
 
 
 @pytest.mark.skipif(bool(missing_libraries()), reason="VTK cannot draw here")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from validation.cli import main
+from tests.validation.commands import call
 from validation.harness.files import safe_name
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -84,12 +84,7 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
 
 
 def validated(tmp_path: Path, expected: int = 0) -> Path:
-    code = 0
-    try:
-        main(["validate", "--out", str(tmp_path)])
-    except SystemExit as end:
-        code = int(end.code or 0)
-    assert code == expected
+    assert call("validate", "--out", str(tmp_path)) == expected
     return tmp_path / "validate"
 
 

@@ -50,15 +50,11 @@ def shortest_in_turns(
     """`shortest` of runs that are compared: they take turns, so that a load hits all of them."""
     for run in runs:
         unless_interrupted(run())
-    found: list[Timed[Result]] = []
+    best = [float("inf")] * len(runs)
     start = time.perf_counter()
     rounds = 0
     while rounds < least or (time.perf_counter() - start < budget_s and rounds < most):
         rounds += 1
         latest = [shortest(run, 0.0, 1, warm_up=False) for run in runs]
-        before = [timed.wall_time_s for timed in found] or [float("inf")] * len(runs)
-        found = [
-            Timed(new.result, min(old, new.wall_time_s), rounds)
-            for old, new in zip(before, latest, strict=True)
-        ]
-    return found
+        best = [min(old, new.wall_time_s) for old, new in zip(best, latest, strict=True)]
+    return [Timed(new.result, old, rounds) for new, old in zip(latest, best, strict=True)]

@@ -20,9 +20,12 @@ from numpy.typing import NDArray
 
 SIZE_M = 1e-3  # edge of a cube
 YOUNG, DENSITY = 1e9, 1400.0  # E, Pa; rho, kg/m^3
+WAVE_SPEED = math.sqrt(YOUNG / DENSITY)  # c, m/s
 SPEED = 0.03  # V, m/s
-STEP_SHARE = 0.4  # of an edge over c: below every code's limit
+# That every code is asked to take: a share of an edge over c, below every code's limit.
+STEP_S = 0.4 * SIZE_M / WAVE_SPEED
 PARTS = 3  # of the steps, of which the fastest counts
+TIMEOUT_S = 240.0  # of each run of a program
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -63,19 +66,9 @@ class Bar:
         return self.counts[0] * SIZE_M
 
     @property
-    def wave_speed(self) -> float:
-        """Speed c of axial waves, m/s."""
-        return math.sqrt(YOUNG / DENSITY)
-
-    @property
-    def step_s(self) -> float:
-        """The step that every code is asked to take."""
-        return STEP_SHARE * SIZE_M / self.wave_speed
-
-    @property
     def time_s(self) -> float:
         """When displacements are compared."""
-        return self.steps * self.step_s
+        return self.steps * STEP_S
 
     def mesh(self) -> tuple[Floats, Integers]:
         """Points (n, 3) and cells (m, 8) in VTK's order, which is also CalculiX' and gmsh's."""
@@ -90,7 +83,7 @@ class Bar:
     @property
     def exact_end_m(self) -> float:
         """Displacement of the end x = 0 at `time_s`."""
-        omega = math.pi * self.wave_speed / self.length
+        omega = math.pi * WAVE_SPEED / self.length
         return SPEED / omega * math.sin(omega * self.time_s)
 
 
@@ -125,6 +118,10 @@ def seconds_per_step(take_step: Callable[[], object], steps: int) -> float:
     return best
 
 
-def print_bar_run(run_bar: Callable[[Bar], BarRun]) -> None:
-    """Run the bar that the command line has as JSON; print the result as JSON on one line."""
-    print(json.dumps(asdict(run_bar(Bar(**json.loads(sys.argv[1]))))))
+def print_bar_run(run_bar: Callable[[Bar], tuple[float, float]]) -> None:
+    """Run the bar that the command line has as JSON; print its `BarRun` as JSON on one line.
+
+    run_bar : seconds per step, of `PARTS`, and `end_m`, by hexahedra of 8 points with `STEP_S`.
+    """
+    seconds, end_m = run_bar(Bar(**json.loads(sys.argv[1])))
+    print(json.dumps(asdict(BarRun(8, seconds, end_m, STEP_S, PARTS))))

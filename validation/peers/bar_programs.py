@@ -11,35 +11,31 @@ import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 from validation.harness.provenance import version
 from validation.peers import calculix, calculix_bar
-from validation.peers.bar import Bar, BarRun
+from validation.peers.bar import TIMEOUT_S, Bar, BarRun
 
-TIMEOUT_S = 240.0
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def _run_module(name: str) -> Callable[[Bar, str], BarRun]:
-    """What runs a module of this package as a program."""
-
-    def run_bar(bar: Bar, _element: str) -> BarRun:
-        path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-        threads = {"OMP_NUM_THREADS": str(bar.threads), "PYTHONPATH": path}
-        with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(
-                [sys.executable, "-m", f"validation.peers.{name}", json.dumps(asdict(bar))],
-                cwd=folder, env={**os.environ, **threads}, capture_output=True, text=True,
-                timeout=TIMEOUT_S, check=False,
-            )  # fmt: skip
-        # Kratos says good-bye on standard output, after the result
-        answers = [line for line in done.stdout.splitlines() if line.startswith("{")]
-        if done.returncode or not answers:
-            raise RuntimeError((done.stderr.strip().splitlines() or ["no answer"])[-1])
-        return BarRun(**json.loads(answers[-1]))
-
-    return run_bar
+def _run_module(name: str, bar: Bar, _element: str) -> BarRun:
+    """Run a module of this package as a program."""
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    threads = {"OMP_NUM_THREADS": str(bar.threads), "PYTHONPATH": path}
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-m", f"validation.peers.{name}", json.dumps(asdict(bar))],
+            cwd=folder, env={**os.environ, **threads}, capture_output=True, text=True,
+            timeout=TIMEOUT_S, check=False,
+        )  # fmt: skip
+    # Kratos says good-bye on standard output, after the result
+    answers = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    if done.returncode or not answers:
+        raise RuntimeError((done.stderr.strip().splitlines() or ["no answer"])[-1])
+    return BarRun(**json.loads(answers[-1]))
 
 
 @dataclass(frozen=True)
@@ -75,9 +71,9 @@ PROGRAMS = (
     BarProgram("CalculiX", "GPL-2.0-or-later", "apt-get install calculix-ccx", "",
                ("C3D8", "C3D8R"), calculix_bar.run_bar),
     BarProgram("Akantu", "LGPL-3.0", _EXTRA, "akantu", ("hexahedron_8",),
-               _run_module("akantu_bar")),
+               partial(_run_module, "akantu_bar")),
     BarProgram("Kratos", "BSD-4-Clause", _EXTRA, "KratosMultiphysics",
-               ("SmallDisplacementElement3D8N",), _run_module("kratos_bar")),
+               ("SmallDisplacementElement3D8N",), partial(_run_module, "kratos_bar")),
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.harness.timing import shortest
-from validation.peers.bar import DENSITY, YOUNG, Bar, BarRun, Floats, Integers
+from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, BarRun, Floats, Integers
 
 if TYPE_CHECKING:
     import reference_fem as fem
@@ -54,7 +54,7 @@ def run_bar(bar: Bar, element: str) -> BarRun:
         fem.Drive(gravity=0.0),
         fem.Settings(element=element, threads=bar.threads),
     )
-    model = replace(model, step_s=bar.step_s)
+    model = replace(model, step_s=STEP_S)
     before = numba.get_num_threads()
     numba.set_num_threads(min(bar.threads, numba.config.NUMBA_NUM_THREADS))
     try:
@@ -64,4 +64,4 @@ def run_bar(bar: Bar, element: str) -> BarRun:
         numba.set_num_threads(before)
     end = timed.result[0].displacement[points[:, 0] == 0.0, 0].mean()
     seconds = timed.wall_time_s / bar.steps
-    return BarRun(POINTS[element], seconds, float(end), bar.step_s, timed.runs)
+    return BarRun(POINTS[element], seconds, float(end), STEP_S, timed.runs)

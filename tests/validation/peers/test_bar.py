@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from validation.peers import bar_programs, calculix_bar, own_bar
-from validation.peers.bar import SPEED, YOUNG, Bar, BarRun, seconds_per_step
+from validation.peers.bar import SPEED, STEP_S, WAVE_SPEED, YOUNG, Bar, BarRun, seconds_per_step
 from validation.peers.bar_programs import PROGRAMS, BarProgram
 from validation.studies.bench.bar import BarRow, measure_program, table
 
@@ -17,15 +17,15 @@ BAR = Bar((20, 2, 2), 60, 1)
 # A standing wave on n elements with lumped mass runs slow by (pi/n)^2/24 = 1.0e-3, shortened steps
 # by less; after omega t = 3.8 rad of it the end is off by at most this share of the amplitude.
 GRID_ERROR = 4.2e-3
-AMPLITUDE = SPEED / (math.pi * BAR.wave_speed / BAR.length)
+AMPLITUDE = SPEED / (math.pi * WAVE_SPEED / BAR.length)
 
 
 def test_exact_wave_starts_with_its_velocity_and_returns_after_a_period() -> None:
     points, _ = BAR.mesh()
     early = Bar((20, 2, 2), 1, 1)
     assert early.exact_end_m == pytest.approx(early.velocity(points)[0, 0] * early.time_s, rel=1e-2)
-    period = 2 * BAR.length / BAR.wave_speed
-    whole = Bar((20, 2, 2), round(period / BAR.step_s), 1)
+    period = 2 * BAR.length / WAVE_SPEED
+    whole = Bar((20, 2, 2), round(period / STEP_S), 1)
     assert abs(whole.exact_end_m) < 0.01 * AMPLITUDE
 
 
@@ -51,16 +51,21 @@ def test_deck_names_every_node_and_the_material() -> None:
     assert f"\n{len(points)}," in deck
     assert f"\n{len(cells)},{','.join(str(n + 1) for n in cells[-1])}\n" in deck
     assert f"{YOUNG},0." in deck
-    assert f"{7 * BAR.step_s:.12g}" in deck
+    assert f"{7 * STEP_S:.12g}" in deck
 
 
-def test_absent_peers_are_named_and_broken_ones_are_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+def hide_peers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if none were installed."""
     real = importlib.util.find_spec
     peers_only = ("exudyn", "akantu", "KratosMultiphysics")
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name, *more: None if name in peers_only else real(name)
     )
     monkeypatch.setenv("PATH", "")
+
+
+def test_absent_peers_are_named_and_broken_ones_are_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    hide_peers(monkeypatch)
     assert bar_programs.absent() == [
         "CalculiX (apt-get install calculix-ccx)",
         "Akantu (pip install 'fingertap[bench]')",
@@ -83,7 +88,7 @@ def test_a_program_that_dies_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_ratios_are_taken_of_the_same_number_of_points() -> None:
     def row(code: str, points: int, seconds: float) -> BarRow:
-        ran = BarRun(points, seconds, BAR.exact_end_m, BAR.step_s, 1)
+        ran = BarRun(points, seconds, BAR.exact_end_m, STEP_S, 1)
         return BarRow(code, "1", "", "e", BAR, ran)
 
     rows = [row("fingertap", 8, 2.0), row("fingertap", 1, 1.0), row("CalculiX", 1, 30.0)]

@@ -12,8 +12,8 @@ from typing import Any
 from validation.harness.provenance import version
 from validation.models.adapter import Progress
 from validation.peers import own_bar
-from validation.peers.bar import Bar, BarRun
-from validation.peers.bar_programs import PROGRAMS, TIMEOUT_S, BarProgram
+from validation.peers.bar import TIMEOUT_S, Bar, BarRun
+from validation.peers.bar_programs import PROGRAMS, BarProgram
 
 BAR = Bar((100, 25, 24), 60, 2)
 QUICK_BAR = Bar((40, 10, 10), 60, 2)
@@ -33,9 +33,9 @@ class BarRow:
     status: str = "COMPLETED"
 
     @property
-    def updates_per_s(self) -> float | None:
-        """Element updates per second of whole steps."""
-        return None if self.ran is None else self.bar.elements / self.ran.seconds_per_step
+    def updates_per_s(self) -> float:
+        """Element updates per second of whole steps; 0 of a program that failed."""
+        return 0.0 if self.ran is None else self.bar.elements / self.ran.seconds_per_step
 
 
 def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
@@ -84,7 +84,7 @@ def table(rows: list[BarRow]) -> list[dict[str, Any]]:
     with the hexahedron of as many points.
     """
     speed = {row.ran.points: row.updates_per_s for row in rows
-             if row.code == OWN and row.ran is not None and row.updates_per_s}  # fmt: skip
+             if row.code == OWN and row.ran is not None}  # fmt: skip
     end = next(row.ran.end_m for row in rows if row.ran is not None and row.code == OWN)
     found = []
     for row in rows:
@@ -93,7 +93,7 @@ def table(rows: list[BarRow]) -> list[dict[str, Any]]:
             "element": row.element, "elements": row.bar.elements, "threads": row.bar.threads,
             "status": row.status,
         }  # fmt: skip
-        if row.ran is not None and row.updates_per_s is not None:
+        if row.ran is not None:
             line |= {
                 "points": row.ran.points,
                 "million_updates_per_s": row.updates_per_s / 1e6,

@@ -1,6 +1,6 @@
 """``fingertap bench``: time against error, scaling, kernels; the skip ledger; peers."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from validation.studies.bench import (
 from validation.studies.bench import peers as finger_peers
 from validation.studies.bench.files import page, save, save_machine
 from validation.studies.bench.truths import Truth
-from validation.studies.bench.work_precision import Point
+from validation.studies.bench.work_precision import Point, Setting, Solver
 
 LEDGER = "What each shortcut saves, and what it costs"
 QUICK_BUDGET_S, BUDGET_S = 0.15, 0.5  # for the repeats of one setting
@@ -47,62 +47,20 @@ def _timing(what: str) -> Iterator[Progress]:
         yield progress
 
 
-def _measure_hcm(
-    folder: Path, quick: bool, known: dict[str, Truth], store: Store, progress: Progress
-) -> list[Point]:
-    """Work-precision, throughput and scaling of hcm; returns the first's points."""
-    budget = QUICK_BUDGET_S if quick else BUDGET_S
-    points = work_precision.measure_settings(
-        hcm_settings.tap_and_contact_settings(quick), hcm_settings.HCM_SOLVER, known, budget,
-        store, part(progress, 0.0, 0.43),
-    )  # fmt: skip
-    points += work_precision.measure_settings(
-        hcm_settings.dop853_settings(quick), hcm_settings.DOP853_SOLVER, known, budget, store,
-        part(progress, 0.43, 0.5),
-    )  # fmt: skip
-    figures.work_precision(folder / "work-precision-hcm.png", points, known)
-    scenes = throughput.measure_throughput(quick, part(progress, 0.5, 0.6))
+def _measure_sizes(folder: Path, quick: bool, budget_s: float, progress: Progress) -> None:
+    """Throughput and scaling of hcm."""
+    scenes = throughput.measure_throughput(quick, part(progress, 0.0, 0.2))
     save(folder, "throughput", [scenes], "Random scenes through hcm")
-    sizes = scaling.measure_scaling(quick, budget, part(progress, 0.6, 1.0))
+    sizes = scaling.measure_scaling(quick, budget_s, part(progress, 0.2, 1.0))
     save(folder, "scaling", scaling.table(sizes), "Cost of hcm's step against size")
     figures.scaling(folder / "scaling.png", sizes)
-    return points
 
 
-def _measure_reference(folder: Path, quick: bool, store: Store, progress: Progress) -> list[Point]:
-    """Work-precision of the solid models."""
-    settings = [
-        setting
-        for model in work_precision.DIMENSIONS
-        for setting in reference_settings.reference_settings(model, quick)
-    ]
-    points = work_precision.measure_settings(
-        settings, reference_settings.REFERENCE_SOLVER, truths.REFERENCE_TRUTHS,
-        reference_settings.BUDGET_S, store, progress,
-    )  # fmt: skip
-    path = folder / "work-precision-reference.png"
-    figures.work_precision(path, points, truths.REFERENCE_TRUTHS)
-    return points
-
-
-def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
-    """Work-precision of both models, hcm's scaling and throughput, the reference's kernels.
-
-    Every part is written as soon as it is measured.
-    """
-    store = Store(folder / "points", fresh=not resume)
-    with _timing("bench") as progress:
-        stored = dict(truths.HCM_TRUTHS)
-        known = stored if quick else hcm_truth.recompute(part(progress, 0.0, 0.1))
-        every = {**known, **truths.REFERENCE_TRUTHS}
-        described = {study: [truth.own_error, truth.source] for study, truth in every.items()}
-        save_machine(folder, "machine", {"quick": quick, "truths": described})
-        speeds = kernels.measure_kernels(part(progress, 0.1, 0.15))
-        save(folder, "kernels", speeds, "Element updates of the reference's kernels")
-        figures.kernels(folder / "kernels.png", speeds)
-        points = _measure_hcm(folder, quick, known, store, part(progress, 0.15, 0.45))
-        solid = _measure_reference(folder, quick, store, part(progress, 0.45, 1.0))
-    own = {"hcm": known["tap"], **truths.REFERENCE_TRUTHS}
+def _report(
+    folder: Path, points: list[Point], solid: list[Point], every: Mapping[str, Truth]
+) -> None:
+    """Save all points and their truths on one page; say what failed."""
+    own = {"hcm": every["tap"], **truths.REFERENCE_TRUTHS}
     taps = [point for point in points if point.study == "tap"]
     figures.both_models(folder / "work-precision-all.png", [*taps, *solid], own)
     save(folder, "work-precision", work_precision.table([*points, *solid]), "Time against error")
@@ -113,6 +71,46 @@ def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
     if failures:
         say(f"{len(failures)} settings failed; they are in the table and drawn as crosses")
     print(f"figures and tables: {page(folder)}")
+
+
+def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
+    """Work-precision of both models, hcm's scaling and throughput, the reference's kernels.
+
+    Every part is written as soon as it is measured.
+    """
+    store = Store(folder / "points", fresh=not resume)
+    budget_s = QUICK_BUDGET_S if quick else BUDGET_S
+    with _timing("bench") as progress:
+        stored = truths.HCM_TRUTHS
+        known = stored if quick else hcm_truth.recompute(part(progress, 0.0, 0.1))
+        every = {**known, **truths.REFERENCE_TRUTHS}
+
+        def measured(
+            settings: list[Setting], solver: Solver, budget_s: float, low: float, high: float
+        ) -> list[Point]:
+            share = part(progress, low, high)
+            return work_precision.measure_settings(settings, solver, every, budget_s, store, share)
+
+        described = {study: [truth.own_error, truth.source] for study, truth in every.items()}
+        save_machine(folder, "machine", {"quick": quick, "truths": described})
+        speeds = kernels.measure_kernels(part(progress, 0.1, 0.15))
+        save(folder, "kernels", speeds, "Element updates of the reference's kernels")
+        figures.kernels(folder / "kernels.png", speeds)
+        tap = hcm_settings.tap_and_contact_settings(quick)
+        points = measured(tap, hcm_settings.HCM_SOLVER, budget_s, 0.15, 0.28)
+        explicit = hcm_settings.dop853_settings(quick)
+        points += measured(explicit, hcm_settings.DOP853_SOLVER, budget_s, 0.28, 0.3)
+        figures.work_precision(folder / "work-precision-hcm.png", points, every)
+        _measure_sizes(folder, quick, budget_s, part(progress, 0.3, 0.45))
+        solids = [
+            setting
+            for model in truths.REFERENCE_TRUTHS
+            for setting in reference_settings.reference_settings(model, quick)
+        ]
+        solver, longer_s = reference_settings.REFERENCE_SOLVER, reference_settings.BUDGET_S
+        solid = measured(solids, solver, longer_s, 0.45, 1.0)
+        figures.work_precision(folder / "work-precision-reference.png", solid, every)
+    _report(folder, points, solid, every)
 
 
 def _bench_peers(folder: Path, quick: bool) -> None:

@@ -6,12 +6,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from validation.compare.tap_errors import tap_errors
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, ORANGE, panels
 from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.kernels import Speed
 from validation.studies.bench.scaling import Size, exponent
 from validation.studies.bench.shortcuts import Entry
-from validation.studies.bench.truths import Truth, gap
+from validation.studies.bench.truths import Truth
 from validation.studies.bench.work_precision import Point, front
 
 MARKERS = "osD^vPX"
@@ -107,7 +108,7 @@ def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]
     points : `Point.solver` is the model.
     truths : by model; ``hcm``, ``fem3d`` and ``fem2d``.
     """
-    between = gap(truths)
+    gap = tap_errors(truths["hcm"].values, truths["fem3d"].values)
     with panels(path, 2, 2, width=5.0) as axes:
         for axis, (quantity, title) in zip(axes.flat, ERRORS, strict=True):
             for model, (name, color, marker) in MODELS.items():
@@ -117,7 +118,7 @@ def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]
                 _draw_series(axis, mine, quantity, 1.0, style, line)
                 if quantity != "event_s":
                     axis.axhline(truths[model].own_error, color=color, linewidth=0.7, linestyle=":")
-            difference = getattr(between, quantity)
+            difference = getattr(gap, quantity)
             axis.axhline(difference, color=GREY, linewidth=1.2, linestyle="--")
             text = (
                 f"{1e3 * difference:.2g} ms"
@@ -186,7 +187,7 @@ def bar_peers(path: Path, rows: Sequence[BarRow]) -> None:
     bar = rows[0].bar
     title = f"{bar.elements} hexahedra, {bar.threads} threads"
     with _bars(path, names, "million element updates/s, whole steps", title) as axis:
-        speeds = [(row.updates_per_s or 0.0) / 1e6 for row in rows]
+        speeds = [row.updates_per_s / 1e6 for row in rows]
         colors = [COLORS[2] if row.code == OWN else GREY for row in rows]
         axis.barh(range(len(rows)), speeds, color=colors)
         for number, (row, speed) in enumerate(zip(rows, speeds, strict=True)):

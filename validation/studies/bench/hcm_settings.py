@@ -8,26 +8,24 @@ the same beams, contact law and event functions in minimal coordinates and in Sc
 Its time against generalized-alpha's is that of the whole program, not of the method alone.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
 from validation.studies.bench.hcm_truth import impact_start, solve_impact
 from validation.studies.bench.truths import TAP_ELEMENTS
-from validation.studies.bench.work_precision import Option, Outcome, Setting, Solver, simulation
+from validation.studies.bench.work_precision import Options, Outcome, Setting, Solver, simulation
 
-Changes = Mapping[str, Option]  # of `hcm.Settings`
-
-# Error control in flight and contact; each series changes what its name says.
-BASE: Changes = {
+# Of `hcm.Settings`. Error control in flight and contact; each series changes what its name says.
+BASE: Options = {
     "flight_step": 1e-3,
     "flight_tolerance": 1e-7,
     "contact_step": 1e-5,
     "contact_tolerance": 1e-9,
 }
-FIXED: Changes = {"flight_tolerance": 0, "contact_tolerance": 0}
-GAUSS: Changes = {
+FIXED: Options = {"flight_tolerance": 0, "contact_tolerance": 0}
+GAUSS: Options = {
     "flight_integrator": "gauss",
     "newton_tolerance": 1e-7,
     "spectral_radius": 1.0,
@@ -35,7 +33,7 @@ GAUSS: Changes = {
 IMPACT_TOLERANCE = {"contact_step": 1e-5, "contact_tolerance": 1e-13, "newton_tolerance": 1e-11}
 
 
-def hcm_setting(study: str, series: str, elements: int, *changes: Changes) -> Setting:
+def hcm_setting(study: str, series: str, elements: int, *changes: Options) -> Setting:
     """Elements a phalanx, and what differs from hcm's own defaults (later changes win)."""
     merged = {key: value for change in changes for key, value in change.items()}
     words = [f"{elements} elements"]

@@ -7,17 +7,19 @@ from functools import partial
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
+from validation.harness.timing import Timed
 from validation.models.adapter import Progress
-from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, Changes, hcm_setting
+from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
 from validation.studies.bench.hcm_truth import soft_arguments
 from validation.studies.bench.truths import TAP, TAP_ELEMENTS
 from validation.studies.bench.work_precision import (
-    Measured,
+    Options,
     Outcome,
     Point,
     Setting,
     Solver,
     measure_setting,
+    point_against,
 )
 
 STUDY = "tap"
@@ -112,10 +114,14 @@ def exudyn_points(setting: Setting) -> list[Point]:
     from validation.peers import exudyn_finger
 
     try:
-        measured = measure_setting(setting, EXUDYN_SOLVER, BUDGET_S)
+        timed = measure_setting(setting, EXUDYN_SOLVER, BUDGET_S)
     except exudyn_finger.PeerFailedError as error:
-        return [Measured(setting, Outcome(str(error), None), math.nan, 0).against(TAP.values)]
-    return [measured.against(TAP.values), measured.against(OWN_TRUTH, OWN_STUDY)]
+        failed = Timed(Outcome(str(error), None), math.nan, 0)
+        return [point_against(TAP.values, setting, failed)]
+    return [
+        point_against(TAP.values, setting, timed),
+        point_against(OWN_TRUTH, setting, timed, OWN_STUDY),
+    ]
 
 
 def hcm_settings(quick: bool) -> list[Setting]:
@@ -130,10 +136,10 @@ def hcm_settings(quick: bool) -> list[Setting]:
     (one of 7 kHz, hardly excited here, by 1.7e-4 and so out of phase). All shorter ones that were
     tried get there too, and those of up to 140 us.
     """
-    rigid: Changes = {"flight": "rigid", "flight_step": 1e-2}
-    loose: Changes = {"flight_step": 1e-2, "flight_tolerance": 3e-7}
-    fixed: Changes = {"contact_tolerance": 0, "newton_tolerance": 1e-5}
-    fine: Changes = {
+    rigid: Options = {"flight": "rigid", "flight_step": 1e-2}
+    loose: Options = {"flight_step": 1e-2, "flight_tolerance": 3e-7}
+    fixed: Options = {"contact_tolerance": 0, "newton_tolerance": 1e-5}
+    fine: Options = {
         "flight_step": 0,
         "flight_tolerance": 0,
         "contact_step": 3e-7,
@@ -142,7 +148,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
         "spectral_radius": 1.0,
     }
 
-    def series(name: str, cases: Iterable[tuple[int, Changes]], *base: Changes) -> list[Setting]:
+    def series(name: str, cases: Iterable[tuple[int, Options]], *base: Options) -> list[Setting]:
         return [hcm_setting(STUDY, name, n, *base, changes) for n, changes in cases]
 
     few = (2, 3, TAP_ELEMENTS)
@@ -185,7 +191,8 @@ def measure_peers(quick: bool, progress: Progress) -> list[Point]:
     own = hcm_settings(quick)
     for number, setting in enumerate(own):
         progress(0.5 * number / len(own), f"hcm, {setting.name}")
-        points.append(measure_setting(setting, HCM_SOLVER, BUDGET_S).against(TAP.values))
+        timed = measure_setting(setting, HCM_SOLVER, BUDGET_S)
+        points.append(point_against(TAP.values, setting, timed))
     cases = SETTINGS if quick else (*SETTINGS, *FINE_SETTINGS)
     for number, setting in enumerate(() if absent() else cases):
         progress(0.5 + 0.5 * number / len(cases), f"Exudyn, {setting.name}")

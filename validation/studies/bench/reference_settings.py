@@ -4,14 +4,12 @@ Each series changes what its name says. Flight is the reference's own rigid chai
 time is that of the contact and of setting it up; the mesh is not charged.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import ROOT, mesh_sizes
-from validation.studies.bench.work_precision import Option, Outcome, Setting, Solver, simulation
+from validation.studies.bench.work_precision import Options, Outcome, Setting, Solver, simulation
 
-Options = Mapping[str, Option]
 IMPULSE: Options = {"solver.fem.contact": "impulse"}
 SHAFT = 2.0  # in units of `mesh_sizes`: 1.5 mm, which the truths show to be fine enough
 UNSTABLE = 1.2  # a step beyond stability: its failure belongs to the picture

@@ -12,11 +12,11 @@ from dataclasses import asdict
 from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import mesh_sizes
 from validation.harness.interrupts import unless_interrupted
-from validation.models.solid import build_mesh, inputs
+from validation.models.solid import DIMENSIONS, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.reference_settings import IMPULSE, solid_tap
 from validation.studies.bench.truths import REFERENCE_TRUTHS
-from validation.studies.bench.work_precision import DIMENSIONS, Setting, simulation
+from validation.studies.bench.work_precision import Setting, simulation
 
 # Refinements (shaft, tip) of `mesh_sizes`: the finest run; and two whose difference, shaft against
 # half the shaft, is added to it in 3D, where the finest tip was too dear on the finer shaft.

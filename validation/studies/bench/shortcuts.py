@@ -22,11 +22,12 @@ from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import ModelName, adapter
 from validation.models.adapter import Progress
 from validation.models.inputs import run_inputs
-from validation.models.solid import build_mesh, inputs
+from validation.models.solid import DIMENSIONS, build_mesh, inputs
 from validation.scenes.load import load_scene
-from validation.studies.bench.hcm_settings import HCM_SOLVER
+from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
 from validation.studies.bench.reference_settings import REFERENCE_SOLVER
-from validation.studies.bench.work_precision import DIMENSIONS, simulation
+from validation.studies.bench.scaling import FIXED
+from validation.studies.bench.work_precision import simulation
 
 BUDGET_S = 1.5
 SEARCH_STEPS = 200
@@ -45,24 +46,17 @@ class Shortcut:
     note: str = ""
 
 
-NO_CONTROL = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
-# hcm's settings that the ledger is measured with: error control, the cheapest mesh.
-CONTROLLED = (
-    "solver.hcm.flight_step=1e-3",
-    "solver.hcm.flight_tolerance=1e-7",
-    "solver.hcm.contact_step=1e-5",
-    "solver.hcm.contact_tolerance=1e-9",
-)
-CHEAP = ("finger.elements=5", *CONTROLLED)
+# hcm's settings that the ledger is measured with: error control, the cheapest mesh and a fine one.
+CHEAP, FINE = (hcm_setting("tap", "", elements, BASE).overrides() for elements in (5, 20))
 
 HCM = (
     Shortcut(
         "error-controlled steps instead of fixed ones of 0.01 ms and 0.1 us", "hcm", CHEAP,
-        ("finger.elements=5", *NO_CONTROL, "solver.hcm.flight_step=1e-5",
+        ("finger.elements=5", *FIXED, "solver.hcm.flight_step=1e-5",
          "solver.hcm.contact_step=1e-7"),
     ),
     Shortcut(
-        "5 elements a phalanx instead of 20", "hcm", CHEAP, ("finger.elements=20", *CONTROLLED),
+        "5 elements a phalanx instead of 20", "hcm", CHEAP, FINE,
         "the change holds both meshes' errors of time integration",
     ),
     Shortcut(

@@ -33,7 +33,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
+from validation.compare.tap_errors import TapQuantities
 
 TAP_ELEMENTS, CONTACT_ELEMENTS = 5, 20  # a phalanx, of hcm's two truths
 
@@ -101,11 +101,6 @@ REFERENCE_TRUTHS: Mapping[str, Truth] = {
     "fem3d": SOLID,
     "fem2d": PLANE,
 }  # by model
-
-
-def gap(truths: Mapping[str, Truth]) -> TapErrors:
-    """The reduced model's truth against the solid one's; `truths` are by model."""
-    return tap_errors(truths["hcm"].values, truths["fem3d"].values)
 
 
 def truths_table(truths: Mapping[str, Truth]) -> list[dict[str, Any]]:

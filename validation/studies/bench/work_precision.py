@@ -13,16 +13,16 @@ from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.console import say
 from validation.harness.identity import program
 from validation.harness.store import Store, json_format
-from validation.harness.timing import LEAST_RUNS, shortest
+from validation.harness.timing import LEAST_RUNS, Timed, shortest
+from validation.models import adapter_module
 from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.models.inputs import OTHERS
-from validation.models.solid import Dimension, build_mesh, inputs
+from validation.models.solid import DIMENSIONS, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.truths import Truth
 
-DIMENSIONS: Mapping[str, Dimension] = {"fem3d": 3, "fem2d": 2}
-Option = int | float | str
+Options = Mapping[str, int | float | str]
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class Setting:
     solver: str
     series: str
     name: str
-    options: Mapping[str, Option]
+    options: Options
 
-    def overrides(self) -> list[str]:
+    def overrides(self) -> tuple[str, ...]:
         """The scene's keys as the command line writes them."""
-        return [f"{key}={value!r}" if isinstance(value, int | float) else f"{key}={value}"
-                for key, value in self.options.items() if "." in key]  # fmt: skip
+        return tuple(f"{key}={value!r}" if isinstance(value, int | float) else f"{key}={value}"
+                     for key, value in self.options.items() if "." in key)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -93,25 +93,6 @@ class Point:
         return self.errors is not None and math.isfinite(self.wall_time_s)
 
 
-@dataclass(frozen=True)
-class Measured:
-    """A setting's outcome and its shortest time in s, of so many runs."""
-
-    setting: Setting
-    outcome: Outcome
-    wall_time_s: float
-    runs: int
-
-    def against(self, truth: TapQuantities, study: str = "") -> Point:
-        """Its point, with errors against the truth of the setting's own study or of another."""
-        setting, outcome = self.setting, self.outcome
-        return Point(
-            study or setting.study, setting.solver, setting.series, setting.name + outcome.detail,
-            outcome.status, self.wall_time_s, self.runs, outcome.steps,
-            None if outcome.tap is None else tap_errors(outcome.tap, truth),
-        )  # fmt: skip
-
-
 POINT = json_format(Point)
 
 
@@ -130,10 +111,22 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
 
 def measure_setting(
     setting: Setting, solver: Solver, budget_s: float, warm_up: bool = True
-) -> Measured:
+) -> Timed[Outcome]:
     """Time a setting for at least `budget_s`, in s, and read its last run."""
     timed = shortest(solver.prepare(setting), budget_s, solver.least_runs, warm_up)
-    return Measured(setting, solver.read(timed.result), timed.wall_time_s, timed.runs)
+    return Timed(solver.read(timed.result), timed.wall_time_s, timed.runs)
+
+
+def point_against(
+    truth: TapQuantities, setting: Setting, timed: Timed[Outcome], study: str = ""
+) -> Point:
+    """A setting's point; `study` where the truth is not that of the setting's own study."""
+    outcome = timed.result
+    return Point(
+        study or setting.study, setting.solver, setting.series, setting.name + outcome.detail,
+        outcome.status, timed.wall_time_s, timed.runs, outcome.steps,
+        None if outcome.tap is None else tap_errors(outcome.tap, truth),
+    )  # fmt: skip
 
 
 def measure_settings(
@@ -153,17 +146,17 @@ def measure_settings(
     def measured(setting: Setting) -> Point:
         first = setting.solver not in warm
         warm.add(setting.solver)
-        found = measure_setting(setting, solver, budget_s, solver.warm_up_each or first)
-        return found.against(truths[setting.study].values)
+        timed = measure_setting(setting, solver, budget_s, solver.warm_up_each or first)
+        return point_against(truths[setting.study].values, setting, timed)
 
     points, read_back = [], 0
     for number, setting in enumerate(settings):
         progress(number / len(settings), f"{setting.solver}, {setting.series}, {setting.name}")
-        model, made_by = f"validation.models.{setting.solver}", solver.prepare.__module__
+        modules = adapter_module(setting.solver), solver.prepare.__module__
         inputs = {
             "point": asdict(setting),
             "truth": asdict(truths[setting.study].values),
-            "program": program(model, made_by, without=OTHERS[setting.solver]),
+            "program": program(*modules, without=OTHERS[setting.solver]),
         }
         read_back += store.has(inputs)
         points.append(store.obtain(inputs, POINT, partial(measured, setting)))

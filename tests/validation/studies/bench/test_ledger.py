@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.validation.peers.test_bar import hide_peers
 from validation.cli import main
 from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
@@ -99,12 +100,7 @@ def test_cheapest_setting_that_reaches_an_error() -> None:
 def test_absent_peer_is_skipped_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    real = importlib.util.find_spec
-    peers_only = ("exudyn", "akantu", "KratosMultiphysics")
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *more: None if name in peers_only else real(name)
-    )
-    monkeypatch.setenv("PATH", "")
+    hide_peers(monkeypatch)
     monkeypatch.setattr(peers, "hcm_settings", lambda quick: [CHEAP])
     monkeypatch.setattr(bar, "QUICK_BAR", Bar((4, 2, 2), 4, 1))
     main(["bench", "--peers", "--quick", "--out", str(tmp_path)])

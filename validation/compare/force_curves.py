@@ -25,16 +25,28 @@ def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[A
     return np.interp(time, forces["time_s"] - contact, forces[name], left=0.0, right=0.0)
 
 
-def later_separation(*records: RunRecord) -> float | None:
-    """The longest first tap, s; None where one is not over or lasts no time."""
-    ends = [record.value("contact_duration_s") for record in records]
-    longest = max((end for end in ends if end is not None), default=0.0)
-    return None if None in ends or longest <= 0.0 else longest
-
-
 def steps_within(end: float, records: Sequence[RunRecord]) -> NDArray[Any]:
     """Times t - t_c from 0 to ``end`` (s): every step of every run, and both ends."""
     starts = [record.value("contact_time_s") or 0.0 for record in records]
     steps = [record.contact_forces["time_s"] - t for record, t in zip(records, starts, strict=True)]
     time = np.unique(np.concatenate([[0.0, end], *steps]))
     return time[(time >= 0.0) & (time <= end)]
+
+
+def first_tap(
+    records: Sequence[RunRecord], name: str, samples: int | None = None
+) -> tuple[NDArray[Any], list[NDArray[Any]]] | None:
+    """A force of all runs from first contact to the latest separation, over t - t_c (s).
+
+    None where a run has no contact, one that is not over, or one that lasts no time.
+
+    Parameters
+    ----------
+    samples : equally spaced times; None takes every step of every run.
+    """
+    ends = [record.value("contact_duration_s") for record in records]
+    latest = max((end for end in ends if end is not None), default=0.0)
+    if None in ends or latest <= 0.0:
+        return None
+    time = np.linspace(0.0, latest, samples) if samples else steps_within(latest, records)
+    return time, [contact_curve(record, name, time) for record in records]

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.compare.force_curves import contact_curve, later_separation
+from validation.compare.force_curves import first_tap
 from validation.harness.record import RunRecord
 
 INNER, OUTER = 0.05, 0.5
@@ -93,14 +93,10 @@ def rate_forces(
 
     None where a run has no finished contact or a curve is constant (no friction).
     """
-    end = later_separation(computed, reference)
-    if end is None:
+    found = first_tap((computed, reference), name, SAMPLES)
+    if found is None or any(np.ptp(curve) == 0 for curve in found[1]):
         return None
-    time = np.linspace(0.0, end, SAMPLES)
-    curves = [contact_curve(record, name, time) for record in (computed, reference)]
-    if any(np.ptp(curve) == 0 for curve in curves):
-        return None
-    return iso18571(*curves)
+    return iso18571(*found[1])
 
 
 def _corridor(c: Floats, t: Floats) -> float:

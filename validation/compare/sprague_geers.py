@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.compare.force_curves import contact_curve, later_separation, steps_within
+from validation.compare.force_curves import first_tap
 from validation.harness.record import RunRecord
 
 
@@ -63,11 +63,8 @@ def compare_forces(
     are sums over every step of both. None where a run has no finished contact or a curve is zero
     throughout (no friction).
     """
-    end = later_separation(computed, reference)
-    if end is None:
+    found = first_tap((computed, reference), name)
+    if found is None or not all(curve.any() for curve in found[1]):
         return None
-    time = steps_within(end, (computed, reference))
-    curves = [contact_curve(record, name, time) for record in (computed, reference)]
-    if not all(curve.any() for curve in curves):
-        return None
+    time, curves = found
     return sprague_geers(time, *curves)

@@ -77,13 +77,17 @@ def test_a_failed_run_and_nothing_to_change(
     assert "nothing to change; give --set KEY=VALUE" in capsys.readouterr().err
 
 
+def changes_in_percent(tmp_path: Path, change: str) -> pd.Series:
+    arguments = ("soft", "--model", "fem3d", "--set", change, "--out", str(tmp_path))
+    assert call("compare", *arguments) == 0
+    (path,) = (tmp_path / "compare").glob("*/differences.csv")
+    return column(pd.read_csv(path))
+
+
 @pytest.mark.slow
 def test_what_skipping_the_flight_adds(tmp_path: Path) -> None:
     """The soft finger's whole 0.134 s by 155,000 explicit steps, in about a minute."""
-    change = ("--set", "solver.fem.flight=explicit")
-    assert call("compare", "soft", "--model", "fem3d", *change, "--out", str(tmp_path)) == 0
-    (path,) = (tmp_path / "compare").glob("*/differences.csv")
-    percent = column(pd.read_csv(path))
+    percent = changes_in_percent(tmp_path, "solver.fem.flight=explicit")
     # Measured on the fast mesh; the finger's elastic vibration in flight is all that is left out.
     measured = {
         "contact_time_s": 3.3e-5,
@@ -99,10 +103,7 @@ def test_what_skipping_the_flight_adds(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_holes_for_shafts_change(tmp_path: Path) -> None:
-    change = ("--set", "solver.fem.shaft_radius=2.5e-3")
-    assert call("compare", "soft", "--model", "fem3d", *change, "--out", str(tmp_path)) == 0
-    (path,) = (tmp_path / "compare").glob("*/differences.csv")
-    percent = column(pd.read_csv(path))
+    percent = changes_in_percent(tmp_path, "solver.fem.shaft_radius=2.5e-3")
     # Measured; 3.5 % of the mass are gone, from the hinges. Some of it is the coarse mesh, whose
     # nodes meet the surface elsewhere: on the ls-dyna-like one the peak changes by +0.35 %, the
     # impulse by -0.62 %, the duration by +0.17 %, the time of contact by -0.10 %.

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import xarray
 
+from validation.compare.force_curves import contact_curve
 from validation.compare.iso18571 import rate_forces
-from validation.compare.sprague_geers import compare_forces, contact_curve
+from validation.compare.sprague_geers import compare_forces
 from validation.harness.files import write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store

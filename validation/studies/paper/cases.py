@@ -52,6 +52,11 @@ class Case:
     frame_times: tuple[float, ...] = ()
 
 
+def friction_case(mu: float) -> str:
+    """Name of the soft finger's case with this coefficient; its own is 0.5."""
+    return "soft" if mu == 0.5 else f"soft mu={mu:g}"
+
+
 def undriven_cases() -> tuple[Case, ...]:
     """Sections 4.1 and 4.2."""
     restituting = ("tip.restitution=0.8",)
@@ -65,7 +70,7 @@ def undriven_cases() -> tuple[Case, ...]:
             for scene in ("hard", "soft")
             for n in (5, 10)
         ),
-        *(Case(f"soft mu={mu:g}", "soft", (f"surface.friction={mu!r}",)) for mu in FRICTIONS),
+        *(Case(friction_case(mu), "soft", (f"surface.friction={mu!r}",)) for mu in FRICTIONS),
         *(Case(f"soft {name}", "soft", change) for name, change in softer.items()),
         Case("soft e*=0.8", "soft", restituting),
         *(

@@ -15,6 +15,7 @@ from validation.compare.figures import mesh_figure, overlay_figure
 from validation.harness.figures import COLORS, GREY, label, panels
 from validation.harness.record import RunRecord
 from validation.studies.paper.case_runs import CaseRun
+from validation.studies.paper.cases import friction_case
 from validation.studies.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
 from validation.studies.paper.readings import Runs, curve, particle_velocity, window
 
@@ -23,11 +24,6 @@ TIME = "$t - t_c$ (ms)"
 
 
 Cases = Sequence[tuple[str, str]]  # names and legends
-
-
-def friction_cases(*frictions: float) -> Cases:
-    """The soft finger with these coefficients; its own is 0.5."""
-    return [("soft" if mu == 0.5 else f"soft mu={mu:g}", rf"$\mu$ = {mu:g}") for mu in frictions]
 
 
 MODULI = [("soft E=0.01 GPa", "E = 0.01 GPa"), ("soft E=0.1 GPa", "E = 0.1 GPa"), ("soft", "1 GPa")]
@@ -73,7 +69,11 @@ def figure_7(path: Path, runs: Runs) -> None:
 
 def figure_10(path: Path, runs: Runs) -> None:
     """Forces and stress at R under different friction."""
-    two_studies(path, runs, friction_cases(0.3, 0.5, 0.7), friction_cases(0.9, 1.1, 1.3))
+    low, high = (
+        [(friction_case(mu), rf"$\mu$ = {mu:g}") for mu in frictions]
+        for frictions in ((0.3, 0.5, 0.7), (0.9, 1.1, 1.3))
+    )
+    two_studies(path, runs, low, high)
 
 
 def figure_11(path: Path, runs: Runs) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from validation.studies.paper.cases import ETA2, STRESS_VARIED
+from validation.studies.paper.cases import ETA2, STRESS_VARIED, friction_case
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import (
     Runs,
@@ -17,24 +17,20 @@ STEADY = 0.01  # largest relative spread of values that are called constant
 NORMAL, TANGENTIAL = "peak_normal_force_N", "peak_tangential_force_N"
 
 
-def _case(mu: float) -> str:
-    return "soft" if mu == 0.5 else f"soft mu={mu:g}"
-
-
 def _change(runs: Runs, key: str, mu: float) -> float:
     """Relative change from mu = 0.3, percent."""
-    return 100 * (scalar(runs, _case(mu), key) / scalar(runs, _case(0.3), key) - 1)
+    return 100 * (scalar(runs, friction_case(mu), key) / scalar(runs, friction_case(0.3), key) - 1)
 
 
 def _stress_change(runs: Runs, mu: float, suffix: str = "") -> float:
     """Relative change of the largest stress at R from mu = 0.3, percent."""
-    first = largest_stress(runs[_case(0.3) + suffix])
-    return 100 * (largest_stress(runs[_case(mu) + suffix]) / first - 1)
+    first = largest_stress(runs[friction_case(0.3) + suffix])
+    return 100 * (largest_stress(runs[friction_case(mu) + suffix]) / first - 1)
 
 
 def _slip_phase(runs: Runs, mu: float, suffix: str = "") -> tuple[str, str]:
     """Phase in which stick gives way to slip, and the two times as text."""
-    run = runs[_case(mu) + suffix]
+    run = runs[friction_case(mu) + suffix]
     slip, turn = (
         event_times(run, kind) for kind in ("stick_to_slip", "compression_to_restitution")
     )
@@ -55,7 +51,7 @@ def _gross_slip(printed_percent: float, mu: float, printed_fall: float) -> str:
 
 
 def _stress_reason(runs: Runs) -> str:
-    first, last = (1e-6 * largest_stress(runs[_case(mu)]) for mu in (0.3, 0.7))
+    first, last = (1e-6 * largest_stress(runs[friction_case(mu)]) for mu in (0.3, 0.7))
     tried = ", ".join(f"{name} {_stress_change(runs, 0.7, f' {name}'):.2f} %"
                       for name in STRESS_VARIED)  # fmt: skip
     return (
@@ -69,7 +65,7 @@ def _steady_stress(runs: Runs) -> tuple[bool, str]:
     """Whether the largest stress is the same for mu = 0.9, 1.1, 1.3, and what eta^2 does to it."""
 
     def stresses(suffix: str) -> list[float]:
-        return [1e-6 * largest_stress(runs[_case(mu) + suffix]) for mu in (0.9, 1.1, 1.3)]
+        return [1e-6 * largest_stress(runs[friction_case(mu) + suffix]) for mu in (0.9, 1.1, 1.3)]
 
     def spread(values: list[float]) -> float:
         return max(values) / min(values) - 1
@@ -80,7 +76,7 @@ def _steady_stress(runs: Runs) -> tuple[bool, str]:
         change, phase = spread(stresses(suffix)), _slip_phase(runs, 0.9, suffix)[0]
         tried.append(f"{eta2:g}: {100 * change:.1f} %, slip at mu = 0.9 begins in {phase}")
         both += [eta2] if change < STEADY and phase == "compression" else []
-    time, stress = curve(runs[_case(0.9)], "stress_R_Pa")
+    time, stress = curve(runs[friction_case(0.9)], "stress_R_Pa")
     return spread(ours) < STEADY, (
         f"MPa at mu = 0.9, 1.1, 1.3: {', '.join(f'{s:.3f}' for s in ours)}: they spread by"
         f" {100 * spread(ours):.1f} %, constant means {100 * STEADY:g} %. At 0.9"
@@ -100,11 +96,11 @@ def friction_findings(runs: Runs) -> dict[str, Finding]:
         "F10.2": Finding(-_change(runs, NORMAL, 0.7), "", _gross_slip(105.3, 0.7, 11.6)),
         "F10.3": Finding(_change(runs, TANGENTIAL, 0.5)),
         "F10.4": Finding(_change(runs, TANGENTIAL, 0.7)),
-        "F10.5": Finding(not any(sticks(runs[_case(mu)]) for mu in (0.3, 0.5, 0.7))),
+        "F10.5": Finding(not any(sticks(runs[friction_case(mu)]) for mu in (0.3, 0.5, 0.7))),
         "F10.10": Finding(_stress_change(runs, 0.5)),
         "F10.11": Finding(_stress_change(runs, 0.7), _stress_reason(runs)),
     }
-    high = [scalar(runs, _case(mu), NORMAL) for mu in (1.1, 1.3)]
+    high = [scalar(runs, friction_case(mu), NORMAL) for mu in (1.1, 1.3)]
     rows["F10.6"] = Finding(
         abs(high[1] / high[0] - 1) < 1e-3, f"{high[0]:.4f} and {high[1]:.4f} N at mu = 1.1 and 1.3"
     )

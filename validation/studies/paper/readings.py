@@ -73,18 +73,16 @@ def largest_stress(run: CaseRun) -> float:
     return float(curve(run, "stress_R_Pa")[1].max())
 
 
-def peaks_above(run: CaseRun, share: float) -> int:
-    """Number of peaks of Fn that stand out by at least ``share`` of the largest force."""
+def transitions(run: CaseRun, share: float = VISIBLE) -> int:
+    """Transitions from compression to restitution in the first tap that a figure can show.
+
+    They are peaks of Fn that stand out by at least ``share`` of the largest force.
+    """
     from scipy.signal import find_peaks
 
     _, force = curve(run, "normal_force_N")
     ended = np.concatenate([[0.0], force, [0.0]])
     return len(find_peaks(ended, prominence=share * float(force.max()))[0])
-
-
-def transitions(run: CaseRun) -> int:
-    """Transitions from compression to restitution in the first tap that a figure can show."""
-    return peaks_above(run, VISIBLE)
 
 
 def located(run: CaseRun) -> int:
@@ -94,7 +92,7 @@ def located(run: CaseRun) -> int:
 
 def counting(run: CaseRun) -> str:
     """How many transitions there are at other thresholds than VISIBLE, as text."""
-    counts = ", ".join(f"{peaks_above(run, share)}" for share in (0.001, 0.01, 0.02, 0.05))
+    counts = ", ".join(f"{transitions(run, share)}" for share in (0.001, 0.01, 0.02, 0.05))
     return (
         f"counted are those after which Fn falls by more than {100 * VISIBLE:g} % of its peak;"
         f" beyond 0.1, 1, 2, 5 %: {counts}; located in all: {located(run)}"

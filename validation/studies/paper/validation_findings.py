@@ -100,16 +100,15 @@ def validation_findings(
     """
     printed = {id_: c.number for id_, c in read_claims().items() if c.where.startswith("Table")}
     rows = _peaks(runs, references, printed) | _costs(apart, references, printed)
-    for id_, scene in (("F7.1", "hard"), ("F7.2", "soft")):
+    for number, scene in enumerate(("hard", "soft"), start=1):
         time, force = curve(runs[scene], "normal_force_N")
         coarse = np.interp(time, *curve(runs[f"{scene} N=15"], "normal_force_N"), right=0.0)
         gap = 100 * float(np.abs(coarse - force).max() / force.max())
-        rows[id_] = Finding(
+        rows[f"F7.{number}"] = Finding(
             gap < 1.0, f"largest difference of Fn between N = 15 and 60: {gap:.2g} % of the peak"
         )
-    for id_, scene in (("F9.1", "hard"), ("F9.2", "soft")):
         count = transitions(runs[scene])
-        rows[id_] = Finding(
+        rows[f"F9.{number}"] = Finding(
             1e3 * scalar(runs, scene, "contact_duration_s"),
             f"{count} compression-restitution transition{'s' if count > 1 else ''}",
         )

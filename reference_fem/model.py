@@ -14,7 +14,7 @@ from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements import ElementKernel, hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.elements.quadrilateral.plane_stress import chord_thickness
 from reference_fem.joints.hinges import Hinges, build_hinges
-from reference_fem.joints.torques import Couple, build_couple
+from reference_fem.joints.section import Couple, build_section
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.stable_step import coupled_step, stable_step
@@ -160,11 +160,10 @@ def build_model(
         symmetry=symmetry,
         hinges=build_hinges(hinge_sides, mass),
         couples=tuple(
-            build_couple(
-                w, torque, points, _wanted(mesh.node_sets, f"proximal_face_{w + 1}", "node"), mass
-            )
+            Couple(w, torque, build_section(points, face, mass))
             for w, torque in enumerate(torques)
             if torque != 0.0
+            for face in [_wanted(mesh.node_sets, f"proximal_face_{w + 1}", "node")]
         ),
         contact=contact,
         probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass),

@@ -9,7 +9,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.elements import ElementKernel
-from reference_fem.joints.rotation import best_fit_angle, centred_arms
+from reference_fem.joints.section import Section, build_section
 
 
 @dataclass(frozen=True)
@@ -27,19 +27,17 @@ class StressProbe:
     cells : (k,)
     weights : (k,)
         The reading is weights·σ: the line fit is linear in its data.
-    nodes, arms, masses
-        Of the cells, for the rotation.
+    section
+        Of the cells' nodes, for the rotation.
     """
 
     cells: Index
     weights: Array
-    nodes: Index
-    arms: Array
-    masses: Array
+    section: Section
 
     def read(self, kernel: ElementKernel, displacement: Array) -> float:
         """Axial Cauchy stress at R, Pa; tension positive."""
-        angle = best_fit_angle(displacement, self.nodes, self.arms, self.masses)
+        angle = self.section.angle(displacement)
         c, s = math.cos(angle), math.sin(angle)
         stress = kernel.cell_stress(displacement, self.cells)
         shear = stress[:, 3 if kernel.dim == 3 else 2]
@@ -71,6 +69,5 @@ def build_probe(
     design = np.stack([np.ones_like(centre), centre], axis=1)
     root = np.sqrt(cell_volume[chosen])[:, None]
     weights = np.array([1.0, lower]) @ np.linalg.pinv(design * root) * root[:, 0]
-    nodes = np.unique(cells[chosen])
-    masses = np.ascontiguousarray(lumped_mass[nodes])
-    return StressProbe(chosen, weights, nodes, centred_arms(points, nodes, masses), masses)
+    section = build_section(points, np.unique(cells[chosen]), lumped_mass)
+    return StressProbe(chosen, weights, section)

@@ -127,8 +127,9 @@ class LumpedLaw(ContactLaw):
     @classmethod
     def on(cls, point: LumpedPoint, copies: int, constants: LumpedContact) -> LumpedLaw:
         """The law on a point; its nodes carry forces, no pressure and no stiffness of their own."""
-        nothing, all_of_it = np.zeros(point.nodes.size), np.full(point.nodes.size, np.inf)
-        return cls(point.nodes, all_of_it, nothing, point, constants, copies)
+        nodes = point.section.nodes
+        nothing, all_of_it = np.zeros(nodes.size), np.full(nodes.size, np.inf)
+        return cls(nodes, all_of_it, nothing, point, constants, copies)
 
     @property
     def coupled_eigenvalue(self) -> float:

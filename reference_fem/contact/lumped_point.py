@@ -8,7 +8,7 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array, Index
-from reference_fem.joints.torques import Couple, apply_couple, build_couple
+from reference_fem.joints.section import Section, build_section
 
 
 @dataclass(frozen=True)
@@ -23,42 +23,37 @@ class LumpedPoint:
 
     Attributes
     ----------
-    nodes, weights : (k,)
+    section
+        Its nodes.
+    weights : (k,)
     rest : (2,)
         Mean of the undeformed nodes, m.
     radius
         m.
-    section
-        The nodes' rotation and how a unit couple acts on them.
     """
 
-    nodes: Index
+    section: Section
     weights: Array
     rest: Array
     radius: float
-    section: Couple
 
     def position(self, displacement: Array, near: float) -> tuple[float, float, float]:
         """(x_C, y_C, θ), m and rad; θ on the branch nearest to `near`."""
-        x, y = self.rest + self.weights @ displacement[self.nodes, :2]
+        x, y = self.rest + self.weights @ displacement[self.section.nodes, :2]
         turn = self.section.angle(displacement, near) if self.radius else 0.0
         return float(x) + self.radius * turn, float(y) - self.radius, turn
 
     def velocity(self, velocity: Array, turning: float) -> tuple[float, float]:
         """Velocity of C, m/s, the section turning at `turning`, rad/s."""
-        vx, vy = self.weights @ velocity[self.nodes, :2]
+        vx, vy = self.weights @ velocity[self.section.nodes, :2]
         return float(vx) + self.radius * turning, float(vy)
 
     def load(self, tangential: float, normal: float, displacement: Array, residual: Array) -> None:
         """Subtract the nodal forces of (F_t, F_n) on the mesh as given from the residual."""
-        residual[self.nodes, 0] -= self.weights * tangential
-        residual[self.nodes, 1] -= self.weights * normal
+        residual[self.section.nodes, 0] -= self.weights * tangential
+        residual[self.section.nodes, 1] -= self.weights * normal
         if self.radius and tangential:
-            section = self.section
-            moment = self.radius * tangential
-            apply_couple(
-                moment, displacement, section.nodes, section.arms, section.masses, residual
-            )
+            self.section.apply_couple(self.radius * tangential, displacement, residual)
 
 
 def lumped_point(mesh: meshes.FingerMesh, mass: Array) -> LumpedPoint:
@@ -87,6 +82,6 @@ def lumped_point(mesh: meshes.FingerMesh, mass: Array) -> LumpedPoint:
 
 
 def _point(mesh: meshes.FingerMesh, mass: Array, nodes: Index, radius: float) -> LumpedPoint:
-    weights = mass[nodes] / mass[nodes].sum()
-    couple = build_couple(mesh.phalanges - 1, 1.0, mesh.points, nodes, mass)
-    return LumpedPoint(nodes, weights, weights @ mesh.points[nodes, :2], radius, couple)
+    section = build_section(mesh.points, nodes, mass)
+    weights = section.masses / section.masses.sum()
+    return LumpedPoint(section, weights, weights @ mesh.points[nodes, :2], radius)

@@ -75,7 +75,9 @@ def start_state(
         memory=model.contact.new_memory(displacement, near[model.touching_body]),
         dissipation_J=0.0,
         damping_J=0.0,
-        face_angles=np.array([c.angle(displacement, near[c.phalanx]) for c in model.couples]),
+        face_angles=np.array(
+            [c.section.angle(displacement, near[c.phalanx]) for c in model.couples]
+        ),
     )
     gap = lowest_gap(model, state.displacement)
     if gap < 0.0:
@@ -132,7 +134,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         time_s=state.time_s + steps * model.step_s,
         dissipation_J=float(log[-1, DISSIPATION]),
         damping_J=float(log[-1, DAMPING]),
-        face_angles=np.array([couple.angle(u, near) for couple, near in turned]),
+        face_angles=np.array([couple.section.angle(u, near) for couple, near in turned]),
     )
     return after, Block(log, synchronous, stored, hourglass, reactions, pressure, search)
 
@@ -152,7 +154,7 @@ def _less_external(
     """
     u, velocity = state.displacement, state.velocity
     for couple in model.couples:
-        couple.apply(u, residual)
+        couple.section.apply_couple(couple.torque, u, residual)
     if model.symmetry.size:
         _hold(residual, model.symmetry)
     if search:

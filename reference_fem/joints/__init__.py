@@ -1,1 +1,1 @@
-"""Hinges between phalanges and the torques that drive them."""
+"""Hinges between phalanges, and sections that torques drive."""

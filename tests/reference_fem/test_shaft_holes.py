@@ -35,7 +35,7 @@ def test_couples_have_the_torque_and_no_force_on_a_bent_face(model: Model) -> No
     displacement += 1e-5 * rng.standard_normal(displacement.shape)
     for couple, torque in zip(model.couples, DRIVE.torques, strict=True):
         residual = np.zeros_like(displacement)
-        couple.apply(displacement, residual)
+        couple.section.apply_couple(couple.torque, displacement, residual)
         force = -residual  # residual is internal less external force
         x = model.points + displacement
         moment = np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])

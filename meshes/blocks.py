@@ -8,6 +8,8 @@ same points share them. Lengths are in millimetres here: gmsh's tolerances are a
 
 from __future__ import annotations
 
+import ctypes
+import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -32,10 +34,27 @@ _LOCK = threading.Lock()
 
 
 @contextmanager
+def _answers_to_signals_kept() -> Iterator[None]:
+    """Put back how this process answers signals, in any thread.
+
+    gmsh sets interrupts, SIGTERM, SIGHUP and SIGPIPE to the system's own answers as it is
+    initialized (seen with 4.15), whatever it is told: Python's would never be called again.
+    """
+    system = ctypes.CDLL(None)
+    answers = {number: ctypes.create_string_buffer(256) for number in signal.valid_signals()}
+    known = {n: answer for n, answer in answers.items() if system.sigaction(n, None, answer) == 0}
+    try:
+        yield
+    finally:
+        for number, answer in known.items():
+            system.sigaction(number, answer, None)
+
+
+@contextmanager
 def gmsh_session(name: str) -> Iterator[ModuleType]:
     """Yield the gmsh module with an empty model of that name, and clean up afterwards.
 
-    gmsh is initialized without signal handlers (so that it works outside the main thread) and
+    gmsh is initialized without a say in signals (so that it works outside the main thread too) and
     finalized at the end; if the caller had it running already, only our model is removed and the
     caller's options and current model are put back.
 
@@ -54,7 +73,8 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
     with _LOCK:
         ours = not gmsh.isInitialized()
         if ours:
-            gmsh.initialize(readConfigFiles=False, interruptible=False)
+            with _answers_to_signals_kept():
+                gmsh.initialize(readConfigFiles=False, interruptible=False)
         before = {key: gmsh.option.getNumber(key) for key in _OPTIONS}
         current = gmsh.model.getCurrent()
         try:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
+import signal
 import threading
 
 import numpy as np
@@ -12,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import meshes
+from meshes.blocks import gmsh_session
 from meshes.check import check, required_node_sets
 from meshes.quality import scaled_jacobians, volumes
 from meshes.topology import outer_facets
@@ -260,3 +263,29 @@ def test_no_inverted_element_whatever_the_finger(data: st.DataObject) -> None:
         # Measured over 200 draws: at least 0.548 (contact angle at its limit of 60 degrees).
         assert scaled_jacobians(mesh.points, mesh.cells).min() > 0.5
         assert set(required_node_sets(dim, phalanges)) <= set(mesh.node_sets)
+
+
+def test_gmsh_leaves_the_answers_to_signals_alone() -> None:
+    """They are the caller's, in C as well as in Python: gmsh sets four of them itself."""
+    heard = []
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {n: signal.signal(n, lambda number, frame: heard.append(number)) for n in numbers}
+    try:
+        with gmsh_session("signals"):
+            for number in numbers:
+                os.kill(os.getpid(), number)
+        with pytest.raises(BrokenPipeError):  # SIGPIPE is ignored by Python
+            _write_to_a_closed_pipe()
+    finally:
+        for number, answer in before.items():
+            signal.signal(number, answer)
+    assert heard == list(numbers)
+
+
+def _write_to_a_closed_pipe() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        os.write(writing, b"x")
+    finally:
+        os.close(writing)

@@ -4,7 +4,7 @@ At the end the preset `converged` is set against the limit that its mesh goes to
 """
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -26,9 +26,8 @@ from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.store import Store
 from validation.harness.tables import write_table
+from validation.models.adapter import Progress
 from validation.models.solid import DIMENSIONS, size_scale
-
-Progress = Callable[[float, str], None]
 
 
 def run_levels(

@@ -1,6 +1,5 @@
 """``fingertap validate``: all models on the paper's hard and soft scenes, and what they say."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from validation.harness.page import write_page
 from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
+from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
@@ -23,8 +23,6 @@ from validation.validate.tables import (
     accuracy_rows,
     efficiency_rows,
 )
-
-Progress = Callable[[float, str], None]
 
 
 def run_all(folder: Path, progress: Progress, store: Store) -> Runs:

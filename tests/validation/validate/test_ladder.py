@@ -154,26 +154,19 @@ def test_sentence_says_what_each_models_own_flight_adds() -> None:
 def test_tables_two_and_three_stand_beside_the_papers(make_record: Make) -> None:
     reference = make_record("hard", "fem3d", "ls-dyna-like", peak=80.0)
     runs = Runs((make_record("hard", peak=76.0), reference))
-    row = next(
-        r for r in paper_rows(runs, TABLE_2) if (r["scene"], r["quantity"]) == ("hard", "peak Fn")
-    )
+    peaks, costs = paper_rows(runs, TABLE_2), paper_rows(runs, TABLE_3)
+    row = next(r for r in peaks if (r["scene"], r["quantity"]) == ("hard", "peak Fn"))
     # The paper's Table 2: 173.084 N against LS-DYNA's 173.104 N, 0.012 %.
     assert (row["hcm"], row["hcm_paper"]) == (76.0, 173.084)
     assert (row["reference"], row["reference_paper"]) == (80.0, 173.104)
     assert row["error_percent"] == pytest.approx(-5.0)
     assert row["error_percent_paper"] == 0.012
-    time = next(
-        r
-        for r in paper_rows(runs, TABLE_3)
-        if (r["scene"], r["quantity"]) == ("hard", "solve time")
-    )
+    time = next(r for r in costs if (r["scene"], r["quantity"]) == ("hard", "solve time"))
     # Its Table 3: 247 s against 21,473 s.
     assert (time["hcm_paper"], time["reference_paper"]) == (247, 21473)
     assert time["reference_over_hcm"] == pytest.approx(200.0)
     assert time["reference_over_hcm_paper"] == pytest.approx(86.94, abs=0.01)
-    absent = [
-        r for r in (*paper_rows(runs, TABLE_2), *paper_rows(runs, TABLE_3)) if r["scene"] == "soft"
-    ]
+    absent = [r for r in (*peaks, *costs) if r["scene"] == "soft"]
     assert len(absent) == 4
     assert all(r["hcm"] is None and r["hcm_paper"] is not None for r in absent)
 

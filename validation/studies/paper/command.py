@@ -1,7 +1,6 @@
 """``fingertap paper``: every number that the paper prints, with a verdict, and its figures."""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 from validation.compare.claims import read_claims
@@ -15,6 +14,7 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
 from validation.models import ModelName
+from validation.models.adapter import Progress
 from validation.runs.execute import Job, in_fresh_process
 from validation.studies.paper.case_runs import solve_cases
 from validation.studies.paper.cases import experiments, undriven_cases
@@ -42,9 +42,7 @@ def run_scenes(
     return records
 
 
-def solve_all(
-    progress: Callable[[float, str], None], store: Store
-) -> tuple[Runs, IdentifiedTorque]:
+def solve_all(progress: Progress, store: Store) -> tuple[Runs, IdentifiedTorque]:
     """Identify the t_3 factor, then run every case of the reduced model that is not stored."""
     with workers(os.cpu_count() or 1) as pool:
         progress(0.02, "identifying the t_3 factor")

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from validation.harness.record import RunRecord
+from validation.models.adapter import Progress
 
 JUDGED = "ls-dyna-like"
 SOFTER, COARSE, CONVERGED = "ls-dyna-like penalty 0.05", "fast", "converged"
@@ -47,7 +48,7 @@ class References:
         return record.value(key) if record else None
 
 
-def run_references(run: Runner, progress: Callable[[float, str], None]) -> References:
+def run_references(run: Runner, progress: Progress) -> References:
     """All variants on both scenes; ``run`` takes overrides and the variant's name."""
     records = {}
     for i, (name, overrides) in enumerate(VARIANTS.items()):

@@ -26,8 +26,9 @@ from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES, dri
 from validation.studies.paper.ledger import printed_rounding
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
-BOUNDS = (5e-5, 1e-4)
-CASE_BOUNDS = (5e-5, 8e-5)  # beyond, case 3's tip swings past the surface first
+# In 1e-5 N m a printed unit, for searches among numbers of the size of 1.
+BOUNDS = (5.0, 10.0)
+CASE_BOUNDS = (5.0, 8.0)  # beyond, case 3's tip swings past the surface first
 # The flight alone matters, and five elements a phalanx give its duration to 2e-4: the run ends as
 # soon as the tip has touched.
 FLIGHT_ONLY = ("finger.elements=5", "solver.hcm.max_contact_time=1e-9")
@@ -122,9 +123,7 @@ def common_factor(
         return np.array([arrival_time(run) for run in runs.values()]) / target - 1
 
     # arrival times jitter by about 1e-5 with the flight's steps: differences must be larger
-    fit = least_squares(
-        residuals, [7.0], bounds=(1e5 * BOUNDS[0], 1e5 * BOUNDS[1]), diff_step=0.02, xtol=1e-4
-    )
+    fit = least_squares(residuals, [7.0], bounds=BOUNDS, diff_step=0.02, xtol=1e-4)
     variance = float(np.sum(fit.fun**2)) / (fit.fun.size - 1)
     uncertainty = 1e-5 * float(np.sqrt(variance / np.sum(fit.jac**2)))
     computed = {s: float(t) for s, t in zip(PRINTED_TORQUES, (fit.fun + 1) * target, strict=True)}
@@ -143,19 +142,21 @@ def case_factor(scene: str, store: Store = NO_STORE) -> CaseFactor:
 
     claim = read_claims()[ARRIVAL_CLAIMS[scene]]
     printed, rounding = claim.number, printed_rounding(claim.paper_value)
-    low, high = CASE_BOUNDS
 
     def late(scaled: float) -> float:
         return arrival_with(scene, 1e-5 * float(scaled), store) - printed
 
-    if late(1e5 * low) * late(1e5 * high) > 0:
+    low, high = map(late, CASE_BOUNDS)
+    if low * high > 0:
         nearest = minimize_scalar(
-            lambda scaled: abs(late(scaled)), bounds=(1e5 * low, 1e5 * high), method="bounded",
+            lambda scaled: abs(late(scaled)),
+            bounds=CASE_BOUNDS,
+            method="bounded",
             options={"xatol": 0.02},
-        )  # fmt: skip
+        )
         best = 1e-5 * float(nearest.x)
         return CaseFactor(None, None, best, arrival_with(scene, best, store))
-    root = float(brentq(late, 1e5 * low, 1e5 * high, xtol=1e-3))
+    root = float(brentq(late, *CASE_BOUNDS, xtol=1e-3))
     slope = (late(root + 0.1) - late(root - 0.1)) / 0.2
     return CaseFactor(1e-5 * root, 1e-5 * rounding / abs(slope), 1e-5 * root, printed)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Overrides
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities
@@ -70,12 +70,12 @@ def compare(
     records = {which: _run(named, model, folder / which) for which, named in scenes.items()}
     table = difference_table(records["scene"], records["changed"])
     write_text(folder / "differences.csv", table.to_csv(index=False))
-    print(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
-    print(table.to_string(index=False, float_format=lambda value: f"{value:.7g}", na_rep=""))
+    output(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
+    output(table.to_string(index=False, float_format=lambda value: f"{value:.7g}", na_rep=""))
     for which, record in records.items():
         if not record.ok:
             raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")
-    print(f"files in {folder}")
+    output(f"files in {folder}")
 
 
 def _run(scene: NamedScene, model: ModelName, folder: Path) -> RunRecord:

@@ -20,7 +20,7 @@ from validation.converge.verdicts import (
 )
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import OF_A_TAP, quantity
@@ -128,18 +128,18 @@ def run_converge(
     rows = [*verdict_rows(verdicts), *of_preset]
     write_table(folder, "convergence", pd.DataFrame(rows), f"Convergence of {title}")
     draw(folder / "convergence.png", results, title)
-    print(f"{title}: from one impact state, each refined alone")
+    output(f"{title}: from one impact state, each refined alone")
     for (refined, entry), found in verdicts.items():
-        print(
+        output(
             f"  {refined:<11} {entry.title:<16} finest {found.finest:<10.5g} "
             f"limit {found.limit:<10.5g} {found.verdict}"
         )
     for row in of_preset:
-        print(
+        output(
             f"  {PRESET:<11} {quantity(row['quantity']).title:<16} {row['finest']:<10.5g} "
             f"{row['from_limit_percent']:+.2f} % from the tip's limit, "
             f"known to {row['uncertainty_percent']:.1f} % in all"
         )
-    print(f"  files in {folder}")
+    output(f"  files in {folder}")
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")

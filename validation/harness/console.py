@@ -1,4 +1,8 @@
-"""What the terminal shows: progress on standard error where someone watches, tables on output."""
+"""What the terminal shows: progress on standard error where someone watches, tables on output.
+
+All text goes there through `say` and `output`. Scenes, files and stored results are other people's:
+a control character in one of them could move the cursor, change colours or rewrite lines.
+"""
 
 import contextlib
 import sys
@@ -11,9 +15,22 @@ if TYPE_CHECKING:  # help and errors need no numpy
     from validation.harness.record import RunRecord
 
 
+def printable(text: str) -> str:
+    r"""The text with what is no visible character written as Python does, ESC as ``\x1b``."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def say(text: str) -> None:
-    """One line on standard error."""
-    print(f"fingertap: {' '.join(text.split())}", file=sys.stderr)
+    """One line on standard error; nothing where that is closed, which is no reason to fail."""
+    with contextlib.suppress(OSError):
+        print(f"fingertap: {printable(' '.join(text.split()))}", file=sys.stderr, flush=True)
+
+
+def output(text: str) -> None:
+    """Lines on standard output."""
+    print("\n".join(map(printable, text.split("\n"))), flush=True)
 
 
 def say_error(text: str) -> None:
@@ -28,6 +45,7 @@ def progress_bar(title: str) -> Iterator[Callable[[float, str], None]]:
         yield lambda fraction, text: None
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (
@@ -37,8 +55,10 @@ def progress_bar(title: str) -> Iterator[Callable[[float, str], None]]:
         TextColumn("{task.fields[what]}"),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0, what="")
-        yield lambda fraction, text: bar.update(task, completed=fraction, what=text)
+        task = bar.add_task(escape(printable(title)), total=1.0, what="")
+        yield lambda fraction, text: bar.update(
+            task, completed=fraction, what=escape(printable(text))
+        )
 
 
 WIDTH = 31  # of the column of titles

@@ -8,7 +8,7 @@ import numpy as np
 
 from validation.compare.grid_convergence import Convergence
 from validation.harness.command_line import AsJson, Overrides
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.harness.files import output_folder, safe_name, write_json
 from validation.harness.record import plain
@@ -146,19 +146,19 @@ def run_identify_contact(
     write_json(folder / f"{name}.json", to_json(found))
     draw(folder / f"{name}.png", found)
     if as_json:
-        print(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
+        output(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
         return
-    print(f"{named.name}: {title.lower()}")
+    output(f"{named.name}: {title.lower()}")
     for row in table:
         near = row.get("uncertainty")
         band = f" +- {near:.2g}" if near is not None else ""
         given = f"; {OWN}: {row['scene']:.4g}" if "scene" in row else ""
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        print(
+        output(
             f"  {row['quantity']}: {row['static_indentation']:.4g}{band}{unit}"
             f" ({row['theory_is']}: {row['theory']:.4g}{given})"
         )
     for what, judged in (("k", found.stiffness), ("eta^2", found.ratio)):
         if judged is not None:
-            print(f"  {what}, three meshes: {judged.verdict}")
-    print(f"  files in {folder}")
+            output(f"  {what}, three meshes: {judged.verdict}")
+    output(f"  files in {folder}")

@@ -5,7 +5,7 @@ from typing import Any
 
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import CrashedError, call_isolated
@@ -100,10 +100,10 @@ def run_validation(*, out: Path = Path("out"), ladder: Flag = False, fresh: Flag
         progress(0.95, "tables, figures, renders")
         context = report(folder, runs, rungs)
     page = folder / "index.html"
-    print("\n".join([*context["sentences"], *context["ladder_sentences"]]))
-    print(f"page: {page}")
+    output("\n".join([*context["sentences"], *context["ladder_sentences"]]))
+    output(f"page: {page}")
     for problem in context["render_problems"]:
-        print(f"renders: {problem}")
+        output(f"renders: {problem}")
     failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
     failures += rungs.failures
     if failures:

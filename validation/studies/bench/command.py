@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from validation.harness.command_line import Flag
-from validation.harness.console import progress_bar, say
+from validation.harness.console import output, progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.provenance import version
 from validation.harness.store import Store
@@ -66,11 +66,11 @@ def _report(
     save(folder, "work-precision", work_precision.table([*points, *solid]), "Time against error")
     save(folder, "truths", truths.truths_table(own), "What the errors are measured against")
     for study, truth in every.items():
-        print(f"truth, {study}: {truth.source}; own error below {truth.own_error:.0e}")
+        output(f"truth, {study}: {truth.source}; own error below {truth.own_error:.0e}")
     failures = [point for point in [*points, *solid] if not point.ok]
     if failures:
         say(f"{len(failures)} settings failed; they are in the table and drawn as crosses")
-    print(f"figures and tables: {page(folder)}")
+    output(f"figures and tables: {page(folder)}")
 
 
 def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
@@ -131,7 +131,7 @@ def _bench_peers(folder: Path, quick: bool) -> None:
         cheapest = finger_peers.cheapest_table(points)
         save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
     figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP})
-    print(f"figures and tables: {page(folder)}")
+    output(f"figures and tables: {page(folder)}")
 
 
 def _bench_shortcuts(folder: Path, quick: bool) -> None:
@@ -144,7 +144,7 @@ def _bench_shortcuts(folder: Path, quick: bool) -> None:
             save(folder, "skips", shortcuts.table(entries), LEDGER, show=False)
     save(folder, "skips", shortcuts.table(entries), LEDGER)
     figures.shortcuts(folder / "skips.png", entries)
-    print(f"figures and tables: {page(folder)}")
+    output(f"figures and tables: {page(folder)}")
 
 
 def bench(

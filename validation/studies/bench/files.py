@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from validation.harness.console import output
 from validation.harness.files import write_json, write_text
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
@@ -108,7 +109,7 @@ def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool 
     people = for_people(table).to_markdown(index=False, disable_numparse=True)
     write_text(folder / f"{name}.md", f"{caption}. {where['processor']}.\n\n{people}\n")
     if show:
-        print(f"\n{caption}\n{people}")
+        output(f"\n{caption}\n{people}")
 
 
 def save_machine(folder: Path, name: str, extra: Mapping[str, object]) -> None:

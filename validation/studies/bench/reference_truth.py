@@ -11,6 +11,7 @@ from dataclasses import asdict
 
 from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import mesh_sizes
+from validation.harness.console import output
 from validation.harness.interrupts import unless_interrupted
 from validation.models.solid import DIMENSIONS, build_mesh, inputs
 from validation.scenes.load import load_scene
@@ -66,7 +67,7 @@ def solve_truth(model: str) -> TapQuantities:
 
     def shown(shaft: float, tip: float) -> dict[str, float]:
         found = asdict(solve_tap(model, shaft, tip))
-        print(f"{model}, shaft {shaft:g}, tip {tip:g}: {found}", flush=True)
+        output(f"{model}, shaft {shaft:g}, tip {tip:g}: {found}")
         return found
 
     values = shown(*FINEST[model])
@@ -83,7 +84,9 @@ def main() -> None:
     model = parser.parse_args().model
     found, stored = asdict(solve_truth(model)), asdict(REFERENCE_TRUTHS[model].values)
     for name, value in found.items():
-        print(f"{name}: {value:.6g}, stored {stored[name]:.6g}, off {value / stored[name] - 1:.1e}")
+        output(
+            f"{name}: {value:.6g}, stored {stored[name]:.6g}, off {value / stored[name] - 1:.1e}"
+        )
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from validation.compare.claims import read_claims
 from validation.harness.command_line import Flag
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import workers
@@ -111,8 +111,8 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = 
             "provenance": provenance({}),
         }
         write_page(page, "paper.html.j2", context)
-    print("; ".join(f"{verdict}: {count}" for verdict, count in counts.items()))
-    print(f"rows that concern hcm: {settled} of {total} reproduced or self-contradicting")
+    output("; ".join(f"{verdict}: {count}" for verdict, count in counts.items()))
+    output(f"rows that concern hcm: {settled} of {total} reproduced or self-contradicting")
     factor = found.common
-    print(f"t_3 factor: {factor.factor:.4g} +- {factor.uncertainty:.2g} N m per printed unit")
-    print(f"page: {page}")
+    output(f"t_3 factor: {factor.factor:.4g} +- {factor.uncertainty:.2g} N m per printed unit")
+    output(f"page: {page}")

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from validation.harness.command_line import AsJson
+from validation.harness.console import output
 from validation.harness.processes import workers
 from validation.studies.paper.case_runs import solve_case
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
@@ -60,25 +61,25 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
             "alone": {scene: asdict(one) for scene, one in identified.by_case.items()},
             "numerics": {name: to_json(fit) for name, fit in identified.by_numerics.items()},
         }
-        print(json.dumps({**to_json(found), **more, "predictions": predicted}, indent=2))
+        output(json.dumps({**to_json(found), **more, "predictions": predicted}, indent=2))
         return
-    print(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
+    output(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
     for scene, time in found.computed.items():
         printed = found.printed[scene]
-        print(
+        output(
             f"  {scene}: first contact at {1e3 * time:.3f} ms, printed {1e3 * printed:.3f} ms"
             f" ({100 * (time / printed - 1):+.2f} %)"
         )
-    print(f"  misfit {found.misfit_percent:.2g} % (root mean square)")
+    output(f"  misfit {found.misfit_percent:.2g} % (root mean square)")
     for scene, one in identified.by_case.items():
-        print(f"  {scene} alone: {_case_text(one)}")
+        output(f"  {scene} alone: {_case_text(one)}")
     for name, fit in identified.by_numerics.items():
-        print(f"  with {name}: factor {fit.factor:.4g}, misfit {fit.misfit_percent:.2g} %")
-    print("not fitted, with the factor at its lower bound, best value and upper bound:")
+        output(f"  with {name}: factor {fit.factor:.4g}, misfit {fit.misfit_percent:.2g} %")
+    output("not fitted, with the factor at its lower bound, best value and upper bound:")
     for scene, by_label in predicted.items():
         for key in by_label["best"]:
             values = ", ".join(_text(by_label[label][key]) for label in ("low", "best", "high"))
-            print(f"  {scene}: {key} {values}")
+            output(f"  {scene}: {key} {values}")
 
 
 def _case_text(one: CaseFactor) -> str:

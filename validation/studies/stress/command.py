@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, write_json
 from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
@@ -58,13 +58,13 @@ def run_peers(out: Path) -> None:
     }
     for name, (found, caption) in tables.items():
         if not found:
-            print(ABSENT)
+            output(ABSENT)
             continue
         write_json(folder / f"{name}.json", {"rows": found})
         table = pd.DataFrame(found)
         write_table(folder, name, table, caption)
-        print(table.to_markdown(index=False, disable_numparse=True))
-    print(f"files in {folder}")
+        output(table.to_markdown(index=False, disable_numparse=True))
+    output(f"files in {folder}")
 
 
 def run_stress(
@@ -121,7 +121,7 @@ def run_stress(
         write_stress_page(folder, summary, *found)
     for line in summary:
         answers = ", ".join(f"{line[answer]} {answer}" for answer in Answer if line[answer])
-        print(f"{line['map']:<28}{line['cells']:>6} cells: {answers}")
-    print(f"files in {folder}")
+        output(f"{line['map']:<28}{line['cells']:>6} cells: {answers}")
+    output(f"files in {folder}")
     if wrong := sum(line[Answer.WRONG] for line in summary):
         raise RunFailedError(f"{wrong} cells are wrong and silent; see {folder}")

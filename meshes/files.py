@@ -66,7 +66,7 @@ def read(path: str | Path) -> FingerMesh:
     """
     path = Path(path)
     module = _format(path)
-    if not path.is_file():
+    if not os.path.isfile(path):  # a name too long, or with a null byte, is no file either
         raise MeshError(f"{path}: no such file")
     try:
         content = module.read(path)

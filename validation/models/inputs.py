@@ -1,6 +1,7 @@
 """What a model's run is made from: the inputs under which a store holds its result."""
 
 import hashlib
+import os
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
 
 def _content(path: Path) -> str:
     """SHA-256 of a file; of nothing where it cannot be read, which the solver then says."""
+    if not os.path.isfile(path):  # a pipe would never end, a path with a null byte is no path
+        return ""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:

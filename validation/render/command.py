@@ -1,12 +1,13 @@
 """``fingertap render``: pictures and an animation of a run, or of a scene that is run first."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Overrides
-from validation.harness.console import progress_bar
+from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
 from validation.models import ModelName
@@ -47,7 +48,7 @@ def render(
     if problem:
         raise UserError(f"cannot draw: {problem}")
     pictures = output_folder(out / "render")
-    if Path(run_or_scene).is_dir():
+    if os.path.isdir(run_or_scene):
         if model is not None or overrides:
             raise UserError(
                 f"render {run_or_scene}: a finished run takes neither --model nor --set"
@@ -60,7 +61,7 @@ def render(
     if drawn.problem:
         raise RunFailedError(f"render {run_or_scene}: {drawn.problem}; pictures so far: {pictures}")
     for what, path in drawn.pictures.items():
-        print(f"{what:<12}{path}")
+        output(f"{what:<12}{path}")
 
 
 def _finished(folder: Path) -> Path:

@@ -2,6 +2,7 @@
 
 import copy
 import difflib
+import os
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -34,17 +35,23 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
         text = resources.files("validation.scenes").joinpath(f"{source}.toml").read_text("utf-8")
         return source, tomllib.loads(text)
     path = Path(source)
-    if path.suffix != ".toml" and not path.is_file():
+    # of `os.path`: a name that is too long or has a null byte is no file, rather than an error
+    found = os.path.isfile(path)
+    if path.suffix != ".toml" and not found:
         near = difflib.get_close_matches(source, BUILT_IN, n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise UserError(
             f"scene {show(source)}: unknown; {hint}built-in scenes are {', '.join(BUILT_IN)}, "
             "or give the path of a TOML file"
         )
+    if not found:
+        why = "is no file" if os.path.exists(path) else "No such file or directory"
+        raise UserError(f"scene {show(source)}: cannot be read ({why}); check the path")
     try:
         if path.stat().st_size > MAX_BYTES:
             raise UserError(f"scene {source}: larger than {MAX_BYTES} bytes, not a scene file")
-        return path.stem, tomllib.loads(path.read_text("utf-8"))
+        # Windows' editors put a byte order mark before the text
+        return path.stem, tomllib.loads(path.read_text("utf-8-sig"))
     except OSError as error:
         raise UserError(
             f"scene {source}: cannot be read ({error.strerror}); check the path"

@@ -79,12 +79,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
     from validation.harness.console import say_error
     from validation.harness.interrupts import heard_interrupts
+    from validation.harness.surroundings import refuse_unusable_surroundings
 
     # threads that spin while they wait make a shared machine many times slower
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what is imported stays: looking for garbage in it takes a tenth of a short command's time
     gc.set_threshold(GARBAGE_AFTER)
     try:
+        refuse_unusable_surroundings()
         with heard_interrupts():
             app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (UserError, RunFailedError) as error:
@@ -100,6 +102,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
             "when that is mended, the same command goes on"
         )
         sys.exit(RunFailedError.exit_code)
-    except KeyboardInterrupt:
-        say_error("interrupted; what was finished is kept in the output folder")
+    except MemoryError:
+        say_error("out of memory; what was finished is kept: use a smaller scene or a larger limit")
+        sys.exit(RunFailedError.exit_code)
+    except KeyboardInterrupt as error:
+        by = f" by {error}" if str(error) else ""
+        say_error(f"interrupted{by}; what was finished is kept in the output folder")
         sys.exit(RunFailedError.exit_code)

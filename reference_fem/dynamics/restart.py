@@ -146,8 +146,6 @@ class RestartFile:
                 os.fsync(file.fileno())
             partial.replace(path)
         except OSError as error:
-            with contextlib.suppress(OSError):
-                partial.unlink()
             self.problem = (
                 f"{path}: the restart file cannot be written ({error.strerror or error}); "
                 "make room or choose another folder"
@@ -156,6 +154,9 @@ class RestartFile:
                 raise RestartError(self.problem) from error
         else:
             self.problem = ""
+        finally:  # an interrupt leaves nothing behind either
+            with contextlib.suppress(OSError):
+                partial.unlink()
         self._written = time.perf_counter()
 
     def read(self) -> dict[str, NDArray[Any]] | None:

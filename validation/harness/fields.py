@@ -36,32 +36,50 @@ def _three(vectors: NDArray[Any]) -> NDArray[Any]:
 
 
 def write_fields(folder: Path, fields: Fields) -> Path:
-    """Write ``tap.pvd`` and one VTU per step; returns the PVD's path."""
+    """Write ``tap.pvd`` and one VTU per step; returns the PVD's path.
+
+    Raises
+    ------
+    OSError
+        Not all could be written; those that were are removed: nothing names them.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "tap.pvd"
+    files = [folder / f"tap_{number:03d}.vtu" for number in range(len(fields.steps))]
+    entries = [
+        f'    <DataSet timestep="{step.time_s!r}" part="0" file="{file.name}"/>\n'
+        for step, file in zip(fields.steps, files, strict=True)
+    ]
+    try:
+        for step, file in zip(fields.steps, files, strict=True):
+            _write_step(file, fields, step)
+        write_text(
+            path,
+            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+            + "".join(entries)
+            + "  </Collection>\n</VTKFile>\n",
+        )
+    except OSError:
+        for file in files:
+            file.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _write_step(path: Path, fields: Fields, step: "reference_fem.Snapshot") -> None:
+    """One step's VTU file."""
     import meshio
 
-    folder.mkdir(parents=True, exist_ok=True)
     kind = "hexahedron" if fields.cells.shape[1] == 8 else "quad"
-    entries = []
-    for number, step in enumerate(fields.steps):
-        mesh = meshio.Mesh(
-            _three(fields.points),
-            [(kind, fields.cells)],
-            point_data={
-                "displacement": _three(step.displacement),
-                "velocity": _three(step.velocity),
-                "contact_pressure_Pa": step.contact_pressure_Pa,
-            },
-            cell_data={"von_mises_Pa": [step.von_mises_Pa]},
-        )
-        name = f"tap_{number:03d}.vtu"
-        with atomic(folder / name) as temporary:
-            mesh.write(temporary, file_format="vtu")
-        entries.append(f'    <DataSet timestep="{step.time_s!r}" part="0" file="{name}"/>')
-    path = folder / "tap.pvd"
-    write_text(
-        path,
-        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
-        + "\n".join(entries)
-        + "\n  </Collection>\n</VTKFile>\n",
+    mesh = meshio.Mesh(
+        _three(fields.points),
+        [(kind, fields.cells)],
+        point_data={
+            "displacement": _three(step.displacement),
+            "velocity": _three(step.velocity),
+            "contact_pressure_Pa": step.contact_pressure_Pa,
+        },
+        cell_data={"von_mises_Pa": [step.von_mises_Pa]},
     )
-    return path
+    with atomic(path) as temporary:
+        mesh.write(temporary, file_format="vtu")

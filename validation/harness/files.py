@@ -6,6 +6,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,14 +21,11 @@ if TYPE_CHECKING:
 @contextlib.contextmanager
 def atomic(path: Path) -> Iterator[Path]:
     """A temporary path beside ``path`` that takes its place if the block succeeds."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    temporary = path.with_name(f".{path.name}.{os.urandom(4).hex()}{path.suffix}")
     try:
+        # not `tempfile`, whose files are private: the modes of a result are the user's to mask
+        temporary.touch(exist_ok=False)
         yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)  # a temporary file is private, a result is not
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -56,9 +54,9 @@ def output_folder(path: Path) -> Path:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path):
             pass
-    except OSError as error:
+    except (OSError, ValueError) as error:  # a path with a null byte is a ValueError
         raise UserError(
-            f"--out {path}: cannot write there ({error.strerror or error}); "
+            f"--out {path}: cannot write there ({getattr(error, 'strerror', None) or error}); "
             "choose a folder that you may write to"
         ) from error
     return path
@@ -112,14 +110,44 @@ def clear_run(folder: Path) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-def write_run(folder: Path, record: RunRecord) -> None:
-    """Write ``history.nc`` and at last ``summary.json`` of a run."""
+@contextlib.contextmanager
+def summary_last(folder: Path, record: RunRecord) -> Iterator[None]:
+    """Write ``summary.json`` after what the block writes: it says that a run is there as a whole.
+
+    Raises
+    ------
+    OSError
+        As the block raised it. The summary, which needs least room, is tried nevertheless, and its
+        message says what is not there.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except OSError as error:
+        lacking = f"history and fields could not all be written: {error.strerror or error}"
+        message = "; ".join(filter(None, (record.message, lacking)))
+        with contextlib.suppress(OSError):
+            _write_summary(folder, replace(record, message=message))
+        raise
+    _write_summary(folder, record)
+
+
+def write_run(folder: Path, record: RunRecord) -> None:
+    """Write ``history.nc`` and at last ``summary.json`` of a run; see `summary_last`."""
+    with summary_last(folder, record):
+        write_history(folder, record)
+
+
+def write_history(folder: Path, record: RunRecord) -> None:
+    """Write ``history.nc`` of a run that has a history."""
     if record.history:
         # made in memory: HDF5 crashes the process where a disk fills up under it
         content = history_dataset(record).to_netcdf(engine="h5netcdf")
         with atomic(folder / "history.nc") as temporary:
             temporary.write_bytes(content)
+
+
+def _write_summary(folder: Path, record: RunRecord) -> None:
     write_json(
         folder / "summary.json",
         {

@@ -1,5 +1,8 @@
 """An interrupt ends a command once, and where that is safe.
 
+Ctrl-C, a batch system's SIGTERM and the SIGHUP of a closed terminal are one thing here: what runs
+returns what it has, half-written files are removed, and one line says what is kept.
+
 Python raises `KeyboardInterrupt` wherever it happens to be. While a module is imported or compiled
 code is loaded, that may be a weak reference's callback or one from C, which no exception leaves
 (Python prints "Exception ignored" and goes on); an `except:` that takes a missing part of a library
@@ -22,6 +25,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, TypeVar
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SOON_S = 0.005  # between two looks whether an interrupt can be obeyed
 PATIENCE_S = 3.0  # for imports and loading; compiling is then interrupted where it is
 # For what an interrupt has begun to end: another (`timeout` sends two) would leave it half done.
@@ -58,7 +62,7 @@ def block_interrupts() -> set[Any]:
     from multiprocessing import resource_tracker
 
     resource_tracker.ensure_running()
-    return signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    return signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
 
 
 def _safe(frame: FrameType | None) -> bool:
@@ -75,19 +79,22 @@ def _safe(frame: FrameType | None) -> bool:
 def heard_interrupts() -> Iterator[None]:
     """While it lasts, interrupts wait for imports, and one that was swallowed comes again.
 
-    Where interrupts are ignored or someone else's to answer, or the system's timer is in use, it
-    changes nothing.
+    A signal that is ignored (``nohup``) or someone else's to answer stays as it is; where the
+    system's timer is in use, it changes nothing.
 
     Raises
     ------
     KeyboardInterrupt
-        When that is safe; at the latest, of an interrupt that still waits, at the end.
+        When that is safe, with the signal's name; at the latest, of an interrupt that still
+        waits, at the end.
     """
     on_main = threading.current_thread() is threading.main_thread()
-    theirs = signal.getsignal(signal.SIGINT) is not signal.default_int_handler
-    if not on_main or theirs or signal.getitimer(signal.ITIMER_REAL)[0] > 0.0:
+    ordinary_answers = (signal.default_int_handler, signal.SIG_DFL)
+    heard = {s: a for s in ENDING if (a := signal.getsignal(s)) in ordinary_answers}
+    if not on_main or not heard or signal.getitimer(signal.ITIMER_REAL)[0] > 0.0:
         yield
         return
+    name = ""
     waiting_since: float | None = None
     raised = -math.inf
     ordinary = sys.unraisablehook
@@ -97,15 +104,17 @@ def heard_interrupts() -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, SOON_S)
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        nonlocal waiting_since, raised
+        nonlocal waiting_since, raised, name
         now = time.monotonic()
-        if number == signal.SIGINT and now - raised < ONCE_S:
-            return
+        if number in ENDING:
+            if now - raised < ONCE_S:
+                return
+            name = signal.Signals(number).name
         since = now if waiting_since is None else waiting_since
         if _safe(frame) or now - since > PATIENCE_S:
             waiting_since, raised = None, now
             signal.setitimer(signal.ITIMER_REAL, 0.0)
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt(name)
         waiting_since = since
         again()
 
@@ -118,14 +127,16 @@ def heard_interrupts() -> Iterator[None]:
             ordinary(unraisable)
 
     of_timer = signal.signal(signal.SIGALRM, interrupt)
-    signal.signal(signal.SIGINT, interrupt)
+    for number in heard:
+        signal.signal(number, interrupt)
     sys.unraisablehook = swallowed
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = ordinary
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, answer in heard.items():
+            signal.signal(number, answer)
         signal.signal(signal.SIGALRM, of_timer)
     if waiting_since is not None:
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt(name)

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.interrupts import block_interrupts, heard_interrupts
+from validation.harness.interrupts import ENDING, block_interrupts, heard_interrupts
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -166,7 +166,7 @@ class CrashedError(Exception):
 
 def _answer(pipe: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
     try:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
         _end_with_parent()
         try:
             with heard_interrupts():
@@ -228,7 +228,8 @@ def _end(process: Any, interrupted: bool) -> None:
         try:
             process.join(GRACE_S)
             if process.exitcode is None:
-                os.kill(process.pid, signal.SIGINT)
+                # not SIGINT, which a shell's job in the background ignores
+                os.kill(process.pid, signal.SIGTERM)
                 process.join(PATIENCE_S)
         finally:  # another interrupt is the end of patience
             process.kill()

@@ -23,7 +23,6 @@ import hashlib
 import json
 import os
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -143,12 +142,13 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             _sweep(self.folder)
-            partial = Path(tempfile.mkdtemp(prefix=TEMPORARY, dir=self.folder))
+            partial = _out_of_sight(self.folder)
             try:
+                # not `tempfile`, whose folders are private: its mode is the user's to mask
+                partial.mkdir()
                 write(partial)
                 manifest = {"inputs": inputs, "files": _digests(partial)}
                 (partial / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
-                partial.chmod(0o755)
                 _discard(entry)
                 partial.rename(entry)
             finally:
@@ -164,9 +164,14 @@ class Store:
 NO_STORE = Store(None)
 
 
+def _out_of_sight(folder: Path) -> Path:
+    """A name in a store that no entry has, and nobody uses."""
+    return folder / f"{TEMPORARY}{os.urandom(8).hex()}"
+
+
 def _discard(entry: Path) -> None:
     """Remove an entry: out of sight first, so that nobody finds half of it."""
-    away = entry.with_name(f"{TEMPORARY}{os.urandom(8).hex()}")
+    away = _out_of_sight(entry.parent)
     try:
         entry.rename(away)
     except OSError:

@@ -95,17 +95,17 @@ def relabelled(
     )
 
 
-def keep_run(store: Store, inputs: Inputs, record: RunRecord, fields: Fields | None = None) -> None:
-    """Store a run that completed; one that did not is run again."""
+def keep_run(store: Store, inputs: Inputs, record: RunRecord, fields: Fields | None = None) -> bool:
+    """Store a run that completed; one that did not is run again. Whether it is stored."""
     if not record.ok:
-        return
+        return False
 
     def write(folder: Path) -> None:
         write_record(folder, record)
         if fields is not None and fields.steps:
             write_fields(folder / FIELDS, fields)
 
-    store.keep(inputs, write)
+    return store.keep(inputs, write)
 
 
 def load_run(store: Store, inputs: Inputs) -> RunRecord | None:

@@ -1,23 +1,28 @@
 """``fingertap run``: one model on one scene."""
 
 import json
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import AsJson, Flag, Overrides
-from validation.harness.console import progress_bar, say, summary_text
+from validation.harness.console import output, progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
-from validation.harness.stored_run import keep_run, relabelled, restore_run
+from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
 from validation.models import ModelName
-from validation.models.adapter import Checkpoint
+from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
 from validation.scenes.load import NamedScene, load_scene
 
 DEFAULT_OUT = Path("out")
+
+Result = TypeVar("Result")
 
 
 def run_scene(
@@ -64,48 +69,109 @@ def run_scene(
         raise UserError("--resume: hcm runs in seconds and has nothing to resume; leave it out")
     named = load_scene(scene, overrides)
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
-    write = out is not None or not as_json or resume
-    if write:
+    checkpoint = None
+    if out is not None or not as_json or resume:
         output_folder(folder)
-        record = _stored_or_solved(named, model, folder, out or DEFAULT_OUT, resume, fresh)
+        if model != "hcm":
+            checkpoint = Checkpoint(folder / "restart.npz", resume)
+        store = Store((out or DEFAULT_OUT) / "store", fresh)
+        kept = _stored_or_solved(named, model, folder, store, checkpoint)
     else:
-        with progress_bar(f"{named.name} {model}") as progress:
-            outcome = solve(named, model, folder, progress)
-        record = outcome.record
-        if not record.ok:
-            keep(output_folder(folder), outcome)
+        outcome = _solved(named, model, folder, None)
+        failed = not outcome.record.ok
+        kept = Kept(outcome.record, _unwritten(keep, folder, outcome) if failed else "")
+    record = kept.record
     if record.ok and record.message:
         say(f"caution: {record.message}")
-    print(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record), flush=True)
+    output(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record))
+    going_on = _going_on(checkpoint)
+    what = f"scene {named.name}, model {model}"
+    if kept.unwritten:
+        again = "reads it from there" if kept.stored else "runs it again"
+        raise RunFailedError(
+            f"{what}: {'' if record.ok else record.message + '; '}its files could not all be "
+            f"written ({kept.unwritten}); {'the store has it; ' if kept.stored else ''}make room "
+            f"for {folder}: the same command {going_on or again}"
+        )
     if not record.ok:
         raise RunFailedError(
-            f"scene {named.name}, model {model}: {record.message or record.status}; "
-            f"what it had is in {folder}"
+            f"{what}: {record.message or record.status}; what it had is in {folder}"
+            + (
+                f"; the same command {going_on}"
+                if record.status == "INTERRUPTED" and going_on
+                else ""
+            )
         )
     if not as_json:
-        print(f"  files in {folder}")
+        output(f"  files in {folder}")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A run's record, why not all of its files could be written, and whether a store has it."""
+
+    record: RunRecord
+    unwritten: str = ""
+    stored: bool = False
 
 
 def _stored_or_solved(
-    scene: NamedScene, model: ModelName, folder: Path, out: Path, resume: bool, fresh: bool
-) -> RunRecord:
-    """The run's record, its files in its folder; the restart file goes after they are kept."""
-    store = Store(out / "store", fresh)
+    scene: NamedScene, model: ModelName, folder: Path, store: Store, checkpoint: Checkpoint | None
+) -> Kept:
+    """The run, its files in its folder; the restart file goes once the result is kept."""
     inputs = run_inputs(scene.tables, model, execute.__name__, process="command")
-    checkpoint = None if model == "hcm" else Checkpoint(folder / "restart.npz", resume)
-    record = restore_run(store, inputs, folder, fields=True)
+    record, unwritten = None, ""
+    try:
+        record = restore_run(store, inputs, folder, fields=True)
+    except OSError as error:  # its fields have no room; the record may be read all the same
+        record, unwritten = load_run(store, inputs), str(error.strerror or error)
     if record is not None:
         record = relabelled(record, scene.name, None, scene.document)
-        write_run(folder, record)
+        unwritten = unwritten or _unwritten(write_run, folder, record)
         say(f"{store.folder} has this run (measured {record.measured}); --fresh runs it again")
+        kept = Kept(record, unwritten, stored=True)
     else:
-        if checkpoint is not None and resume and not checkpoint.path.exists():
-            say(f"nothing to resume in {folder}: the run starts from the beginning")
-        with progress_bar(f"{scene.name} {model}") as progress:
-            outcome = solve(scene, model, folder, progress, checkpoint)
-        record = outcome.record
-        keep_run(store, inputs, record, outcome.fields)
-        keep(folder, outcome)
-    if checkpoint is not None and record.status != "INTERRUPTED":
+        outcome = _solved(scene, model, folder, checkpoint)
+        stored = keep_run(store, inputs, outcome.record, outcome.fields)
+        kept = Kept(outcome.record, _unwritten(keep, folder, outcome), stored)
+    needed = kept.record.status == "INTERRUPTED" or (kept.unwritten and not kept.stored)
+    if checkpoint is not None and not needed:
         checkpoint.path.unlink(missing_ok=True)
-    return record
+    return kept
+
+
+def _solved(
+    scene: NamedScene, model: ModelName, folder: Path, checkpoint: Checkpoint | None
+) -> Outcome:
+    """The run, solved now."""
+    if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():
+        say(f"nothing to resume in {folder}: the run starts from the beginning")
+    try:
+        with progress_bar(f"{scene.name} {model}") as progress:
+            return solve(scene, model, folder, progress, checkpoint)
+    except KeyboardInterrupt as error:  # where no solver answers it: loading, meshing
+        if not _going_on(checkpoint):
+            raise
+        raise RunFailedError(
+            f"scene {scene.name}, model {model}: interrupted; "
+            f"the same command {_going_on(checkpoint)}"
+        ) from error
+
+
+def _going_on(checkpoint: Checkpoint | None) -> str:
+    """What a command does that continues from the restart file, empty where there is none."""
+    if checkpoint is None or not checkpoint.path.exists():
+        return ""
+    return f"with --resume goes on from {checkpoint.path}"
+
+
+def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Result) -> str:
+    """Why a result's files could not all be written, empty if they were.
+
+    A solved run is shown whatever becomes of its files.
+    """
+    try:
+        write(folder, result)
+    except OSError as error:
+        return str(error.strerror or error)
+    return ""

@@ -9,7 +9,14 @@ from pathlib import Path
 from validation.errors import RunFailedError, UserError
 from validation.harness.compiling import compiling_reported
 from validation.harness.fields import write_fields
-from validation.harness.files import clear_run, safe_name, write_run, write_text
+from validation.harness.files import (
+    clear_run,
+    safe_name,
+    summary_last,
+    write_history,
+    write_run,
+    write_text,
+)
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
@@ -52,13 +59,16 @@ def solve(
     RunFailedError
         The solver stopped with an error of its own; its trace is kept in ``folder``.
     """
+    import numpy as np
+
     try:
         module = adapter(model)
         if progress is not None:
             progress(0.0, "loading compiled code")
-        with compiling_reported(progress):
+        # a solver that leaves what is finite says so itself; numpy's words would stand before it
+        with compiling_reported(progress), np.errstate(all="ignore"):
             module.warm_up()
-        outcome = module.run(scene, progress, checkpoint)
+            outcome = module.run(scene, progress, checkpoint)
     except (UserError, KeyboardInterrupt):
         raise
     except Exception as error:
@@ -75,11 +85,18 @@ def solve(
 
 
 def keep(folder: Path, outcome: Outcome) -> None:
-    """Write a run's fields where it has them, its record, and its summary last."""
+    """Write a run's fields where it has them, its history, and its summary last.
+
+    Raises
+    ------
+    OSError
+        Not all could be written; see `summary_last`.
+    """
     clear_run(folder)
-    if outcome.fields is not None and outcome.fields.steps:
-        write_fields(folder / "fields", outcome.fields)
-    write_run(folder, outcome.record)
+    with summary_last(folder, outcome.record):
+        if outcome.fields is not None and outcome.fields.steps:
+            write_fields(folder / "fields", outcome.fields)
+        write_history(folder, outcome.record)
 
 
 def failed(job: Job, status: str, message: str) -> RunRecord:

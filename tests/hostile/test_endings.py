@@ -1,0 +1,162 @@
+"""Runs that end early, or late with no room for their files: what is known is said and kept."""
+
+import errno
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.faults.commands import LONG, ROOT, RUN, finish, start
+from tests.hostile.test_surroundings import command
+from validation.cli import main
+from validation.harness.record import RunRecord
+from validation.models.adapter import Outcome
+from validation.runs import execute
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+EXPLICIT = LONG[:-1]  # without --resume
+# Steps so short that the contact lasts for seconds.
+SLOW = (*RUN, "--set", "solver.hcm.contact_step=1e-9", "--set", "solver.hcm.flight_step=1e-7")
+
+
+def left_over(out: Path) -> list[str]:
+    """Names of files and folders that are half written."""
+    return [path.name for path in out.rglob(".*")]
+
+
+def test_a_finished_run_prints_its_scalars_though_no_file_has_room(tmp_path: Path) -> None:
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    done = command(*RUN, "--out", str(tmp_path), preexec_fn=limited)
+    assert done.returncode == 1
+    assert "soft, hcm: completed" in done.stdout
+    assert "peak Fn                        64.47" in done.stdout
+    store, error = done.stderr.splitlines()
+    assert "a result cannot be stored" in store
+    assert "its files could not all be written (File too large)" in error
+    assert error.endswith("the same command runs it again")
+    folder = tmp_path / "run" / "soft-hcm"
+    assert [path.name for path in folder.iterdir()] == ["summary.json"]
+    assert "could not all be written" in (folder / "summary.json").read_text()
+    assert left_over(tmp_path) == []
+
+
+def full_disk(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_a_full_disk_names_what_goes_on(
+    stored: bool,
+    make_record: Callable[..., RunRecord],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    restart = tmp_path / "run" / "soft-fem3d" / "restart.npz"
+
+    def run(scene: Any, progress: Any, checkpoint: Any) -> Outcome:
+        assert checkpoint.path == restart
+        restart.touch()
+        return Outcome(replace(make_record(model="fem3d"), scene=scene.name))
+
+    module = SimpleNamespace(warm_up=lambda: None, run=run)
+    monkeypatch.setattr(execute, "adapter", lambda name: module)
+    monkeypatch.setattr(execute, "write_history", full_disk)
+    if not stored:
+        monkeypatch.setattr("validation.harness.stored_run.write_record", full_disk)
+    with pytest.raises(SystemExit) as end:
+        main(["run", "soft", "--model", "fem3d", "--out", str(tmp_path)])
+    assert end.value.code == 1
+    captured = capsys.readouterr()
+    assert "soft, fem3d: completed" in captured.out
+    line = captured.err.splitlines()[-1]
+    assert "No space left on device" in line
+    if stored:
+        assert "the store has it" in line
+        assert line.endswith("the same command reads it from there")
+        assert not restart.exists()
+    else:
+        assert line.endswith(f"the same command with --resume goes on from {restart}")
+    assert restart.with_name("summary.json").exists()
+
+
+@pytest.mark.parametrize("how", SIGNALS)
+def test_a_signal_names_what_was_kept_and_what_goes_on(how: signal.Signals, tmp_path: Path) -> None:
+    restart = tmp_path / "run" / "soft-fem2d" / "restart.npz"
+    process = start(EXPLICIT, tmp_path)
+    deadline = time.monotonic() + 60
+    while not restart.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(how)
+    ended = finish(process)
+    assert (ended.code, len(ended.lines)) == (1, 1), ended.error
+    assert "interrupted" in ended.error
+    assert f"the same command with --resume goes on from {restart}" in ended.error
+    assert restart.exists()
+    assert left_over(tmp_path) == []
+
+
+@pytest.mark.parametrize("how", SIGNALS[1:])
+def test_the_reduced_model_ends_with_a_word_too(how: signal.Signals, tmp_path: Path) -> None:
+    process = start(SLOW, tmp_path)
+    time.sleep(1.5)
+    process.send_signal(how)
+    ended = finish(process)
+    assert (ended.code, len(ended.lines)) == (1, 1), ended.error
+    assert "interrupted" in ended.error
+    assert "--resume" not in ended.error
+    assert left_over(tmp_path) == []
+
+
+WRITING = """
+import os, signal, sys
+from pathlib import Path
+from validation.harness.interrupts import heard_interrupts
+from validation.harness.store import Store
+from reference_fem.dynamics.restart import Restart, RestartFile
+import numpy as np
+folder, how = Path(sys.argv[1]), int(sys.argv[2])
+def write(entry):
+    (entry / "half").write_text("half")
+    os.kill(os.getpid(), how)
+try:
+    with heard_interrupts():
+        Store(folder / "store").keep({"a": 1}, write)
+except KeyboardInterrupt as error:
+    print(error, flush=True)
+file = RestartFile(Restart(folder / "restart.npz"), {"mesh": "a"})
+os.fsync = lambda number: os.kill(os.getpid(), how)
+try:
+    with heard_interrupts():
+        file.write({"state": np.zeros(3)})
+except KeyboardInterrupt as error:
+    print(error, flush=True)
+"""
+
+
+@pytest.mark.parametrize("how", SIGNALS)
+def test_what_a_signal_finds_half_written_is_removed(how: signal.Signals, tmp_path: Path) -> None:
+    script = tmp_path / "writing.py"
+    script.write_text(WRITING)
+    out = tmp_path / "out"
+    out.mkdir()
+    done = subprocess.run(
+        [sys.executable, str(script), str(out), str(int(how))],
+        capture_output=True, text=True, timeout=60, check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == [how.name, how.name]
+    assert left_over(out) == []
+    assert [path.name for path in out.iterdir()] == ["store"]

@@ -1,0 +1,133 @@
+"""What a shell gives a command: limits, environment variables, modes, files' encodings."""
+
+import os
+import resource
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.faults.commands import CODE, ROOT
+from validation.cli import main
+from validation.harness.files import write_run
+from validation.harness.record import RunRecord
+from validation.harness.store import Store, key
+from validation.harness.stored_run import keep_run
+from validation.models.inputs import run_inputs
+from validation.scenes.load import load_scene
+
+HCM = ("run", "soft", "--model", "hcm")
+
+
+def command(*arguments: str, **popen: Any) -> "subprocess.CompletedProcess[str]":
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | popen.pop("env", {})
+    return subprocess.run(
+        [sys.executable, "-c", CODE, *arguments],
+        capture_output=True, text=True, timeout=60, env=environment, check=False, **popen,
+    )  # fmt: skip
+
+
+def refusal(done: "subprocess.CompletedProcess[str]") -> str:
+    """The one line of a command that refused."""
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [("NUMBA_NUM_THREADS", "0"), ("NUMBA_NUM_THREADS", "-1"), ("NUMBA_NUM_THREADS", "two"),
+     ("NUMBA_DISABLE_JIT", "1")],
+)  # fmt: skip
+def test_an_environment_that_numba_cannot_work_in_is_one_line(
+    variable: str, value: str, tmp_path: Path
+) -> None:
+    line = refusal(command(*HCM, "--out", str(tmp_path), env={variable: value}))
+    assert f"{variable} = {value!r}: must be" in line
+    assert "unset it" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_too_little_address_space_is_said_at_once(tmp_path: Path) -> None:
+    limit = 400_000 * 1024  # `ulimit -v 400000`: OpenBLAS retried for more than a minute
+
+    def small() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+    line = refusal(command(*HCM, "--out", str(tmp_path), preexec_fn=small))
+    assert "ulimit -v 400000: must be at least" in line
+
+
+@pytest.mark.parametrize("umask", [0o077, 0o022, 0o002])
+def test_modes_are_the_users_to_mask(
+    umask: int, make_record: Callable[..., RunRecord], tmp_path: Path
+) -> None:
+    before = os.umask(umask)
+    try:
+        write_run(tmp_path / "out" / "run", make_record())
+        keep_run(Store(tmp_path / "out" / "store"), {"a": 1}, make_record())
+    finally:
+        os.umask(before)
+    paths = list((tmp_path / "out").rglob("*"))
+    assert (tmp_path / "out" / "store" / key({"a": 1})) in paths
+    for path in paths:
+        whole = 0o777 if path.is_dir() else 0o666
+        assert stat.S_IMODE(path.stat().st_mode) == whole & ~umask, path
+
+
+def test_a_byte_order_mark_is_no_syntax_error(tmp_path: Path) -> None:
+    text = (ROOT / "validation" / "scenes" / "soft.toml").read_bytes()
+    (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + text)
+    assert load_scene(str(tmp_path / "scene.toml")).tables == load_scene("soft").tables
+
+
+def ended(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    with pytest.raises(SystemExit) as end:
+        main(list(arguments))
+    assert end.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+@pytest.mark.parametrize("path", ["a\0b", "m" * 5000, "a\0b.toml", "m" * 300 + ".toml"])
+def test_no_path_is_a_trace(path: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "scene" in ended(capsys, "run", path, "--model", "hcm")
+    assert "scene" in ended(capsys, "render", path, "--out", str(tmp_path))
+    assert "--out" in ended(capsys, *HCM, "--out", str(tmp_path / path))
+    escaped = path.replace("\0", "\\u0000")
+    mesh = f'solver.fem.mesh="{escaped}.vtu"'
+    out = str(tmp_path / "out")
+    line = ended(capsys, "run", "soft", "--model", "fem2d", "--set", mesh, "--out", out)
+    assert "no such file" in line
+
+
+def test_a_pipe_is_no_scene_and_no_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Reading it would wait for a writer for ever."""
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert "is no file" in ended(capsys, "run", str(tmp_path / "pipe.toml"), "--model", "hcm")
+    os.mkfifo(tmp_path / "pipe.vtu")
+    tables = load_scene("soft", [f"solver.fem.mesh={tmp_path / 'pipe.vtu'}"]).tables
+    assert run_inputs(tables, "fem2d")["mesh_sha256"] == ""
+
+
+def test_numpys_warnings_do_not_stand_before_an_error(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Where a solver leaves what is finite it says so; numpy's words about it are noise."""
+    from types import SimpleNamespace
+
+    from validation.errors import RunFailedError
+    from validation.runs import execute
+
+    def run(*_: object) -> None:
+        raise ZeroDivisionError(f"ends in {np.array([1e308]) * 10} {np.zeros(1) / 0}")
+
+    module = SimpleNamespace(warm_up=lambda: None, run=run)
+    monkeypatch.setattr(execute, "adapter", lambda name: module)
+    with pytest.raises(RunFailedError, match="ends in"):  # a warning would be an error here
+        execute.solve(load_scene("soft"), "hcm", None)

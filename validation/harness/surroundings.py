@@ -1,0 +1,39 @@
+"""What a process is given by its shell, refused where no model could run in it.
+
+numba, LLVM and OpenBLAS do not survive these: they end in traces, crashes, or retry for minutes.
+"""
+
+import os
+import resource
+
+from validation.errors import UserError
+
+# Of address space. hcm crashed below 0.6 GB, the solid models below 1.0 GB (tried with `ulimit -v`
+# in steps of 0.1 GB on two cores); OpenBLAS takes some 30 MB more for each further core.
+LEAST_ADDRESS_SPACE = 10**9
+
+
+def refuse_unusable_surroundings() -> None:
+    """Refuse limits and environment variables with which numba or OpenBLAS cannot work.
+
+    Raises
+    ------
+    UserError
+        One line: the limit or the variable, its value, what is allowed and what to do.
+    """
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:
+        raise UserError(
+            f"ulimit -v {limit // 1024}: must be at least {LEAST_ADDRESS_SPACE // 1024}, which the "
+            "compiled code's libraries need; raise the limit, or set none"
+        )
+    threads = os.environ.get("NUMBA_NUM_THREADS")
+    if threads is not None and not (threads.isdecimal() and int(threads) > 0):
+        raise UserError(
+            f"NUMBA_NUM_THREADS = {threads!r}: must be a whole number >= 1; set it so or unset it"
+        )
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        raise UserError(
+            f"NUMBA_DISABLE_JIT = {os.environ['NUMBA_DISABLE_JIT']!r}: must be 0: "
+            "the models' kernels run compiled only; unset it"
+        )

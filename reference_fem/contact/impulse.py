@@ -8,17 +8,8 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
-from reference_fem.contact.law import (
-    AREA,
-    DISSIPATION,
-    EXCESS,
-    GAP,
-    NORMAL,
-    TANGENTIAL,
-    ContactLaw,
-    Memory,
-    Motion,
-)
+from reference_fem.contact import law
+from reference_fem.contact.law import ContactLaw, Memory, Motion
 
 
 @dataclass(frozen=True)
@@ -87,10 +78,10 @@ def impulse_forces(
             force_x *= limit / size
             force_z *= limit / size
             size = limit
-        row[DISSIPATION] -= 0.5 * step * (spring_force[j, 0] + force_x) * velocity[i, 0]
+        row[law.DISSIPATION] -= 0.5 * step * (spring_force[j, 0] + force_x) * velocity[i, 0]
         spring_force[j, 0] = force_x
         if not planar:
-            row[DISSIPATION] -= 0.5 * step * (spring_force[j, 1] + force_z) * velocity[i, 2]
+            row[law.DISSIPATION] -= 0.5 * step * (spring_force[j, 1] + force_z) * velocity[i, 2]
             spring_force[j, 1] = force_z
         touching[j] = normal > 0.0
         if normal == 0.0:
@@ -99,8 +90,8 @@ def impulse_forces(
         residual[i, 1] -= normal
         if not planar:
             residual[i, 2] -= force_z
-        row[NORMAL] += normal
-        row[TANGENTIAL] += force_x
-        row[AREA] += area[j]
-        row[EXCESS] = max(row[EXCESS], size - limit)
-    row[GAP] = lowest
+        row[law.NORMAL] += normal
+        row[law.TANGENTIAL] += force_x
+        row[law.AREA] += area[j]
+        row[law.EXCESS] = max(row[law.EXCESS], size - limit)
+    row[law.GAP] = lowest

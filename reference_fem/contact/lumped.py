@@ -21,19 +21,9 @@ import numpy as np
 
 from reference_fem.arrays import Array
 from reference_fem.compiled import njit
+from reference_fem.contact import law
 from reference_fem.contact.friction import return_map
-from reference_fem.contact.law import (
-    DAMPING,
-    DISSIPATION,
-    EXCESS,
-    NORMAL,
-    SPRING_ENERGY,
-    ContactLaw,
-    Memory,
-    Motion,
-)
-from reference_fem.contact.law import GAP as LOG_GAP
-from reference_fem.contact.law import TANGENTIAL as LOG_TANGENTIAL
+from reference_fem.contact.law import ContactLaw, Memory, Motion
 from reference_fem.contact.lumped_point import LumpedPoint
 
 # Places of the law's memory, and of the point's rotation at the last evaluation after it, ...
@@ -177,12 +167,12 @@ class LumpedLaw(ContactLaw):
             tangential / self.copies, normal / self.copies, motion.displacement, residual
         )
         row[:] = 0.0
-        row[NORMAL], row[LOG_TANGENTIAL] = normal, tangential
-        row[EXCESS] = max(0.0, abs(tangential) - motion.friction * normal)
-        row[SPRING_ENERGY] = energies[STORED]
-        row[DISSIPATION], row[DAMPING] = energies[FRICTION_LOSS], energies[HYSTERESIS_LOSS]
+        row[law.NORMAL], row[law.TANGENTIAL] = normal, tangential
+        row[law.EXCESS] = max(0.0, abs(tangential) - motion.friction * normal)
+        row[law.SPRING_ENERGY] = energies[STORED]
+        row[law.DISSIPATION], row[law.DAMPING] = energies[FRICTION_LOSS], energies[HYSTERESIS_LOSS]
         row /= self.copies
-        row[LOG_GAP] = gap
+        row[law.GAP] = gap
 
 
 @njit(cache=True)

@@ -8,19 +8,9 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
+from reference_fem.contact import law
 from reference_fem.contact.friction import drag, first_touch
-from reference_fem.contact.law import (
-    AREA,
-    DISSIPATION,
-    EXCESS,
-    GAP,
-    NORMAL,
-    SPRING_ENERGY,
-    TANGENTIAL,
-    ContactLaw,
-    Memory,
-    Motion,
-)
+from reference_fem.contact.law import ContactLaw, Memory, Motion
 
 
 @dataclass(frozen=True)
@@ -83,7 +73,7 @@ def contact_forces(
             first_touch(memory, j, gap, x, z, velocity[i, 0], velocity[i, 1], v_z)
         normal = max(0.0, -k * gap)
         force_x, force_z, loss = drag(memory, j, k, x, z, friction * normal)
-        row[DISSIPATION] += loss
+        row[law.DISSIPATION] += loss
         touching[j] = gap < 0.0
         if gap >= 0.0:
             continue
@@ -92,9 +82,9 @@ def contact_forces(
         if not planar:
             residual[i, 2] -= force_z
         size = np.sqrt(force_x * force_x + force_z * force_z)
-        row[NORMAL] += normal
-        row[TANGENTIAL] += force_x
-        row[AREA] += area[j]
-        row[EXCESS] = max(row[EXCESS], size - friction * normal)
-        row[SPRING_ENERGY] += 0.5 * (normal * normal + size * size) / k
-    row[GAP] = lowest
+        row[law.NORMAL] += normal
+        row[law.TANGENTIAL] += force_x
+        row[law.AREA] += area[j]
+        row[law.EXCESS] = max(row[law.EXCESS], size - friction * normal)
+        row[law.SPRING_ENERGY] += 0.5 * (normal * normal + size * size) / k
+    row[law.GAP] = lowest

@@ -17,21 +17,10 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
+from reference_fem.contact import law
 from reference_fem.contact.facet_quadrature import FacetQuadrature
 from reference_fem.contact.friction import drag, first_touch
-from reference_fem.contact.law import (
-    AREA,
-    DAMPING,
-    DISSIPATION,
-    EXCESS,
-    GAP,
-    NORMAL,
-    SPRING_ENERGY,
-    TANGENTIAL,
-    ContactLaw,
-    Memory,
-    Motion,
-)
+from reference_fem.contact.law import ContactLaw, Memory, Motion
 
 
 @dataclass(frozen=True)
@@ -177,7 +166,7 @@ def surface_forces(
             spring = max(0.0, -k * gap)
             normal = max(0.0, spring - viscosity * weight[f, q] * v_y) if spring > 0.0 else 0.0
             force_x, force_z, loss = drag(memory, j, k, x, z, friction * normal)
-            row[DISSIPATION] += loss
+            row[law.DISSIPATION] += loss
             touching[j] = gap < 0.0
             if gap >= 0.0:
                 continue
@@ -188,10 +177,10 @@ def surface_forces(
                 if not planar:
                     residual[i, 2] -= shape[q, a] * force_z
             size = np.sqrt(force_x * force_x + force_z * force_z)
-            row[NORMAL] += normal
-            row[TANGENTIAL] += force_x
-            row[AREA] += weight[f, q]
-            row[EXCESS] = max(row[EXCESS], size - friction * normal)
-            row[SPRING_ENERGY] += 0.5 * (spring * spring + size * size) / k
-            row[DAMPING] -= (normal - spring) * v_y * step
-    row[GAP] = lowest
+            row[law.NORMAL] += normal
+            row[law.TANGENTIAL] += force_x
+            row[law.AREA] += weight[f, q]
+            row[law.EXCESS] = max(row[law.EXCESS], size - friction * normal)
+            row[law.SPRING_ENERGY] += 0.5 * (spring * spring + size * size) / k
+            row[law.DAMPING] -= (normal - spring) * v_y * step
+    row[law.GAP] = lowest

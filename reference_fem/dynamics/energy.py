@@ -6,15 +6,7 @@ import numpy as np
 
 from reference_fem.arrays import Array
 from reference_fem.compiled import njit
-from reference_fem.contact.law import (
-    AREA,
-    DAMPING,
-    DISSIPATION,
-    EXCESS,
-    NORMAL,
-    SPRING_ENERGY,
-    TANGENTIAL,
-)
+from reference_fem.contact import law
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
@@ -44,12 +36,14 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
             couple.torque * angle
             for couple, angle in zip(model.couples, state.face_angles, strict=True)
         )
-        stored = kinetic + strain + gravity + row[SPRING_ENERGY] + row[DISSIPATION] + row[DAMPING]
+        columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING
+        springs, friction, damping = (float(row[column]) for column in columns)
+        stored = kinetic + strain + gravity + springs + friction + damping
         stress = model.probe.read(model.kernel, u)
     return Sample(
         time_s=state.time_s,
-        normal_force_N=float(row[NORMAL]),
-        tangential_force_N=float(row[TANGENTIAL]),
+        normal_force_N=float(row[law.NORMAL]),
+        tangential_force_N=float(row[law.TANGENTIAL]),
         tip_position_m=model.points[model.pole, :2] + u[model.pole, :2],
         tip_velocity_m_per_s=v[model.pole, :2].copy(),
         stress_R_Pa=stress,
@@ -57,13 +51,13 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         strain_energy_J=strain,
         hourglass_energy_J=hourglass,
         gravity_energy_J=gravity,
-        contact_energy_J=float(row[SPRING_ENERGY]),
-        friction_dissipation_J=float(row[DISSIPATION]),
-        contact_damping_J=float(row[DAMPING]),
+        contact_energy_J=springs,
+        friction_dissipation_J=friction,
+        contact_damping_J=damping,
         drive_work_J=work,
         energy_balance_J=stored - work - origin_energy_J,
-        coulomb_excess=float(row[EXCESS]),
-        contact_area_m2=float(row[AREA]),
+        coulomb_excess=float(row[law.EXCESS]),
+        contact_area_m2=float(row[law.AREA]),
         peak_pressure_Pa=float(block.pressure.max()),
         hinge_reactions_N=block.reactions * model.copies,
     )

@@ -16,6 +16,7 @@ import tomli_w
 from validation.harness.fields import Fields, write_fields
 from validation.harness.files import atomic, clear_run
 from validation.harness.record import Event, RunRecord, plain
+from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store
 
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
@@ -46,28 +47,24 @@ def read_record(folder: Path) -> RunRecord:
 
     Raises
     ------
-    ValueError, KeyError, TypeError
-        The files are no record.
+    ValueError, OSError
+        The files are no record, or not all there.
     """
-    values: Mapping[str, Any] = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    content = (folder / RECORD).read_bytes()
+    check_record(content)
+    values: Mapping[str, Any] = json.loads(content)
     history, forces = (_read_arrays(folder / name) for name in (HISTORY, FORCES))
+    check_arrays(history, ("time_s",))
+    check_arrays(forces, ("time_s", "normal_force_N", "tangential_force_N"))
     summary = {
         name: tuple(value) if isinstance(value, list) else value
         for name, value in values["summary"].items()
     }
+    events = tuple(Event(float(time), kind) for time, kind in values["events"])
     return RunRecord(
-        scene=str(values["scene"]),
-        model=str(values["model"]),
-        variant=str(values["variant"]),
-        status=str(values["status"]),
-        ok=bool(values["ok"]),
-        message=str(values["message"]),
-        summary=summary,
+        **{**values, "summary": summary, "events": events},
         history=history,
         forces=forces,
-        events=tuple(Event(float(time), str(kind)) for time, kind in values["events"]),
-        statistics=dict(values["statistics"]),
-        provenance=dict(values["provenance"]),
         read_back=True,
     )
 
@@ -110,7 +107,31 @@ def keep_run(store: Store, inputs: Inputs, record: RunRecord, fields: Fields | N
 
 def load_run(store: Store, inputs: Inputs) -> RunRecord | None:
     """The stored run's record, None if there is none."""
-    return store.load(inputs, read_record)
+    return store.load(inputs, lambda entry: _record_of(entry, inputs))
+
+
+def _record_of(entry: Path, inputs: Inputs) -> RunRecord:
+    """The record of an entry, if it is one of a run that completed from these inputs."""
+    record = read_record(entry)
+    if not record.ok or record.model != inputs.get("model", record.model):
+        raise ValueError(f"holds a run of {record.model} that ended {record.status}")
+    return record
+
+
+def _fields_of(entry: Path) -> Path:
+    """The folder of an entry's fields, if it holds an index and its steps or is not there.
+
+    Raises
+    ------
+    ValueError
+        Something else is there.
+    """
+    folder = entry / FIELDS
+    paths = sorted(folder.iterdir(), key=lambda p: (p.suffix, p.name)) if folder.exists() else []
+    wanted = ["tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(len(paths) - 1))]
+    if paths and not ([p.name for p in paths] == wanted and all(p.is_file() for p in paths)):
+        raise ValueError(f"{FIELDS} holds {len(paths)} files that are no index and its steps")
+    return folder
 
 
 def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> RunRecord | None:
@@ -123,7 +144,7 @@ def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> Run
     folder : of the run.
     fields : whether its fields are wanted there.
     """
-    found = store.load(inputs, lambda entry: (read_record(entry), entry / FIELDS))
+    found = store.load(inputs, lambda entry: (_record_of(entry, inputs), _fields_of(entry)))
     if found is None:
         return None
     record, source = found

@@ -1,0 +1,118 @@
+"""What a stored run has to be: keys, types, shapes, and finite numbers where they must be.
+
+A digest says that an entry is what was written, not that a run wrote it: whoever can write to a
+store's folder can make both. What passes here can be printed, compared and written to files.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model
+
+from validation.harness.quantities import QUANTITIES, TIP_VELOCITY
+
+COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick", "steps", "elements")
+SIGNED = ("peak_tangential_force_N", "peak_stress_R_Pa", "energy_residual")
+LARGEST = 1e300  # beyond it a prefix of a unit makes infinity of a number
+
+
+def _text(text: str) -> str:
+    """Refuse what HDF5's attributes cannot hold."""
+    if "\0" in text:
+        raise ValueError("holds a null byte")
+    return text
+
+
+Text = Annotated[str, AfterValidator(_text)]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(ge=0.0, le=LARGEST, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0, le=2**63)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+def _kind(key: str) -> Any:
+    """The type of a scalar by its key."""
+    if key == TIP_VELOCITY:
+        return tuple[Number, Number] | None
+    if key == "reverse_slip":
+        return bool | None
+    if key in COUNTS:
+        return Count | None
+    return (Number if key in SIGNED else Positive) | None
+
+
+_Summary: Any = create_model(  # type: ignore[call-overload]
+    "_Summary", __base__=_Part, **{entry.key: (_kind(entry.key), ...) for entry in QUANTITIES}
+)
+
+
+class _Provenance(_Part):
+    scene_toml: Text
+    created: Text
+
+
+class _Record(_Part):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    scene: Text
+    model: Literal["hcm", "fem3d", "fem2d"]
+    variant: Text
+    status: Text
+    ok: bool
+    message: Text
+    summary: _Summary
+    events: list[tuple[Number, Text]]
+    statistics: dict[Text, Number | Count | bool | Text | None]
+    provenance: _Provenance
+
+
+def check_record(content: bytes) -> None:
+    """Check the JSON of a stored record.
+
+    Raises
+    ------
+    ValueError
+        It is no record; names the key and what is wrong.
+    """
+    try:
+        record = _Record.model_validate_json(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(map(str, first["loc"]))
+        raise ValueError(f"{key or 'the record'}: {first['msg']}") from error
+    if record.ok != (record.status == "COMPLETED"):
+        raise ValueError(f"status: {record.status} and ok = {record.ok} contradict each other")
+
+
+def check_arrays(arrays: Mapping[str, NDArray[Any]], needed: tuple[str, ...]) -> None:
+    """Check arrays over time: one length, numbers, times that are finite and do not run back.
+
+    Parameters
+    ----------
+    needed : names of one-dimensional arrays that have to be there, unless there are none at all.
+
+    Raises
+    ------
+    ValueError
+        Names the array and what is wrong.
+    """
+    if not arrays:
+        return
+    for name in needed:
+        if name not in arrays or arrays[name].ndim != 1:
+            raise ValueError(f"{name} is missing or has no single axis")
+    time = arrays["time_s"]
+    for name, array in arrays.items():
+        if not name.isidentifier():
+            raise ValueError(f"{name!r} is no name of an array")
+        if array.dtype.kind not in "biuf" or array.ndim == 0 or len(array) != len(time):
+            raise ValueError(f"{name} is not {len(time)} rows of numbers")
+    steps = np.diff(time.astype(float))
+    if not (np.isfinite(time).all() and (steps >= 0.0).all()) or math.isinf(np.sum(steps)):
+        raise ValueError("time_s is not finite or runs back")

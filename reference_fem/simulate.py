@@ -12,6 +12,7 @@ import numba
 
 import meshes
 from reference_fem.arrays import Progress
+from reference_fem.dynamics.archive_check import check_archive
 from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
@@ -81,7 +82,11 @@ def simulate(
         archive = None if file is None else file.read()
         model = build_model(mesh, materials, surface, drive, settings)
         reporting = Reporting(progress, file, started)
-        if archive is not None:
+        if archive is not None and file is not None:
+            try:
+                check_archive(model, archive)
+            except ValueError as error:
+                raise file.refused(f"is none of this run: {error}") from error
             recorder = Recorder(settings)
             recorder.restore(archive)
             return explicit_tap(model, settings, unpack(archive), reporting, recorder)

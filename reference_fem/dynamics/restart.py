@@ -176,15 +176,16 @@ class RestartFile:
             run, checksum = json.loads(str(content.pop(IDENTITY))), str(content.pop(CHECKSUM))
         except Exception as error:  # numpy, zipfile and zlib raise whatever their parsing hits
             reason = " ".join(str(error).split())[:100] or type(error).__name__
-            raise self._refused(f"is truncated or no restart file ({reason})") from error
+            raise self.refused(f"is truncated or no restart file ({reason})") from error
         if checksum != _digest(content):
-            raise self._refused("was altered after it was written")
+            raise self.refused("was altered after it was written")
         differing = [name for name in self._run if run.get(name) != self._run[name]]
         if differing:
-            raise self._refused(f"belongs to another run: other {', '.join(differing)}")
+            raise self.refused(f"belongs to another run: other {', '.join(differing)}")
         return content
 
-    def _refused(self, what: str) -> RestartError:
+    def refused(self, what: str) -> RestartError:
+        """The error that refuses this file, and says what to do."""
         return RestartError(
             f"{self._restart.path}: the restart file {what}; delete it or start without resuming"
         )

@@ -1,0 +1,105 @@
+"""Whether the arrays of a restart file are those of this run: names, types, shapes, finite numbers.
+
+A checksum says that a file is what was written, not that a run wrote it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+
+import numpy as np
+
+from reference_fem.contact.law import COLUMNS
+from reference_fem.dynamics.recorder import Fields
+from reference_fem.dynamics.restart import Arrays
+from reference_fem.model import Model
+from reference_fem.result import Sample
+
+# What a loop state has of the tap: none of these, or all.
+_OF_A_TAP = {"tap.first_touch_s": (), "tap.last_touch_s": (), "tap.tip_velocity": (2,)}
+_NUMBERS = (
+    *("state.time_s", "state.dissipation_J", "state.damping_J", "start_s", "spent_s"),
+    *("largest_kinetic_J", "largest_error_J"),
+)
+_COUNTS = ("state.step", "audits")
+
+
+def check_archive(model: Model, archive: Arrays) -> None:
+    """Check the arrays that a loop state and a recorder are to be made from.
+
+    Raises
+    ------
+    ValueError
+        Names the array and what is wrong.
+    """
+    whole, points = model.points.shape, model.points.shape[:1]
+    memory = model.contact.new_memory(np.zeros(whole), 0.0)
+    for name, array in memory._asdict().items():
+        _check(archive, f"state.memory.{name}", array.shape, array.dtype.kind)
+    for name in ("state.displacement", "state.velocity"):
+        _check(archive, name, whole)
+    _check(archive, "state.face_angles", (len(model.couples),))
+    _check(archive, "tap.over", (), "b")
+    for name in _NUMBERS:
+        _check(archive, name, ())
+    for name in _COUNTS:
+        _check(archive, name, (), "i")
+    if "origin_energy_J" in archive:
+        _check(archive, "origin_energy_J", ())
+    if any(name in archive for name in _OF_A_TAP):
+        for name, shape in _OF_A_TAP.items():
+            _check(archive, name, shape)
+    samples = {f.name: () for f in fields(Sample)} | {
+        "tip_position_m": (2,),
+        "tip_velocity_m_per_s": (2,),
+        "hinge_reactions_N": (model.hinges.count, 2),
+    }
+    shown = {f.name: () for f in fields(Fields)} | {
+        "displacement": whole,
+        "velocity": whole,
+        "pressure": points,
+    }
+    for group, shapes in (("flight", samples), ("window", samples), ("fields", shown)):
+        _check(archive, f"{group}.counts", (2,), "i")
+        if archive[f"{group}.counts"].min() < 0 or archive[f"{group}.counts"][0] == 0:
+            raise ValueError(f"{group}.counts are no stride and count")
+        _check_group(archive, group, shapes)
+    for group, shapes in (("last", samples), ("latest", shown), ("peak", shown)):
+        _check_group(archive, group, shapes, most=1)
+    if "log" in archive or "log.time" in archive:
+        _check_rows(archive, {"log": (COLUMNS,), "log.time": ()})
+
+
+def _check_group(
+    archive: Arrays, group: str, shapes: Mapping[str, tuple[int, ...]], most: int | None = None
+) -> None:
+    """Check the columns of a recorder's items; there is no column where there are none."""
+    if any(f"{group}.{name}" in archive for name in shapes):
+        _check_rows(archive, {f"{group}.{name}": shape for name, shape in shapes.items()}, most)
+
+
+def _check_rows(
+    archive: Arrays, shapes: Mapping[str, tuple[int, ...]], most: int | None = None
+) -> None:
+    """Check columns of one length, each row of its shape."""
+    first = archive.get(next(iter(shapes)))
+    count = 0 if first is None or first.ndim == 0 else len(first)
+    if most is not None and count > most:
+        raise ValueError(f"{next(iter(shapes))} has {count} rows for at most {most}")
+    for name, shape in shapes.items():
+        # samples of a run that diverges, and the gap in flight, need not be finite
+        _check(archive, name, (count, *shape), finite=False)
+
+
+def _check(
+    archive: Arrays, name: str, shape: tuple[int, ...], kind: str = "f", finite: bool = True
+) -> None:
+    """Check that one array is there, of a shape and a kind of type, and finite."""
+    if name not in archive:
+        raise ValueError(f"{name} is missing")
+    array = archive[name]
+    if array.shape != shape or array.dtype.kind != kind:
+        raise ValueError(f"{name} is {array.dtype}{array.shape} in place of {kind}{shape}")
+    if finite and kind == "f" and not np.isfinite(array).all():
+        raise ValueError(f"{name} is not finite")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from validation.cli import main
-from validation.render.worker import read_steps
+from validation.render.run_folder import read_steps
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("hcm", "meshes", "reference_fem", "validation")

@@ -12,6 +12,7 @@ from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
 from validation.models import ModelName
 from validation.render.off_screen import PICTURES, missing_libraries, render_run
+from validation.render.run_folder import read_run
 from validation.runs.execute import keep, solve
 from validation.scenes.load import load_scene
 
@@ -53,26 +54,18 @@ def render(
             raise UserError(
                 f"render {run_or_scene}: a finished run takes neither --model nor --set"
             )
-        folder = _finished(Path(run_or_scene))
+        folder = Path(run_or_scene)
+        read_run(folder)  # refused before anything is drawn
     else:
         folder = _run(run_or_scene, model or "fem3d", overrides, out)
     name = safe_name(folder.resolve().name)
     drawn = render_run(folder, pictures, name, PICTURES)
+    if drawn.refused:
+        raise UserError(drawn.problem)
     if drawn.problem:
         raise RunFailedError(f"render {run_or_scene}: {drawn.problem}; pictures so far: {pictures}")
     for what, path in drawn.pictures.items():
         output(f"{what:<12}{path}")
-
-
-def _finished(folder: Path) -> Path:
-    """A run's folder, if it has what is drawn."""
-    for part in ("summary.json", "fields/tap.pvd"):
-        if not (folder / part).is_file():
-            raise UserError(
-                f"render {folder}: {part} is missing; give the folder of a fem3d or fem2d run "
-                "made by fingertap run, or a scene"
-            )
-    return folder
 
 
 def _run(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> Path:

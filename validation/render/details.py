@@ -15,6 +15,7 @@ from validation.render.views import (
     SIZE,
     draw,
     look,
+    read_fields,
     reduced,
     scale_bar,
     screenshot,
@@ -92,9 +93,7 @@ def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
 
 def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
     """The whole finger with its deformation enlarged, over its rigid motion as a shadow."""
-    import pyvista as pv
-
-    mesh = pv.read(file)
+    mesh = read_fields(file)
     bodies = np.asarray(mesh.connectivity().point_data["RegionId"])
     rest, now = np.asarray(mesh.points), mesh.points + mesh["displacement"]
     mirror = np.array([1.0, 1.0, -1.0])  # a half model's phalanges are fitted as whole ones

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from validation.errors import UserError
+
 LIBRARIES = "libgl1 libegl1 libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1"
 TIMEOUT_S = 300
 
@@ -17,10 +19,11 @@ PICTURES = ("stress", "velocity", "pressure", "shape", "sequence", "animation")
 
 @dataclass(frozen=True)
 class Renders:
-    """Pictures of one run, and why some are missing."""
+    """Pictures of one run, why some are missing, and whether the run is no run to draw."""
 
     pictures: dict[str, Path]
     problem: str = ""
+    refused: bool = False
 
 
 def missing_libraries() -> str:
@@ -60,25 +63,27 @@ def render_run(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str] =
     if problem:
         return Renders({}, problem)
     out.mkdir(parents=True, exist_ok=True)
-    problem = _draw([str(run_folder), str(out), prefix, *wanted])
+    problem, refused = _draw([str(run_folder), str(out), prefix, *wanted])
     suffixes = {what: "gif" if what == "animation" else "png" for what in wanted}
     files = {what: out / f"{prefix}-{what}.{suffix}" for what, suffix in suffixes.items()}
-    return Renders({what: path for what, path in files.items() if path.is_file()}, problem)
+    return Renders({what: path for what, path in files.items() if path.is_file()}, problem, refused)
 
 
-def _draw(arguments: Sequence[str]) -> str:
-    """Run `worker` on its arguments; why it failed, empty if it did not."""
+def _draw(arguments: Sequence[str]) -> tuple[str, bool]:
+    """Run `worker` on its arguments; why it failed, and whether by what it was given to draw."""
     command = [sys.executable, "-m", "validation.render.worker", *arguments]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
         )
     except subprocess.TimeoutExpired:
-        return f"rendering took longer than {TIMEOUT_S} s"
+        return f"rendering took longer than {TIMEOUT_S} s", False
     if done.returncode == 0:
-        return ""
+        return "", False
     cause = (done.stderr.strip().splitlines() or ["no message"])[-1]
     if done.returncode < 0:
         hint = f"on Debian or Ubuntu: apt install {LIBRARIES}"
         cause = f"VTK crashed (signal {-done.returncode}); {hint}"
-    return f"rendering failed: {cause}"
+    if done.returncode == UserError.exit_code:
+        return cause, True
+    return f"rendering failed: {cause}", False

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from validation.harness.files import atomic
+from validation.render.run_folder import check_fields
 
 EDGES_UP_TO = 5000  # faces: beyond this, edges hide the colours
 GAP = 6  # pixels between the frames of a sheet
@@ -28,11 +29,27 @@ BAR = {
 }
 
 
-def deformed(path: Path, cut: bool) -> Any:
-    """Surface of the deformed body of one step; see `surface` for `cut`."""
+def read_fields(path: Path) -> Any:
+    """A step's body at rest with its fields.
+
+    Raises
+    ------
+    UserError
+        The file is no step of a run.
+    """
     import pyvista as pv
 
-    mesh = pv.read(path)
+    try:
+        mesh = pv.read(path)
+    except Exception:  # VTK's readers raise whatever their parsing hits
+        mesh = pv.UnstructuredGrid()  # which lacks all that is wanted
+    check_fields(path, mesh)
+    return mesh
+
+
+def deformed(path: Path, cut: bool) -> Any:
+    """Surface of the deformed body of one step; see `surface` for `cut`."""
+    mesh = read_fields(path)
     mesh[STRESS] = mesh.cell_data.pop("von_mises_Pa") / 1e6
     mesh[SPEED] = np.linalg.norm(mesh["velocity"], axis=1)
     if "contact_pressure_Pa" in mesh.point_data:

@@ -3,10 +3,7 @@
 WHAT is any of `off_screen.PICTURES`, each a method of `Drawing`.
 """
 
-import json
 import sys
-import tomllib
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,28 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from validation.errors import UserError
 from validation.render.details import draw_patch, draw_shape, write_gif
+from validation.render.run_folder import read_run
 from validation.render.views import PRESSURE, SPEED, STRESS, contact_sheet, deformed, draw, lowest_x
 
 FRAMES = 6
 SCALE_PERCENTILE = 99.7
-
-
-def read_steps(folder: Path) -> list[tuple[float, Path]]:
-    """Times and files of a PVD collection.
-
-    Raises
-    ------
-    ValueError
-        A file lies elsewhere: a collection made by others must not lead out of its folder.
-    """
-    steps = []
-    for entry in ElementTree.parse(folder / "tap.pvd").getroot().iter("DataSet"):
-        name = entry.attrib["file"]
-        if Path(name).name != name or name == "..":
-            raise ValueError(f"tap.pvd: file {name!r} is not in the collection's own folder")
-        steps.append((float(entry.attrib["timestep"]), folder / name))
-    return steps
 
 
 @dataclass(frozen=True)
@@ -152,20 +134,15 @@ class Drawing:
 
 def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> None:
     """Draw the wanted pictures of a run."""
-    summary = json.loads((run_folder / "summary.json").read_text(encoding="utf-8"))
-    contact = summary["contact_time_s"] or 0.0
-    drawing = Drawing(
-        steps=read_steps(run_folder / "fields"),
-        contact=contact,
-        peak_time=contact + (summary["peak_normal_force_time_s"] or 0.0),
-        height=tomllib.loads(summary["provenance"]["scene_toml"])["surface"]["height"],
-        title=f"{summary['scene']} finger, {summary['model']} {summary['variant']}",
-        out=out,
-        prefix=prefix,
-    )
+    run = read_run(run_folder)
+    drawing = Drawing(run.steps, run.contact_s, run.peak_s, run.height_m, run.title, out, prefix)
     for what in wanted:
         getattr(drawing, what)()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4:])
+    try:
+        main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4:])
+    except UserError as error:
+        sys.stderr.write(f"{error}\n")  # read by the command, which says it
+        sys.exit(error.exit_code)

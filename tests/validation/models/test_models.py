@@ -9,7 +9,7 @@ from validation.cli import main
 from validation.errors import UserError
 from validation.models import hcm as hcm_adapter
 from validation.models import solid
-from validation.render.worker import read_steps
+from validation.render.run_folder import read_steps
 from validation.runs.execute import Job, in_fresh_process, solve
 from validation.scenes.load import load_scene
 

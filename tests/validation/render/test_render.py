@@ -1,15 +1,20 @@
 """``fingertap render``: pictures of a run or a scene, and the mathematics of what they show."""
 
+import json
 from pathlib import Path
+from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 
 from tests.validation.commands import call, one_line
+from validation.errors import UserError
 from validation.render import command as render_command
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
-from validation.render.worker import read_steps
+from validation.render.run_folder import read_steps
+from validation.render.views import read_fields
 
 COARSE = (
     *("--set", "surface.height=0.06", "--set", "solver.fem.section_size=4e-3"),
@@ -87,13 +92,77 @@ def test_a_machine_that_cannot_draw_is_told_before_anything_runs(
     assert list(tmp_path.iterdir()) == []
 
 
+def plain_run(run: Path) -> dict[str, Any]:
+    """Write what `render` reads before anything is drawn; returns the summary."""
+    (run / "fields").mkdir(parents=True, exist_ok=True)
+    (run / "fields" / "tap_000.vtu").touch()
+    pvd = '<V><C><DataSet timestep="0.1" file="tap_000.vtu"/></C></V>'
+    (run / "fields" / "tap.pvd").write_text(pvd)
+    summary: dict[str, Any] = {
+        "contact_time_s": 0.1, "peak_normal_force_time_s": None, "scene": "soft",
+        "model": "fem3d", "variant": "", "provenance": {"scene_toml": "[surface]\nheight = 0.1"},
+    }  # fmt: skip
+    (run / "summary.json").write_text(json.dumps(summary))
+    return summary
+
+
+SUMMARIES: dict[str, Any] = {
+    "contact_time_s": ["x", [], float("nan"), True, 10**400],
+    "peak_normal_force_time_s": ["x", {}, float("inf")],
+    "provenance": [None, [], {}, {"scene_toml": 3}, {"scene_toml": "["}, {"scene_toml": ""},
+                   {"scene_toml": "surface = 3"}, {"scene_toml": "[surface]\nheight = 'x'"}],
+}  # fmt: skip
+INDICES = ("", "<a>", "<a/>", '<a><DataSet file="x.vtu"/></a>', "\0", "<DataSet/>",
+           '<a><DataSet timestep="x" file="tap_000.vtu"/></a>',
+           '<a><DataSet timestep="nan" file="tap_000.vtu"/></a>')  # fmt: skip
+
+
+def test_a_forged_run_is_refused_by_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
+    run = tmp_path / "run"
+    good = plain_run(run)
+    texts = [json.dumps(good | {key: v}) for key, values in SUMMARIES.items() for v in values]
+    texts += [json.dumps({k: v for k, v in good.items() if k != key}) for key in good]
+    for text in ("", "[]", "3", "[" * 100_000, *texts):
+        (run / "summary.json").write_text(text)
+        assert call("render", str(run), "--out", str(tmp_path / "out")) == 2, text[:80]
+        line = one_line(capsys)
+        assert f"render {run}: summary.json is damaged or no run's" in line, text[:80]
+        assert line.rstrip().endswith("make the run again with fingertap run, or give its scene")
+    plain_run(run)
+    for text in INDICES:
+        (run / "fields" / "tap.pvd").write_text(text)
+        assert call("render", str(run), "--out", str(tmp_path / "out")) == 2, text
+        assert f"render {run}: fields/tap.pvd is damaged or no run's" in one_line(capsys)
+
+
+def test_forged_fields_are_refused_by_their_file(tmp_path: Path) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    good = {"displacement": points, "velocity": points}
+    stress = np.ones(1)
+    for number, (of_points, of_cells) in enumerate((
+        ({}, stress), (good, None), (good | {"velocity": points[:, :2]}, stress),
+        (good | {"displacement": points * np.nan}, stress),
+        (good | {"contact_pressure_Pa": points}, stress),
+    )):  # fmt: skip
+        path = tmp_path / f"tap_{number:03d}.vtu"
+        cells = {} if of_cells is None else {"von_mises_Pa": [of_cells]}
+        meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])], of_points, cells).write(path)
+        with pytest.raises(UserError, match="is damaged or no step of a run"):
+            read_fields(path)
+    (tmp_path / "x.vtu").write_text("no XML")
+    with pytest.raises(UserError, match="is damaged or no step of a run"):
+        read_fields(tmp_path / "x.vtu")
+
+
 def test_a_drawing_that_fails_keeps_what_there_is(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = tmp_path / "soft-fem3d"
     (run / "fields").mkdir(parents=True)
-    for name in ("summary.json", "fields/tap.pvd"):
-        (run / name).touch()
+    plain_run(run)
     monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
     monkeypatch.setattr(render_command, "render_run", lambda *a: Renders({}, "VTK crashed"))
     assert call("render", str(run), "--out", str(tmp_path)) == 1

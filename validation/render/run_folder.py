@@ -1,0 +1,132 @@
+"""What is drawn of a run's folder: read as anybody may have written it."""
+
+import json
+import math
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from validation.errors import UserError
+
+FIELDS = Path("fields")
+
+
+@dataclass(frozen=True)
+class DrawnRun:
+    """A run's fields over time, and what its pictures say.
+
+    Attributes
+    ----------
+    steps : times (s) and files of the fields, at least one.
+    contact_s, peak_s : absolute times of the first touch and of the peak force.
+    height_m : H.
+    """
+
+    steps: list[tuple[float, Path]]
+    contact_s: float
+    peak_s: float
+    height_m: float
+    title: str
+
+
+def read_run(folder: Path) -> DrawnRun:
+    """Read a run's summary and the index of its fields.
+
+    Raises
+    ------
+    UserError
+        One line: which file is missing or not what a run writes, and what to do.
+    """
+    for part in ("summary.json", "fields/tap.pvd"):
+        if not (folder / part).is_file():
+            raise UserError(
+                f"render {folder}: {part} is missing; give the folder of a fem3d or fem2d run "
+                "made by fingertap run, or a scene"
+            )
+    part = "summary.json"
+    try:
+        summary = json.loads((folder / part).read_text(encoding="utf-8"))
+        contact = _finite(summary["contact_time_s"])
+        after = _finite(summary["peak_normal_force_time_s"])
+        document = tomllib.loads(summary["provenance"]["scene_toml"])
+        height = _finite(document["surface"]["height"])
+        title = f"{summary['scene']} finger, {summary['model']} {summary['variant']}"
+        part = "fields/tap.pvd"
+        steps = read_steps(folder / FIELDS)
+    # whatever parsing hits: no JSON, no table, no number, no key, nested without end
+    except (ValueError, TypeError, OverflowError, LookupError, AttributeError, OSError, RecursionError,
+            ElementTree.ParseError) as error:  # fmt: skip
+        why = " ".join(str(error).split())[:100]
+        raise UserError(
+            f"render {folder}: {part} is damaged or no run's ({type(error).__name__}: {why}); "
+            "make the run again with fingertap run, or give its scene"
+        ) from error
+    return DrawnRun(steps, contact, contact + after, height, title)
+
+
+def read_steps(folder: Path) -> list[tuple[float, Path]]:
+    """Times and files of a PVD collection.
+
+    Raises
+    ------
+    ValueError
+        There are none, or a file lies elsewhere: a collection made by others must not lead out of
+        its folder.
+    """
+    steps = []
+    for entry in ElementTree.parse(folder / "tap.pvd").getroot().iter("DataSet"):
+        name = entry.attrib["file"]
+        if Path(name).name != name or name == "..":
+            raise ValueError(f"tap.pvd: file {name!r} is not in the collection's own folder")
+        if not (folder / name).is_file():
+            raise ValueError(f"tap.pvd: file {name!r} is not there")
+        steps.append((_finite(float(entry.attrib["timestep"])), folder / name))
+    if not steps:
+        raise ValueError("tap.pvd: lists no file")
+    return steps
+
+
+def _finite(number: Any) -> float:
+    """A finite number; 0 for what a run without contact does not have."""
+    if number is None:
+        return 0.0
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise TypeError(f"{str(number)[:40]!r} is no number")
+    if not math.isfinite(number):
+        raise ValueError(f"{number} is not finite")
+    return float(number)
+
+
+def check_fields(path: Path, mesh: Any) -> None:
+    """Check that a mesh read from a VTU file holds a step's fields.
+
+    Raises
+    ------
+    UserError
+        One line that names the file and what it lacks.
+    """
+    import numpy as np
+
+    points, cells = getattr(mesh, "n_points", 0), getattr(mesh, "n_cells", 0)
+    wanted = {
+        "displacement": (mesh.point_data, (points, 3)),
+        "velocity": (mesh.point_data, (points, 3)),
+        "von_mises_Pa": (mesh.cell_data, (cells,)),
+    }
+    if "contact_pressure_Pa" in mesh.point_data:
+        wanted["contact_pressure_Pa"] = (mesh.point_data, (points,))
+    lacking = [
+        name
+        for name, (data, shape) in wanted.items()
+        if not cells
+        or name not in data
+        or np.shape(data[name]) != shape
+        or not np.isfinite(data[name]).all()
+    ]
+    if lacking or not np.isfinite(mesh.points).all():
+        raise UserError(
+            f"{path}: is damaged or no step of a run: {', '.join(lacking) or 'points'} are "
+            "missing, of another shape, or not finite; make the run again with fingertap run"
+        )

@@ -56,8 +56,8 @@ def read_run(folder: Path) -> DrawnRun:
         part = "fields/tap.pvd"
         steps = read_steps(folder / FIELDS)
     # whatever parsing hits: no JSON, no table, no number, no key, nested without end
-    except (ValueError, TypeError, OverflowError, LookupError, AttributeError, OSError, RecursionError,
-            ElementTree.ParseError) as error:  # fmt: skip
+    except (ValueError, TypeError, OverflowError, LookupError, AttributeError, OSError,
+            RecursionError, ElementTree.ParseError) as error:  # fmt: skip
         why = " ".join(str(error).split())[:100]
         raise UserError(
             f"render {folder}: {part} is damaged or no run's ({type(error).__name__}: {why}); "

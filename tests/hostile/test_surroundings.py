@@ -6,6 +6,7 @@ import stat
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,16 @@ def test_a_byte_order_mark_is_no_syntax_error(tmp_path: Path) -> None:
     text = (ROOT / "validation" / "scenes" / "soft.toml").read_bytes()
     (tmp_path / "scene.toml").write_bytes(b"\xef\xbb\xbf" + text)
     assert load_scene(str(tmp_path / "scene.toml")).tables == load_scene("soft").tables
+
+
+def test_a_scenes_name_can_be_written(
+    make_record: Callable[..., RunRecord], tmp_path: Path
+) -> None:
+    path = tmp_path / os.fsdecode(b"\xff.toml")
+    path.write_bytes((ROOT / "validation" / "scenes" / "soft.toml").read_bytes())
+    name = load_scene(str(path)).name
+    assert name == r"\udcff"
+    write_run(tmp_path / "run", replace(make_record(), scene=name))
 
 
 def ended(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

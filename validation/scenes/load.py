@@ -51,7 +51,9 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
         if path.stat().st_size > MAX_BYTES:
             raise UserError(f"scene {source}: larger than {MAX_BYTES} bytes, not a scene file")
         # Windows' editors put a byte order mark before the text
-        return path.stem, tomllib.loads(path.read_text("utf-8-sig"))
+        # a file's name may be no UTF-8, which no result file could hold
+        name = path.stem.encode("utf-8", "backslashreplace").decode()
+        return name, tomllib.loads(path.read_text("utf-8-sig"))
     except OSError as error:
         raise UserError(
             f"scene {source}: cannot be read ({error.strerror}); check the path"

@@ -14,10 +14,14 @@ PEAK, DURATION, CONTACT, FRICTION = 64.0, 2e-4, 0.136, 0.5
 
 @pytest.fixture(scope="session", autouse=True)
 def interrupts_are_heard() -> Iterator[None]:
-    """A shell starts what runs in its background deaf to interrupts, and so are its children."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """What a shell or `nohup` starts may be deaf to signals, and so are its children."""
+    before = {
+        signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler),
+        signal.SIGHUP: signal.signal(signal.SIGHUP, signal.SIG_DFL),
+    }
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, answer in before.items():
+        signal.signal(number, answer)
 
 
 @pytest.fixture

@@ -32,10 +32,8 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         kinetic *= model.copies
         strain, hourglass = model.copies * block.stored_J, model.copies * block.hourglass_J
         gravity = model.gravity * weight_rise * model.copies
-        work = model.copies * sum(
-            couple.torque * angle
-            for couple, angle in zip(model.couples, state.face_angles, strict=True)
-        )
+        turned = zip(model.couples, state.face_angles, strict=True)
+        work = float(model.copies * sum(couple.torque * angle for couple, angle in turned))
         columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING
         springs, friction, damping = (float(row[column]) for column in columns)
         stored = kinetic + strain + gravity + springs + friction + damping

@@ -84,7 +84,7 @@ def to_record(
     status = result.status
     ok = status.name == "COMPLETED"
     advice = "" if status.advice in result.message else status.advice
-    message = " ".join(filter(None, (result.message, advice)))
+    message = ": ".join(filter(None, (result.message, advice)))
     if ok:
         message = "; ".join(getattr(result, "cautions", ()))
     return RunRecord(

@@ -208,7 +208,8 @@ def test_a_render_that_fails_is_one_line(tmp_path: Path) -> None:
         pytest.skip(renders.missing_libraries())
     result = renders.render_run(tmp_path, tmp_path / "out", "soft")
     assert result.pictures == {}
-    assert result.problem.startswith("rendering failed: FileNotFoundError")
+    assert result.problem.startswith(f"render {tmp_path}: summary.json is missing")
+    assert result.refused
     assert "\n" not in result.problem
 
 

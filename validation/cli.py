@@ -39,6 +39,16 @@ app.command(
     help="Run all models on the paper's hard and soft scenes; tables, figures, renders, one page.",
 )
 app.command(
+    "validation.scenes.command:new_scene",
+    name="new",
+    help="Write a commented scene to start from.",
+)
+app.command(
+    "validation.scenes.command:print_schema",
+    name="schema",
+    help="Print the JSON Schema of a scene: keys, units, bounds, defaults.",
+)
+app.command(
     "validation.studies.paper.command:run_paper",
     name="paper",
     help="Compute every number and figure of the article, and judge each one.",
@@ -73,6 +83,7 @@ identify.command(
     name="torque",
     help="Find the unit of the paper's printed t_3 from its three arrival times.",
 )
+app.register_install_completion_command(help="Let the shell complete commands and options.")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

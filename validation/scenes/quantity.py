@@ -8,7 +8,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import GetCoreSchemaHandler
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 
@@ -87,3 +88,19 @@ class Quantity:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        bounds = {
+            "exclusiveMinimum": self.above,
+            "minimum": self.at_least,
+            "exclusiveMaximum": self.below,
+            "maximum": self.at_most,
+        }
+        number: JsonSchemaValue = {"type": "integer" if self.integer else "number"}
+        number |= {word: bound for word, bound in bounds.items() if math.isfinite(bound)}
+        several = {"type": "array", "items": number, "minItems": 1}
+        kinds = [number] * (not self.only_list) + [several] * (self.per_phalanx or self.only_list)
+        unit = {"unit": self.unit} if self.unit else {}
+        return (kinds[0] if len(kinds) == 1 else {"anyOf": kinds}) | unit

@@ -28,11 +28,15 @@ POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49
 class Table(BaseModel):
     """A TOML table: frozen, and a key that it does not know is refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
+    )
 
     def stated(self, settings: type) -> dict[str, Any]:
         """The fields of a solver's settings that the scene states; others keep their defaults."""
-        values = {f.name: getattr(self, _key(f.name), None) for f in dataclasses.fields(settings)}
+        values = {
+            f.name: getattr(self, state_key(f.name), None) for f in dataclasses.fields(settings)
+        }
         return {name: value for name, value in values.items() if value is not None}
 
 
@@ -40,41 +44,53 @@ class FingerTable(Table):
     """Geometry: one number for all phalanges, or one per phalanx."""
 
     phalanges: Annotated[int, Quantity(integer=True, at_least=1, at_most=200)] = 3
+    """Number of phalanges, from the fixed hinge to the tip."""
     length: Annotated[Numbers, Quantity("m", above=0, at_most=100, per_phalanx=True)]
+    """Between hinges; the last one's to the end of its half-ball."""
     diameter: Annotated[Numbers, Quantity("m", above=0, at_most=100, per_phalanx=True)]
+    """Of the round section."""
     elements: Annotated[
         int | tuple[int, ...],
         Quantity(integer=True, at_least=1, per_phalanx=True, advice=ELEMENTS_ADVICE),
     ] = 20
+    """Beam elements of the reduced model in a phalanx."""
 
 
 class MaterialTable(Table):
     """Linear elastic, isotropic."""
 
     youngs_modulus: Annotated[Numbers, Quantity("Pa", at_least=1, at_most=1e14, per_phalanx=True)]
+    """E."""
     density: Annotated[Numbers, Quantity("kg/m3", above=0, at_most=1e6, per_phalanx=True)]
+    """rho."""
     poisson_ratio: Annotated[
         Numbers, Quantity(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)
     ]
+    """nu; of the finite elements, and of the default of tip.tangential_ratio."""
 
 
 class SurfaceTable(Table):
     """The rigid plane Y = -height with Coulomb friction."""
 
     height: Annotated[float, Quantity("m", above=0, at_most=1e4, advice=HEIGHT_ADVICE)]
+    """Depth of the surface Y = -height below the fixed hinge."""
     friction: Annotated[
         float, Quantity(at_least=0, at_most=100, advice="use 0 for a smooth surface")
     ]
+    """mu, Coulomb's coefficient."""
 
 
 class TipTable(Table):
     """The reduced model's lumped contact (the solid models resolve the contact instead)."""
 
     normal_stiffness: Annotated[float, Quantity("N/m", above=0, at_most=1e14)]
+    """k, slope of the normal element while it is compressed."""
     restitution: Annotated[
         float, Quantity(above=0, at_most=1, advice="1 returns all of the energy")
     ] = 1.0
+    """e*, energetic coefficient."""
     tangential_ratio: Annotated[float | None, Quantity(at_least=0, at_most=1e6)] = None
+    """eta^-2, tangential over normal stiffness; by default Mindlin's 2(1 - nu)/(2 - nu)."""
 
 
 class DriveTable(Table):
@@ -84,8 +100,11 @@ class DriveTable(Table):
         tuple[float, ...] | None,
         Quantity("N m", at_least=-1e6, at_most=1e6, only_list=True),
     ] = None
+    """tau_w of each phalanx, counter-clockwise positive, on its first node."""
     gravity: Annotated[float, Quantity("m/s2", at_least=-1e4, at_most=1e4)] = 9.8
+    """g, along -Y."""
     reaction: bool = False
+    """Whether a torque reacts on the previous phalanx, as a motor in the hinge does."""
 
 
 def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
@@ -113,30 +132,52 @@ def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
             kind = Annotated[number | None, Quantity(**vars(bound))]
         else:  # of names or an object of the solver's, a scene states a name
             kind = next((m for m in members if get_origin(m) is Literal), kind) | None
-        keys[_key(field.name)] = (kind, None)
+        keys[state_key(field.name)] = (kind, None)
     return keys
 
 
-def _key(field: str) -> str:
+def state_key(field: str) -> str:
     """A scene's key is a field's name without the suffix of its unit."""
     return field.removesuffix("_s")
 
 
+def settings_of(solver: str) -> dict[type, tuple[str, ...]]:
+    """Settings of a solver, and which of their fields are no matter of a scene.
+
+    Postures that a figure asks for, what is sampled, how refinement is aimed, and the guards.
+    """
+    if solver == "hcm":
+        import hcm
+
+        return {hcm.Settings: ("frame_times",)}
+    import meshes
+    import reference_fem
+
+    return {reference_fem.Settings: OUTPUT, meshes.Sizing: LIMITS}
+
+
+def _declared_by(solver: str) -> dict[str, Any]:
+    kinds = settings_of(solver).items()
+    return {key: kind for settings, out in kinds for key, kind in _declared(settings, out).items()}
+
+
 @cache
 def hcm_table() -> type[Table]:
-    """``[solver.hcm]``: the reduced model's settings, but for postures that a figure asks for."""
-    from hcm import Settings
-
-    return create_model("HcmTable", __base__=Table, **_declared(Settings, ["frame_times"]))
+    """``[solver.hcm]``: the reduced model's settings."""
+    return create_model("HcmTable", __base__=Table, **_declared_by("hcm"))
 
 
 class FemMeshTable(Table):
     """The solid models' mesh: a preset gives sizes and contact law, other keys override it."""
 
     preset: Literal["fast", "ls-dyna-like", "converged"] = "fast"
+    """Sizes of the mesh and contact law, scaled with the diameter."""
     symmetry: bool = True
+    """Whether half of the body is meshed in 3D, cut by its plane of motion."""
     shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
+    """Of the holes for shafts at the hinges; left out: none, end faces turn about their axes."""
     mesh: str | None = None
+    """Path of a mesh file, relative to the current folder, in place of the preset's mesh."""
 
     @model_validator(mode="after")
     def _mesh_or_sizes(self) -> Self:
@@ -155,15 +196,8 @@ LIMITS = ("contact_angle", "max_elements", "max_updates")
 
 @cache
 def fem_table() -> type[Table]:
-    """``[solver.fem]``: the mesh's keys, the reference's settings and the mesh's sizes.
-
-    What is sampled, how refinement is aimed and the guards are no matter of a scene.
-    """
-    from meshes import Sizing
-    from reference_fem import Settings
-
-    keys = _declared(Settings, OUTPUT) | _declared(Sizing, LIMITS)
-    return create_model("FemTable", __base__=FemMeshTable, **keys)
+    """``[solver.fem]``: the mesh's keys, the reference's settings and the mesh's sizes."""
+    return create_model("FemTable", __base__=FemMeshTable, **_declared_by("fem"))
 
 
 SOLVER_TABLES: dict[str, Callable[[], type[Table]]] = {"hcm": hcm_table, "fem": fem_table}

@@ -1,0 +1,114 @@
+"""``fingertap schema`` says what reading a scene accepts, and ``fingertap new`` writes one."""
+
+import copy
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from tests.validation.commands import call, one_line
+from validation.errors import UserError
+from validation.scenes.load import BUILT_IN, load_scene, read_document
+from validation.scenes.load import validate as read_tables
+from validation.scenes.messages import known_keys
+from validation.scenes.schema import scene_schema
+
+
+@pytest.fixture(scope="module")
+def schema() -> dict[str, Any]:
+    return scene_schema()
+
+
+def entries(schema: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """What the schema says of every dotted key."""
+    found = {}
+
+    def walk(table: dict[str, Any], prefix: str) -> None:
+        for key, entry in table["properties"].items():
+            reference = entry.get("$ref")
+            if reference:
+                walk(schema["$defs"][reference.rsplit("/", 1)[-1]], f"{prefix}{key}.")
+            else:
+                found[prefix + key] = entry
+
+    walk(schema, "")
+    return found
+
+
+def test_schema_has_every_key_with_words_and_the_built_in_scenes_pass(
+    schema: dict[str, Any],
+) -> None:
+    jsonschema.Draft202012Validator.check_schema(schema)
+    for scene in BUILT_IN:
+        jsonschema.validate(read_document(scene)[1], schema)
+    described = entries(schema)
+    assert set(described) == set(known_keys())
+    assert all(entry["description"] for entry in described.values())
+
+
+def test_schema_and_reading_agree_at_and_beyond_every_bound(schema: dict[str, Any]) -> None:
+    checked = 0
+    base = read_document("soft")[1]
+    checker = jsonschema.Draft202012Validator(schema)
+    for key, entry in entries(schema).items():
+        number = next((a for a in (entry, *entry.get("anyOf", ())) if "type" in a), {})
+        bounds = [b for word, b in number.items() if "inimum" in word or "aximum" in word]
+        for bound in bounds:
+            for value in (bound, bound + max(1, abs(bound)), bound - max(1, abs(bound)), "text"):
+                document = copy.deepcopy(base)
+                table = document
+                *path, last = key.split(".")
+                for part in path:
+                    table = table.setdefault(part, {})
+                table[last] = value
+                try:
+                    read_tables(document, "scene")
+                    refused = ""
+                except UserError as error:
+                    refused = str(error)
+                if f"{key} = " in refused and "never reached" not in refused:
+                    assert not checker.is_valid(document), refused
+                elif not refused:
+                    assert checker.is_valid(document), (key, value)
+                checked += 1
+    assert checked > 100  # every key with a bound was tried
+
+
+def test_new_scene_is_the_one_it_is_like_also_with_every_default_written(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    assert call("new", str(path), "--like", "driven-2") == 0
+    assert load_scene(str(path)).tables == load_scene("driven-2").tables
+    text = re.sub(r"^# (\w+ = .)", r"\1", path.read_text(), flags=re.M)
+    assert len(tomllib.loads(text)["solver"]["hcm"]) > 10
+    path.write_text(text)
+    load_scene(str(path))
+
+
+def test_schema_command_prints_nothing_but_the_schema(
+    capsys: pytest.CaptureFixture[str], schema: dict[str, Any]
+) -> None:
+    assert call("schema") == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(schema))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("there.toml", "is there already"),
+        ("scene.txt", ".toml"),
+        ("none/scene.toml", "No such file"),
+        ("a\0b.toml", "cannot be written"),
+    ],
+)
+def test_new_scene_refuses(
+    tmp_path: Path, name: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there = tmp_path / "there.toml"
+    there.write_text("mine")
+    assert call("new", str(tmp_path / name)) == 2
+    assert words in one_line(capsys)
+    assert there.read_text() == "mine"

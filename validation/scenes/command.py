@@ -1,0 +1,53 @@
+"""``fingertap schema`` and ``fingertap new``: what a scene may hold, and a scene to start from."""
+
+import json
+from pathlib import Path
+
+from validation.errors import UserError
+from validation.harness.console import output
+from validation.harness.files import write_text
+from validation.scenes.load import read_document
+from validation.scenes.messages import show
+
+
+def print_schema() -> None:
+    """Print the JSON Schema of a scene: keys, units, bounds, defaults.
+
+    Editors complete and check TOML by it (Even Better TOML, Taplo): write it to a file, and name
+    that in the scene's first line, ``#:schema scene.schema.json``.
+    """
+    from validation.scenes.schema import scene_schema
+
+    print(json.dumps(scene_schema(), indent=2))
+
+
+def new_scene(path: Path, /, *, like: str = "soft") -> None:
+    """Write a commented scene.
+
+    Parameters
+    ----------
+    path
+        File to write, NAME.toml; one that is there already is left as it is.
+    like
+        The scene whose values it takes: a built-in one or a TOML file.
+
+    Raises
+    ------
+    UserError
+        The name does not end in .toml, the file is there, or its folder can't be written to.
+    """
+    from validation.scenes.template import scene_text
+
+    if path.suffix != ".toml":
+        raise UserError(f"{show(str(path))}: a scene's name ends in .toml; give NAME.toml")
+    _, values = read_document(like)
+    try:
+        with path.open("x", encoding="utf-8"):
+            pass
+    except FileExistsError as error:
+        raise UserError(f"{path}: is there already; give another name or remove it") from error
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise UserError(f"{show(str(path))}: cannot be written ({why}); check the path") from error
+    write_text(path, scene_text(values))
+    output(f"{path}: a scene like {like}; run it: fingertap run {path} --model hcm")

@@ -163,6 +163,8 @@ class Settings:
     repeat: bool = True
     """Whether a run whose finger folded up, or whose tap barely ended, is solved again with other
     tolerances to see whether it can be relied on (`hcm.sensitivity`); others never are."""
+    estimate: bool = True
+    """Whether a completed run states an estimate of its numbers' errors (`TapResult.errors`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

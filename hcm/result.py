@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -191,7 +191,8 @@ class TapResult:
     """A run of the reduced model.
 
     message says where and why a run that is not COMPLETED ended. event_postures go with events,
-    frames with `Settings.frame_times` as far as the run got.
+    frames with `Settings.frame_times` as far as the run got. errors: estimated absolute errors by
+    the summary's names; inf where there is none to be had, empty where none were asked for.
     """
 
     status: Status
@@ -202,3 +203,4 @@ class TapResult:
     summary: Summary
     event_postures: Sequence[Posture]
     frames: Sequence[Posture]
+    errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)

@@ -6,7 +6,8 @@ A half model's forces, energies and areas are doubled before they get here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Generic, TypeVar
 
@@ -223,6 +224,9 @@ class TapResult:
         See the classes. After a failure they hold what was computed before it.
     cautions
         What the numbers should not be trusted for, one sentence each; see `cautions`.
+    errors
+        Estimated absolute errors by the summary's names; inf where there is none to be had, empty
+        where none were asked for or the run is not complete.
     """
 
     status: Status
@@ -232,3 +236,4 @@ class TapResult:
     snapshots: tuple[Snapshot, ...]
     summary: Summary
     cautions: tuple[str, ...] = ()
+    errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)

@@ -146,6 +146,8 @@ class Settings:
     max_steps: Annotated[int, Bound(integer=True, at_least=1, at_most=10**15)] = 50_000_000
     """Most explicit steps; a run that needs more is refused where that is known, else it ends as
     WORK_LIMIT. The default is some hours of the coarsest finger."""
+    estimate: bool = True
+    """Whether a completed run states an estimate of its numbers' errors (`TapResult.errors`)."""
     energy_tolerance: Annotated[float, Bound(above=0, advice="0.1 is usual")] = 0.1
     """The run ends as UNSTABLE where the balance error exceeds this share of the largest kinetic
     energy."""

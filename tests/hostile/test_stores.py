@@ -91,5 +91,5 @@ def test_no_forgery_is_a_trace(whole: Path, capsys: pytest.CaptureFixture[str]) 
         assert "computed again" in said or "has this run" in said, what
         discarded += "computed again" in said
         for key, value in printed.items():
-            assert isinstance(value, str | int | float | bool | list | None), (what, key)
+            assert isinstance(value, str | int | float | bool | list | dict | None), (what, key)
     assert discarded > TRIES / 3

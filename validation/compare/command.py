@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import Overrides
+from validation.harness.command_line import NoEstimate, Overrides
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
@@ -12,7 +12,7 @@ from validation.harness.quantities import COMPARED, quantities
 from validation.harness.record import RunRecord
 from validation.models import ModelName
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, load_scene, without_estimate
 
 if TYPE_CHECKING:
     import pandas
@@ -23,24 +23,35 @@ SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", "wall_ti
 def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame":
     """Both runs' scalars and the change in percent of the scene's own.
 
-    Columns: quantity, scene, changed, difference_percent (empty where it has no meaning).
+    Columns: quantity, scene, changed, difference_percent (empty where it has no meaning), and
+    error_percent, the sum of what both runs state as their errors.
     """
     import pandas
 
     rows = []
     for entry in SHOWN:
         before, after = entry.value(scene), entry.value(changed)
-        percent = None
+        percent = error = None
         if before and after is not None:
             percent = 100.0 * (after - before) / abs(before)
-        rows.append((entry.key, before, after, percent))
-    columns = ["quantity", "scene", "changed", "difference_percent"]
+            stated = [entry.error(scene), entry.error(changed)]
+            if None not in stated:
+                error = 100.0 * sum(filter(None, stated)) / abs(entry.factor * before)
+        rows.append((entry.key, before, after, percent, error))
+    columns = ["quantity", "scene", "changed", "difference_percent", "error_percent"]
     table = pandas.DataFrame(rows, columns=columns)
-    return table.dropna(subset=["scene", "changed"], how="all")
+    table = table.dropna(subset=["scene", "changed"], how="all")
+    return table if table.error_percent.notna().any() else table.drop(columns="error_percent")
 
 
 def compare(
-    scene: str, /, *, model: ModelName, overrides: Overrides = (), out: Path = Path("out")
+    scene: str,
+    /,
+    *,
+    model: ModelName,
+    overrides: Overrides = (),
+    out: Path = Path("out"),
+    no_estimate: NoEstimate = False,
 ) -> None:
     """Run a scene as it is and with overrides; print and keep the differences.
 
@@ -54,6 +65,8 @@ def compare(
         The change, KEY=VALUE as often as needed: --set solver.fem.flight=explicit
     out
         Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
+    no_estimate
+        Leave the estimates of both runs' errors out.
 
     Raises
     ------
@@ -64,7 +77,11 @@ def compare(
     """
     if not overrides:
         raise UserError("compare: nothing to change; give --set KEY=VALUE")
-    scenes = {"scene": load_scene(scene), "changed": load_scene(scene, overrides)}
+    without = without_estimate(model, no_estimate)
+    scenes = {
+        "scene": load_scene(scene, without),
+        "changed": load_scene(scene, (*overrides, *without)),
+    }
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
     folder = output_folder(out / "compare" / name)
     records = {which: _run(named, model, folder / which) for which, named in scenes.items()}

@@ -11,5 +11,8 @@ Overrides = Annotated[Sequence[str], Parameter(name="--set", negative="")]
 Flag = Annotated[bool, Parameter(negative="")]
 """A switch that is off unless it is given."""
 
+NoEstimate = Annotated[bool, Parameter(name="--no-estimate", negative="")]
+"""Whether runs go without estimates of their errors, as with ``solver.hcm.estimate=false``."""
+
 AsJson = Annotated[bool, Parameter(name="--json", negative="")]
 """Whether one JSON object is printed and nothing else."""

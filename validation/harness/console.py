@@ -6,10 +6,11 @@ a control character in one of them could move the cursor, change colours or rewr
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from validation.harness.quantities import QUANTITIES
+from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity
+from validation.harness.uncertainty import with_error
 
 if TYPE_CHECKING:  # help and errors need no numpy
     from validation.harness.record import RunRecord
@@ -69,15 +70,19 @@ def summary_text(record: "RunRecord") -> str:
     lines = [f"{record.scene}, {record.label}: {record.status.lower().replace('_', ' ')}"]
     for entry in QUANTITIES:
         value = record.summary.get(entry.key)
+        parts = COMPONENTS if entry.key == TIP_VELOCITY else (entry,)
         if isinstance(value, bool):
             text = "yes" if value else "no"
-        elif isinstance(value, Sequence):
-            text = ", ".join(f"{component * entry.factor:.4f}" for component in value)
-        elif (shown := entry.read(record)) is not None:
-            text = f"{shown:.6g}"
+        elif value is not None and None not in (shown := [_shown(part, record) for part in parts]):
+            text = ", ".join(map(str, shown))
         else:
             continue
         lines.append(f"  {entry.title:<{WIDTH}}{text} {entry.unit}".rstrip())
     if record.read_back:
         lines.append(f"  {'time and memory measured':<{WIDTH}}{record.measured}")
     return "\n".join(lines)
+
+
+def _shown(entry: Quantity, record: "RunRecord") -> str | None:
+    value = entry.read(record)
+    return None if value is None else with_error(value, entry.error(record))

@@ -7,6 +7,7 @@ from typing import Any
 
 from validation.harness.files import write_text
 from validation.harness.tables import rounded
+from validation.harness.uncertainty import with_error
 
 
 def inline(path: Path) -> str:
@@ -22,6 +23,13 @@ def signed(value: float | None, digits: int = 1) -> str:
 def number(value: Any) -> str:
     """A rounded number, a dash for nothing."""
     return rounded(value) or "–"
+
+
+def bar(value: float | None, error: float | None) -> str:
+    """A number with its error, rounded as `number` where none is stated."""
+    if value is None or error is None:
+        return number(value)
+    return with_error(value, error).replace("+-", "\N{PLUS-MINUS SIGN}")
 
 
 def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
@@ -41,5 +49,5 @@ def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"inline": inline, "signed": signed, "number": number}
+    environment.filters |= {"inline": inline, "signed": signed, "number": number, "with_error": bar}
     write_text(path, environment.get_template(template).render(context))

@@ -40,6 +40,10 @@ class Scalars(Protocol):
     def summary(self) -> Mapping[str, Any]:
         """In SI units; None for what the run has not."""
 
+    @property
+    def errors(self) -> Mapping[str, Any]:
+        """Estimates of their absolute errors."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -73,11 +77,19 @@ class Quantity:
 
     def value(self, record: Scalars) -> float | None:
         """In SI units; None where the run has none."""
+        return finite(self._of(record.summary))
+
+    def error(self, record: Scalars) -> float | None:
+        """Estimate of its error in the shown unit, which may be infinite; None without one."""
+        error = self._of(record.errors)
+        return None if error is None else self.factor * error
+
+    def _of(self, table: Mapping[str, Any]) -> float | None:
         if self.component_of is None:
-            return finite(record.summary.get(self.key))
+            return table.get(self.key)
         vector, axis = self.component_of
-        components = record.summary.get(vector)
-        return None if components is None else float(components[axis])
+        components = table.get(vector)
+        return None if components is None else components[axis]
 
     def read(self, record: Scalars) -> float | None:
         """In the shown unit; None where the run has none."""
@@ -110,6 +122,10 @@ QUANTITIES = (  # in the order of JSON and of the terminal
 COMPONENTS = (
     Quantity("tip_velocity_x_m_per_s", "tip velocity vx at contact", "", (TIP_VELOCITY, 0)),
     Quantity("tip_velocity_y_m_per_s", "tip velocity vy at contact", "", (TIP_VELOCITY, 1)),
+)
+ESTIMATED = (  # what a run states errors of
+    *("contact_time_s", TIP_VELOCITY, "peak_normal_force_N", "peak_normal_force_time_s"),
+    *("peak_tangential_force_N", "contact_duration_s", "normal_impulse_N_s", "peak_stress_R_Pa"),
 )
 SUMMARY_KEYS = tuple(entry.key for entry in QUANTITIES if not entry.solid)
 SOLID_KEYS = tuple(entry.key for entry in QUANTITIES if entry.solid)

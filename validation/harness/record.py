@@ -31,6 +31,8 @@ class RunRecord:
     status : name of the model's own status; ``ok`` says whether the run completed.
     message : what happened and what to do, empty when all went well.
     summary : by key of `quantities.QUANTITIES`; None where a model has none.
+    errors : estimated absolute errors, by keys of the summary, in the same units; infinite where
+        one could not be estimated, empty where none was asked for.
     history : arrays over time, units in the names; the first axis is time.
     forces : contact forces of every step, ``time_s, normal_force_N, tangential_force_N, ...``, of
         a model whose history is sampled; empty where the history has every step.
@@ -47,6 +49,7 @@ class RunRecord:
     ok: bool
     message: str
     summary: Mapping[str, Any]
+    errors: Mapping[str, Any] = field(default_factory=dict)
     history: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     forces: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
@@ -90,6 +93,7 @@ class RunRecord:
             "scene": self.scene,
             "model": self.model,
             **{key: plain(self.summary.get(key)) for key in keys},
+            "error_estimates": plain(self.errors),
         }
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from validation.harness.quantities import QUANTITIES, TIP_VELOCITY
+from validation.harness.quantities import ESTIMATED, QUANTITIES, TIP_VELOCITY
 
 COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick", "steps", "elements")
 SIGNED = ("peak_tangential_force_N", "peak_stress_R_Pa", "energy_residual")
@@ -51,6 +51,14 @@ _Summary: Any = create_model(  # type: ignore[call-overload]
     "_Summary", __base__=_Part, **{entry.key: (_kind(entry.key), ...) for entry in QUANTITIES}
 )
 
+_Error = Positive | None  # None: infinite
+_errors = {
+    key: (tuple[_Error, _Error] if key == TIP_VELOCITY else _Error, None) for key in ESTIMATED
+}
+_Errors: Any = create_model(  # type: ignore[call-overload]
+    "_Errors", __config__=ConfigDict(strict=True, extra="forbid"), **_errors
+)
+
 
 class _Provenance(_Part):
     scene_toml: Text
@@ -67,6 +75,7 @@ class _Record(_Part):
     ok: bool
     message: Text
     summary: _Summary
+    errors: _Errors
     events: list[tuple[Number, Text]]
     statistics: dict[Text, Number | Count | bool | Text | None]
     provenance: _Provenance

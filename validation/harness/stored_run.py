@@ -4,6 +4,7 @@ The last is there for solids alone.
 """
 
 import json
+import math
 import shutil
 from collections.abc import Mapping
 from dataclasses import replace
@@ -32,6 +33,7 @@ def write_record(folder: Path, record: RunRecord) -> None:
         "ok": record.ok,
         "message": record.message,
         "summary": record.summary,
+        "errors": record.errors,
         "events": [[event.time_s, event.kind] for event in record.events],
         "statistics": record.statistics,
         "provenance": record.provenance,
@@ -56,17 +58,22 @@ def read_record(folder: Path) -> RunRecord:
     history, forces = (_read_arrays(folder / name) for name in (HISTORY, FORCES))
     check_arrays(history, ("time_s",))
     check_arrays(forces, ("time_s", "normal_force_N", "tangential_force_N"))
-    summary = {
-        name: tuple(value) if isinstance(value, list) else value
-        for name, value in values["summary"].items()
-    }
+    summary = {key: _scalar(value, None) for key, value in values["summary"].items()}
+    errors = {key: _scalar(value, math.inf) for key, value in values["errors"].items()}
     events = tuple(Event(float(time), kind) for time, kind in values["events"])
     return RunRecord(
-        **{**values, "summary": summary, "events": events},
+        **{**values, "summary": summary, "errors": errors, "events": events},
         history=history,
         forces=forces,
         read_back=True,
     )
+
+
+def _scalar(value: Any, nothing: float | None) -> Any:
+    """A scalar or a vector as it was before JSON, which has neither tuples nor infinity."""
+    if isinstance(value, list):
+        return tuple(_scalar(item, nothing) for item in value)
+    return nothing if value is None else value
 
 
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:

@@ -187,7 +187,7 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     """
     import hcm
 
-    arguments = translate(scene)
+    arguments = translate(scene, estimate=False)
     arguments["tip"] = replace(arguments["tip"], normal_stiffness=stiffness)
     result = unless_interrupted(hcm.simulate(**arguments))
     peak = result.summary.peak_normal_force_N

@@ -73,7 +73,7 @@ def to_record(
     Parameters
     ----------
     result : object with status, message, history, summary and, where the model has them, forces
-        (of every step), events and statistics.
+        (of every step), events, statistics, cautions and errors.
     wall_time_s : duration of the solve alone.
     """
     summary = {entry.key: getattr(result.summary, entry.key, None) for entry in QUANTITIES}
@@ -95,6 +95,7 @@ def to_record(
         ok=ok,
         message=" ".join(message.split()),
         summary=summary,
+        errors=dict(getattr(result, "errors", {})),
         history=_arrays(result.history),
         forces=_arrays(getattr(result, "forces", None)),
         events=tuple(Event(float(e.time_s), str(e.kind)) for e in getattr(result, "events", ())),

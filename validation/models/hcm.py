@@ -6,13 +6,22 @@ from typing import Any
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, load_scene, without_estimate
 
-WARM_UP = ("finger.elements=2", "surface.height=0.002", "solver.hcm.contact_step=1e-6")
+WARM_UP = (
+    *without_estimate("hcm"),
+    "finger.elements=2",
+    "surface.height=0.002",
+    "solver.hcm.contact_step=1e-6",
+)
 
 
-def translate(scene: NamedScene) -> dict[str, Any]:
+def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
     """The scene as keyword arguments of ``hcm.simulate``.
+
+    Parameters
+    ----------
+    estimate : whether errors are estimated, where the scene does not switch that off.
 
     Raises
     ------
@@ -23,6 +32,8 @@ def translate(scene: NamedScene) -> dict[str, Any]:
 
     tables = scene.tables
     finger, material = tables.finger, tables.material
+    stated = tables.solver.hcm.stated(hcm.Settings)
+    stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
     try:
         phalanges = tuple(
@@ -44,7 +55,7 @@ def translate(scene: NamedScene) -> dict[str, Any]:
                 gravity=tables.drive.gravity,
                 reaction=tables.drive.reaction,
             ),
-            "settings": hcm.Settings(**tables.solver.hcm.stated(hcm.Settings)),
+            "settings": hcm.Settings(**stated),
         }
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
@@ -68,7 +79,7 @@ def run(
     import hcm
 
     del checkpoint
-    arguments = translate(scene)
+    arguments = translate(scene, estimate=True)
     start = time.perf_counter()
     try:
         result = hcm.simulate(**arguments, progress=progress)

@@ -9,7 +9,7 @@ from validation.errors import UserError
 from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, load_scene, without_estimate
 from validation.scenes.tables import Scene
 
 Dimension = Literal[2, 3]
@@ -21,6 +21,7 @@ PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are mea
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
 WARM_UP = (
+    *without_estimate("fem3d"),
     "surface.height=0.06",
     "solver.fem.section_size=5e-3",
     "solver.fem.axial_size=1e-2",

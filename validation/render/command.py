@@ -14,7 +14,7 @@ from validation.models import ModelName
 from validation.render.off_screen import PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
 from validation.runs.execute import keep, solve
-from validation.scenes.load import load_scene
+from validation.scenes.load import load_scene, without_estimate
 
 
 def render(
@@ -72,7 +72,7 @@ def _run(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> 
     """The folder of a new run, kept as ``fingertap run`` keeps it."""
     if model == "hcm":
         raise UserError("--model hcm: beams have no fields to draw; use fem3d or fem2d")
-    scene = load_scene(source, overrides)
+    scene = load_scene(source, (*overrides, *without_estimate(model)))
     folder = output_folder(out / "run" / safe_name(f"{scene.name}-{model}"))
     with progress_bar(f"{scene.name} {model}") as progress:
         outcome = solve(scene, model, folder, progress)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import AsJson, Flag, Overrides
+from validation.harness.command_line import AsJson, Flag, NoEstimate, Overrides
 from validation.harness.console import output, progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
@@ -18,7 +18,7 @@ from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, load_scene, without_estimate
 
 DEFAULT_OUT = Path("out")
 
@@ -35,6 +35,7 @@ def run_scene(
     out: Path | None = None,
     resume: Flag = False,
     fresh: Flag = False,
+    no_estimate: NoEstimate = False,
 ) -> None:
     """Run, print, keep; a run that writes files and is stored already is read back.
 
@@ -57,6 +58,8 @@ def run_scene(
         Continue a run that was killed, from the restart file in its folder, to the same result.
     fresh
         Run again; without it an unchanged run that is in OUT/store is read back.
+    no_estimate
+        Leave the estimates of errors out, which take up to a third of the run's time.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def run_scene(
     """
     if resume and model == "hcm":
         raise UserError("--resume: hcm runs in seconds and has nothing to resume; leave it out")
-    named = load_scene(scene, overrides)
+    named = load_scene(scene, (*overrides, *without_estimate(model, no_estimate)))
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
     checkpoint = None
     if out is not None or not as_json or resume:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.errors import RunFailedError
-from validation.harness.command_line import Flag
+from validation.harness.command_line import Flag, NoEstimate
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
@@ -25,9 +25,9 @@ from validation.validate.tables import (
 )
 
 
-def run_all(folder: Path, progress: Progress, store: Store) -> Runs:
+def run_all(folder: Path, progress: Progress, store: Store, estimate: bool = True) -> Runs:
     """Run every job that is not stored, one process at a time: each has the machine to itself."""
-    work = [group for scene in SCENES for group in groups(scene)]
+    work = [group for scene in SCENES for group in groups(scene, estimate)]
     records = []
     if not all(stored(group, store) for group in work):
         compile_in_fresh_process(lambda what: progress(0.0, what))
@@ -69,7 +69,13 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
     return context
 
 
-def run_validation(*, out: Path = Path("out"), ladder: Flag = False, fresh: Flag = False) -> None:
+def run_validation(
+    *,
+    out: Path = Path("out"),
+    ladder: Flag = False,
+    fresh: Flag = False,
+    no_estimate: NoEstimate = False,
+) -> None:
     """Run, compare, tabulate, draw, and write the page.
 
     Parameters
@@ -81,6 +87,8 @@ def run_validation(*, out: Path = Path("out"), ladder: Flag = False, fresh: Flag
         Compare with the converged reference on the ladder's third rung: minutes longer.
     fresh
         Run everything again; without it a run that is unchanged is read back from OUT/store.
+    no_estimate
+        Leave the estimates of the runs' errors out.
 
     Raises
     ------
@@ -94,7 +102,7 @@ def run_validation(*, out: Path = Path("out"), ladder: Flag = False, fresh: Flag
         output_folder(folder / name)
     store = Store(out / "store", fresh)
     with progress_bar("validate") as progress:
-        runs = run_all(folder / "runs", progress, store)
+        runs = run_all(folder / "runs", progress, store, not no_estimate)
         progress(0.8, "ladder: structure and contact")
         rungs = isolated_ladder(out, ladder, store)
         progress(0.95, "tables, figures, renders")

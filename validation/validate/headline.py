@@ -14,6 +14,7 @@ class Difference:
     Attributes
     ----------
     reduced, reference : values in the quantity's unit; None where a run is missing.
+    reduced_error, reference_error : what the runs state as their own errors.
     band : spread of the three-dimensional runs.
     """
 
@@ -22,6 +23,8 @@ class Difference:
     reduced: float | None
     reference: float | None
     band: Spread | None
+    reduced_error: float | None = None
+    reference_error: float | None = None
 
     @property
     def error_percent(self) -> float | None:
@@ -50,7 +53,8 @@ def differences(runs: Runs) -> list[Difference]:
             value = entry.read(reduced) if reduced else None
             target = entry.read(reference) if reference else None
             band = spread(runs.spread_over(scene), entry)
-            rows.append(Difference(scene, entry, value, target, band))
+            errors = (entry.error(run) if run else None for run in (reduced, reference))
+            rows.append(Difference(scene, entry, value, target, band, *errors))
     return rows
 
 

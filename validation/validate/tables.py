@@ -19,8 +19,8 @@ MEASURED = quantities(
 )
 ACCURACY_COLUMNS = (
     *("scene", "quantity", "unit"),
-    *("reduced_model", "reduced", "reduced_source"),
-    *("reference_model", "reference", "reference_source"),
+    *("reduced_model", "reduced", "reduced_error", "reduced_source"),
+    *("reference_model", "reference", "reference_error", "reference_source"),
     *("error_percent", "reference_low", "reference_high", "reference_runs"),
     *("paper_reduced", "paper_reference", "paper_error_percent", "paper_source"),
 )
@@ -59,7 +59,9 @@ def accuracy_rows(
                 "quantity": entry.title,
                 "unit": entry.unit,
                 "reduced": value,
+                "reduced_error": entry.error(reduced),
                 "reference": target,
+                "reference_error": entry.error(reference),
                 "error_percent": error_percent(value, target),
                 "reference_low": band and band.low,
                 "reference_high": band and band.high,

@@ -117,7 +117,9 @@ def test_an_interrupted_run_is_neither_warmth_nor_measurement(
     def interrupt(fraction: float, doing: str) -> None:
         raise KeyboardInterrupt
 
-    simulate = partial(hcm.simulate, **translate(load_scene("soft")), progress=interrupt)
+    simulate = partial(
+        hcm.simulate, **translate(load_scene("soft"), estimate=False), progress=interrupt
+    )
     assert simulate().status is hcm.Status.INTERRUPTED
     with pytest.raises(KeyboardInterrupt):
         shortest(simulate, 1.0)

@@ -102,7 +102,7 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
     if model == "hcm":
         import hcm
 
-        return partial(hcm.simulate, **translate(scene))
+        return partial(hcm.simulate, **translate(scene, estimate=False))
     import reference_fem
 
     mesh = build_mesh(scene.tables, DIMENSIONS[model])

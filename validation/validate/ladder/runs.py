@@ -44,7 +44,7 @@ def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRec
     """
     import hcm
 
-    arguments = translate(scene)
+    arguments = translate(scene, estimate=False)
     arguments["tip"] = dataclasses.replace(
         arguments["tip"],
         normal_stiffness=contact.stiffness,

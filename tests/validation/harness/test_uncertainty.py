@@ -1,0 +1,74 @@
+"""Stated errors on their way from a run to the terminal, JSON and a store."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.validation.commands import call, one_line
+from validation.harness.console import summary_text
+from validation.harness.record import RunRecord
+from validation.harness.stored_run import read_record, write_record
+from validation.harness.uncertainty import with_error
+
+Make = Callable[..., RunRecord]
+ERRORS = {
+    "contact_time_s": math.inf,
+    "tip_velocity_at_contact_m_per_s": (0.012, math.inf),
+    "peak_normal_force_N": 0.3217,
+}
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (95.1523, 0.4, "95.2 +- 0.4"),
+        (95.1523, 0.41, "95.2 +- 0.5"),  # never smaller than it is
+        (95.1523, 0.123, "95.15 +- 0.13"),
+        (95.1523, 17.0, "95 +- 17"),
+        (95.1523, 430.0, "100 +- 500"),
+        (1234567.0, 2.5, "1234570 +- 10"),
+        (-2.239, 0.05, "-2.24 +- 0.05"),
+        (136.1070001, 1e-9, "136.107 +- 0.001"),  # six digits, and the error no smaller
+        (95.1523, math.inf, "95.1523 +- ?"),
+        (95.1523, None, "95.1523"),
+        (95.1523, 0.0, "95.1523"),
+        (0.0, 0.02, "0.00 +- 0.02"),
+        (99.97, 0.0999999999999, "99.97 +- 0.10"),
+    ],
+)
+def test_an_error_decides_the_digits(value: float, error: float | None, text: str) -> None:
+    assert with_error(value, error) == text
+
+
+def test_the_terminal_and_json_show_errors(make_record: Make) -> None:
+    record = make_record(errors=ERRORS)
+    text = summary_text(record)
+    assert "  time of first contact          136 +- ? ms\n" in text
+    assert "  tip velocity at contact        1.800 +- 0.012, -1.65 +- ? m/s\n" in text
+    assert "  peak Fn                        64.0 +- 0.4 N\n" in text
+    assert "  contact duration               200 us\n" in text
+    printed = record.to_json()["error_estimates"]
+    assert json.loads(json.dumps(printed, allow_nan=False)) == {
+        "contact_time_s": None,
+        "tip_velocity_at_contact_m_per_s": [0.012, None],
+        "peak_normal_force_N": 0.3217,
+    }
+    assert make_record().to_json()["error_estimates"] == {}
+
+
+@pytest.mark.parametrize("errors", [ERRORS, {}])
+def test_errors_are_read_back_as_they_were(
+    errors: dict[str, object], make_record: Make, tmp_path: Path
+) -> None:
+    write_record(tmp_path, make_record(errors=errors))
+    assert read_record(tmp_path).errors == errors
+
+
+def test_no_estimate_leaves_them_out(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("run", "soft", "--model", "hcm", "--json", "--no-estimate") == 0
+    assert json.loads(capsys.readouterr().out)["error_estimates"] == {}
+    assert call("run", "soft", "--model", "hcm", "--set", "solver.hcm.estimate=3") == 2
+    assert "solver.hcm.estimate" in one_line(capsys)

@@ -160,11 +160,9 @@ class Settings:
     `flight_tolerance` bounds what the last term of a step's polynomial adds to it."""
     frame_times: Annotated[tuple[float, ...], Bound("s", at_least=0)] = ()
     """Rising; the posture is kept at these times (interpolated, steps unchanged)."""
-    repeat: bool = True
-    """Whether a run whose finger folded up, or whose tap barely ended, is solved again with other
-    tolerances to see whether it can be relied on (`hcm.sensitivity`); others never are."""
     estimate: bool = True
-    """Whether a completed run states an estimate of its numbers' errors (`TapResult.errors`)."""
+    """Whether the errors of the first tap's numbers are estimated, which takes a second, cheaper
+    solve, and a third of folded fingers and of taps that barely end (`hcm.estimate`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

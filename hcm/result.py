@@ -149,7 +149,7 @@ class Statistics:
     steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
     trial steps of the event search, steps taken through chatter, and seconds of solving. In flight
     by collocation an iteration is one of all stages, and its three systems' factorizations count as
-    three. The repetition of an unsure run (`hcm.sensitivity`) counts in the seconds only.
+    three. The repetitions that estimate its errors (`hcm.estimate`) count in the seconds only.
     """
 
     steps: int
@@ -191,8 +191,9 @@ class TapResult:
     """A run of the reduced model.
 
     message says where and why a run that is not COMPLETED ended. event_postures go with events,
-    frames with `Settings.frame_times` as far as the run got. errors: estimated absolute errors by
-    the summary's names; inf where there is none to be had, empty where none were asked for.
+    frames with `Settings.frame_times` as far as the run got. errors : estimated absolute errors of
+    the summary's main numbers, by its fields, SI units; inf where nothing is known, empty where
+    none were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
     """
 
     status: Status
@@ -204,3 +205,4 @@ class TapResult:
     event_postures: Sequence[Posture]
     frames: Sequence[Posture]
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+    cautions: tuple[str, ...] = ()

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from hcm import loop
 from hcm.contact.law import FLIGHT, Contact
+from hcm.estimate import estimate_errors
 from hcm.integrators.gauss_tableau import STAGES
 from hcm.model import Model, RigidStart, build_model
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
 from hcm.record import Segment, empty_record, next_segment
 from hcm.result import Statistics, Status, TapResult, history_of
-from hcm.sensitivity import compare_repetitions
 from hcm.start import BeamStart, start_beams
 from hcm.state import Clock, Motion
 from hcm.summary import summarize
@@ -90,12 +91,6 @@ def simulate(
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
-    if status is Status.COMPLETED and settings.repeat:
-
-        def again(changed: Settings) -> TapResult:
-            return simulate(finger, surface, tip, drive, changed, progress, start)
-
-        status, doubt = compare_repetitions(again, finger, settings, history, events, summary)
     cost = model.generalized_alpha.work.cost
     statistics = Statistics(
         steps=last.steps,
@@ -108,7 +103,7 @@ def simulate(
     )
     frames = model.frames
     reached = (frames.time >= model.start_s) & (frames.time <= clock.time)
-    return TapResult(
+    result = TapResult(
         status,
         _message(status, clock, statistics) + doubt,
         history,
@@ -122,6 +117,21 @@ def simulate(
             np.concatenate([segment.v for segment in segments]),
         ),
         postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),
+    )
+    if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
+        return result
+
+    def again(finger: Finger, changed: Settings) -> TapResult:
+        return simulate(finger, surface, tip, drive, changed, progress, start)
+
+    found = estimate_errors(result, again, finger, settings)
+    return replace(
+        result,
+        status=found.status,
+        message=_message(found.status, clock, statistics) + found.doubt,
+        statistics=replace(statistics, wall_time_s=time.perf_counter() - started),
+        errors=found.errors,
+        cautions=found.cautions,
     )
 
 

@@ -23,7 +23,7 @@ def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Sett
         contact_tolerance=settings.contact_tolerance / tolerances,
         newton_tolerance=max(settings.newton_tolerance / tolerances, 1e-12),
         max_steps=20 * settings.max_steps,
-        repeat=False,
+        estimate=False,
     )
 
 

@@ -1,0 +1,353 @@
+"""Estimated errors of the first tap's numbers, from a second solve of the same scene.
+
+The *companion* takes STEPS times longer steps and half the elements (twice as many where a phalanx
+has few). With time errors ~ h^2 and element errors ~ l^p, p >= 2, it is at least four times as
+wrong as the run, so that
+
+    |companion - run| >= 3 |run - exact|:
+
+Roache's grid convergence index of two grids, with its safety factor 3 (J. Fluids Eng. 116, 1994).
+
+Generalized-alpha damps vibrations that its steps do not resolve, and two damped runs agree without
+them. So the companion flies in equal steps with xi = 1, the trapezoidal rule, which keeps a
+vibration's energy at any step though not its phase. What the two flights differ by is then seen not
+at the touch alone, which may show it in a node, but over the last `FLIGHT_SHARE` of the flight:
+twice the root mean square of the difference d. On the force acts what lasts for a good part of the
+contact, the mean of d(v_n) over half its duration; a force is as wrong as the speed that causes it,
+|dF|/F = |dv_n|/v_n.
+
+A chain that folds up multiplies every error by e^(Lambda t), those of its own steps included, and a
+tap that *grazes* ends, or nearly ended before it went on, with a tip that hardly moves away: two
+runs may agree on either by chance or in error. Those are solved once more, `TIGHTER`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hcm.arrays import Floats
+from hcm.parameters import GAUSS, Finger, Settings
+from hcm.result import History, Status, Summary, TapResult
+from hcm.workload import most_steps
+
+Again = Callable[[Finger, Settings], TapResult]
+
+STEPS = 3.0
+# Elements of a phalanx below which halving them would leave too few to tell anything.
+FEW = 10
+FLIGHT_SHARE, SAMPLES = 0.1, 400
+TIGHTER = 0.1
+# A tip that came closer to the fixed hinge than this share of the finger's length has folded up.
+FOLDED = 0.5
+# Share of the peak F_n at which the tip turned back, and of the speed of approach at which it left.
+GRAZE = 0.01
+# Relative error beyond which a run carries a caution, and a folded or grazing one is unrepeatable.
+LARGEST_ERROR = 0.01
+
+NAMES = {
+    "contact_time_s": "time of contact",
+    "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
+    "peak_normal_force_N": "peak normal force",
+    "peak_normal_force_time_s": "time of the peak",
+    "peak_tangential_force_N": "peak tangential force",
+    "contact_duration_s": "contact duration",
+    "normal_impulse_N_s": "normal impulse",
+    "peak_stress_R_Pa": "peak stress at R",
+}
+"""The numbers with an estimate, by the summary's fields."""
+DECISIVE = (
+    "contact_time_s",
+    "tip_velocity_at_contact_m_per_s",
+    "peak_normal_force_N",
+    "normal_impulse_N_s",
+)
+"""Those that make a run unrepeatable where a tighter one changes them."""
+FROM_SPEED = (
+    "peak_normal_force_N",
+    "peak_normal_force_time_s",
+    "peak_tangential_force_N",
+    "contact_duration_s",
+    "normal_impulse_N_s",
+)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What is known of a completed run's errors, and whether it can be relied on.
+
+    errors : estimated absolute errors by `NAMES`, SI units. status : COMPLETED, or why the run
+    can't be relied on, and doubt with what changes.
+    """
+
+    errors: Mapping[str, float | tuple[float, float]]
+    cautions: tuple[str, ...]
+    status: Status = Status.COMPLETED
+    doubt: str = ""
+
+
+def stretched(settings: Settings, own: Summary, factor: float, most: int) -> Settings:
+    """Settings of a repetition: one tap, steps `factor` times as long, not repeated itself.
+
+    A step's local error is of order 3 in its length. A first tap that an end time cut short is
+    repeated as far as that and a little further, for it may come later; any other gets at least the
+    flight that it took in the run itself, where an end time lifts the limit. Shorter steps may be
+    more, up to the `most` that fit, so that a completed run is never refused for its repetition.
+    """
+    end_time = None
+    if settings.end_time is not None and own.contact_duration_s is None:
+        end_time = settings.end_time * (1.0 + LARGEST_ERROR)
+    more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
+    return replace(
+        settings,
+        flight_step=min(settings.flight_step * factor, 1.0),
+        contact_step=min(settings.contact_step * factor, 1.0),
+        flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),
+        contact_tolerance=min(settings.contact_tolerance * factor**3, 1.0),
+        max_steps=min(more, most),
+        max_flight_time=max(settings.max_flight_time, 2.0 * (own.contact_time_s or 0.0)),
+        taps=1,
+        end_time=end_time,
+        frame_times=(),
+        estimate=False,
+    )
+
+
+def companion_finger(finger: Finger) -> Finger:
+    """Half the elements of each phalanx, or twice where it has few."""
+    phalanges = [
+        replace(p, elements=p.elements // 2 if p.elements >= FEW else 2 * p.elements)
+        for p in finger.phalanges
+    ]
+    return Finger(tuple(phalanges))
+
+
+def undamped(settings: Settings, history: History, contact: int) -> Settings:
+    """The companion's `settings` with a flight in equal steps that damps nothing."""
+    if settings.flight_integrator == GAUSS or settings.flight == "rigid":
+        return settings
+    mean = float(history.time_s[contact] - history.time_s[0]) / max(contact, 1)
+    step = min(max(STEPS * mean, 1e-300), 1.0)
+    return replace(settings, flight_step=step, flight_tolerance=0.0, spectral_radius=1.0)
+
+
+def first_contact(result: TapResult) -> int:
+    """Row of the history at which the tip first touches."""
+    contact = result.summary.contact_time_s
+    assert contact is not None
+    return int(result.history.time_s.searchsorted(contact))
+
+
+def first_tap(result: TapResult) -> slice:
+    """Rows of the history of a first tap that ends."""
+    s = result.summary
+    assert s.contact_time_s is not None
+    assert s.contact_duration_s is not None
+    end = result.history.time_s.searchsorted(s.contact_time_s + s.contact_duration_s, side="right")
+    return slice(first_contact(result), int(end))
+
+
+def folded(result: TapResult, length: float) -> bool:
+    """Whether the tip came close to the fixed hinge before the first contact."""
+    before = result.history.tip_position_m[: first_contact(result) + 1]
+    return bool(np.einsum("ij,ij->i", before, before).min() < (FOLDED * length) ** 2)
+
+
+def grazes(result: TapResult) -> bool:
+    """Whether the first tap barely ended, or barely did not."""
+    history, summary = result.history, result.summary
+    assert summary.contact_time_s is not None
+    assert summary.tip_velocity_at_contact_m_per_s is not None
+    slow = GRAZE * abs(summary.tip_velocity_at_contact_m_per_s[1])
+    weak = GRAZE * (summary.peak_normal_force_N or 0.0)
+    for event in result.events:
+        left, turned_back = event.kind == "separation", event.kind == "restitution_to_compression"
+        if event.time_s < summary.contact_time_s or not (left or turned_back):
+            continue
+        row = int(history.time_s.searchsorted(event.time_s, side="right")) - 1
+        if left:
+            return float(history.tip_velocity_m_per_s[row, 1]) < slow
+        if float(history.normal_force_N[row]) < weak:
+            return True
+    return False
+
+
+def positions(history: History, time: Floats) -> Floats:
+    """Height of the tip (m) at `time`, cubic in each step by its heights and velocities."""
+    t, y, v = history.time_s, history.tip_position_m[:, 1], history.tip_velocity_m_per_s[:, 1]
+    i = np.clip(t.searchsorted(time, side="right") - 1, 0, t.size - 2)
+    h = t[i + 1] - t[i]
+    s = (time - t[i]) / np.where(h > 0.0, h, 1.0)
+    p = s * s * (3.0 - 2.0 * s)
+    return (1 - p) * y[i] + p * y[i + 1] + h * s * (1 - s) * ((1 - s) * v[i] - s * v[i + 1])
+
+
+@dataclass(frozen=True)
+class FlightBand:
+    """Twice the root mean square of what two flights differ by, at their ends.
+
+    height : m. velocity : m/s, of either component. approach : m/s, the part that lasts half the
+    contact. stress : Pa.
+    """
+
+    height: float
+    velocity: tuple[float, float]
+    approach: float
+    stress: float
+
+
+def flight_band(own: TapResult, other: TapResult) -> FlightBand:
+    """Compare two flights in the last `FLIGHT_SHARE` of the shorter."""
+    a, b = own.history, other.history
+    begin = float(a.time_s[0])
+    end = float(min(a.time_s[first_contact(own)], b.time_s[first_contact(other)]))
+    lag = min(0.5 * (own.summary.contact_duration_s or 0.0), 0.5 * (end - begin))
+    span = min(max(FLIGHT_SHARE * (end - begin), 4.0 * lag), end - begin)
+    time = np.linspace(end - span, end, SAMPLES)
+
+    def band(difference: Floats) -> float:
+        return 2.0 * math.sqrt(float(np.mean(difference * difference)))
+
+    def apart(column: Callable[[History], Floats]) -> float:
+        return band(np.interp(time, a.time_s, column(a)) - np.interp(time, b.time_s, column(b)))
+
+    velocity = (
+        apart(lambda h: h.tip_velocity_m_per_s[:, 0]),
+        apart(lambda h: h.tip_velocity_m_per_s[:, 1]),
+    )
+    height = positions(a, time) - positions(b, time)
+    approach = velocity[1]
+    if lag > 0.0:
+        earlier = time[time <= end - lag]
+        approach = band(
+            positions(a, earlier + lag) - positions(b, earlier + lag) - height[: earlier.size]
+        ) / lag  # fmt: skip
+    return FlightBand(band(height), velocity, approach, apart(lambda h: h.stress_R_Pa))
+
+
+def signed_error(own: Floats, other: Floats) -> float:
+    """Error of the value of largest magnitude, whose sign turns where the other extreme is near."""
+    high, low = max(float(own.max()), 0.0), min(float(own.min()), 0.0)
+    error = max(
+        abs(high - max(float(other.max()), 0.0)), abs(low - min(float(other.min()), 0.0))
+    )  # fmt: skip
+    large, small = max(high, -low), min(high, -low)
+    return error if small + error < large - error else large + small
+
+
+def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Floats:
+    """Times of the maxima of F_n that an `error` of each may raise to the largest."""
+    inner = (force[1:-1] >= force[:-2]) & (force[1:-1] > force[2:])
+    rival: Floats = time[1:-1][inner & (force[1:-1] >= peak - 2.0 * error)]
+    return rival
+
+
+def compare(own: TapResult, other: TapResult) -> dict[str, float | tuple[float, float]]:
+    """Estimated errors by what two completed runs differ by; inf where the other has no tap.
+
+    Of a tap that an end time cut short only the arrival counts: what of its force falls before a
+    given time changes with any delay.
+    """
+    s, o = own.summary, other.summary
+    whole = s.contact_duration_s is not None
+    names = [name for name in NAMES if getattr(s, name) is not None]
+    names = names if whole else names[:2]
+    velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
+    if theirs is None or velocity is None or (whole and o.contact_duration_s is None):
+        return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in names}
+    band, vn = flight_band(own, other), max(abs(velocity[1]), 1e-300)
+    errors: dict[str, float | tuple[float, float]] = {
+        "contact_time_s": max(_apart(s, o, "contact_time_s"), band.height / vn),
+        "tip_velocity_at_contact_m_per_s": (
+            max(abs(velocity[0] - theirs[0]), band.velocity[0]),
+            max(abs(velocity[1] - theirs[1]), band.velocity[1]),
+        ),
+    }
+    if not whole:
+        return errors
+    row, mine, its = first_contact(own), first_tap(own), first_tap(other)
+    a, b = own.history, other.history
+    lost = abs(float(a.energy_balance_J[row])) / max(float(a.kinetic_energy_J[row]), 1e-300)
+    share = max(band.approach / vn, 0.5 * lost)
+    of: dict[str, float] = {
+        name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
+    }
+    of["peak_tangential_force_N"] = max(
+        share * abs(s.peak_tangential_force_N or 0.0),
+        signed_error(a.tangential_force_N[mine], b.tangential_force_N[its]),
+    )
+    of["peak_stress_R_Pa"] = max(
+        band.stress, signed_error(a.stress_R_Pa[mine], b.stress_R_Pa[its])
+    )  # fmt: skip
+    peak, at = s.peak_normal_force_N or 0.0, s.peak_normal_force_time_s or 0.0
+    since = a.time_s[mine] - (s.contact_time_s or 0.0)
+    rivals = rival_peaks(a.normal_force_N[mine], since, peak, of["peak_normal_force_N"])
+    of["peak_normal_force_time_s"] = max(
+        of["peak_normal_force_time_s"], float(np.abs(rivals - at).max(initial=0.0))
+    )
+    return {**errors, **of}
+
+
+def _apart(own: Summary, other: Summary, name: str) -> float:
+    return abs(float(getattr(own, name)) - float(getattr(other, name)))
+
+
+def relative_errors(
+    summary: Summary, errors: Mapping[str, float | tuple[float, float]]
+) -> dict[str, float]:
+    """Errors over their numbers; a velocity's over the speed."""
+    shares = {}
+    for name, error in errors.items():
+        size, largest = np.linalg.norm(getattr(summary, name)), np.max(error)
+        shares[name] = float(largest / max(size, 1e-300))
+    return shares
+
+
+def caution(shares: Mapping[str, float], settings: Settings) -> tuple[str, ...]:
+    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy."""
+    poor = sorted((name for name in shares if shares[name] > LARGEST_ERROR), key=shares.__getitem__)
+    if not poor:
+        return ()
+    known = ", ".join(f"{NAMES[name]} {_percent(shares[name])}" for name in reversed(poor))
+    controlled = settings.flight_tolerance > 0.0 and settings.contact_tolerance > 0.0
+    kind = "tolerance" if controlled else "step"
+    return (
+        f"estimated errors beyond {_percent(LARGEST_ERROR)}: {known}; reduce"
+        f" solver.hcm.flight_{kind} and solver.hcm.contact_{kind}, or raise finger.elements",
+    )
+
+
+def _percent(share: float) -> str:
+    if share == math.inf:
+        return "unknown"
+    return f"{100 * share:.2g} %" if share < 1.0 else f"{100 * share:.0f} %"
+
+
+def estimate_errors(own: TapResult, again: Again, finger: Finger, settings: Settings) -> Estimate:
+    """Solve a completed run's scene again, more cheaply, and say how wrong its first tap may be.
+
+    again : solves the same scene with another finger and settings.
+    """
+    half, most = companion_finger(finger), most_steps(finger)
+    coarse = stretched(settings, own.summary, STEPS, min(most, most_steps(half)))
+    other = again(half, undamped(coarse, own.history, first_contact(own)))
+    if other.status not in (Status.COMPLETED, Status.INTERRUPTED):
+        # equal steps may be too long for some moment of a flight, and its energy then grows
+        other = again(half, coarse)
+    if other.status is Status.INTERRUPTED:
+        return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
+    errors = compare(own, other)
+    if folded(own, finger.length) or grazes(own):
+        other = again(finger, stretched(settings, own.summary, TIGHTER ** (1 / 3), most))
+        if other.status is Status.INTERRUPTED:
+            return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
+        changes = relative_errors(own.summary, compare(own, other))
+        what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
+        if changes[what] > LARGEST_ERROR:
+            doubt = f"; {TIGHTER:g} times the tolerances change the {NAMES[what]}"
+            by = f" by {_percent(changes[what])}" if changes[what] < math.inf else ""
+            return Estimate({}, (), Status.UNREPEATABLE, doubt + by)
+    return Estimate(errors, caution(relative_errors(own.summary, errors), settings))

@@ -61,12 +61,12 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
         # Neighbours meet at the same floating-point number, whatever the sum before it.
         x[phalanx.roles["proximal_face"], 0] = ends[w - 1]
         x[phalanx.roles["distal_face" if "distal_face" in roles else "pole"], 0] = ends[w]
-        node_sets[f"hinge_{w}_proximal"] = roles["proximal_core"]
+        node_sets[f"hinge_{w}_proximal"] = roles.get("proximal_edges", roles["proximal_face"])
         node_sets[f"proximal_face_{w}"] = roles["proximal_face"]
         if "distal_face" in roles:
             node_sets[f"distal_face_{w}"] = roles["distal_face"]
         if w < geometry.phalanges:
-            node_sets[f"hinge_{w}_distal"] = roles["distal_core"]
+            node_sets[f"hinge_{w}_distal"] = roles.get("distal_edges", roles["distal_face"])
         else:
             surface, tip = _touching_facets(phalanx, plan)
             facet_sets = {"surface": surface + n_points, "tip": tip + n_points}
@@ -110,8 +110,8 @@ def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
     """Positions (n, dim) in mm with gmsh's rounding removed: nodes lie on their analytic surfaces.
 
     Nodes of holes go to the shafts' cylinders, lateral nodes to the phalanx's, tip nodes to the
-    sphere, end faces to their planes, the symmetry plane to z = 0; the hinge patches are made
-    mirror images about y = 0, so that their mean lies on the hinge axis; the pole goes to the axis.
+    sphere, end faces to their planes, the symmetry plane to z = 0; the end faces are made mirror
+    images about y = 0, so that a hinge's mean lies on its axis; the pole goes to the axis.
     """
     points = phalanx.points.copy()
     roles = phalanx.roles

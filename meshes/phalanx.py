@@ -15,10 +15,9 @@ from meshes.shaft_hole import HoledEnd
 class PhalanxBlocks:
     """What gmsh returned: points (n, dim) in mm, cells, and the nodes of each role, sorted.
 
-    Roles: ``proximal_face``, ``proximal_core``, ``shaft`` (lateral surface), ``symmetry`` (3D),
-    then ``distal_face`` and ``distal_core`` (flat end) or ``sphere`` (rounded), and ``pole``.
-    An end with a shaft's hole has ``proximal_hole`` (``distal_hole``), and its core is the hole's
-    edges in the end face.
+    Roles: ``proximal_face``, ``shaft`` (lateral surface), ``symmetry`` (3D), then ``distal_face``
+    (flat end) or ``sphere`` (rounded), and ``pole``. An end with a shaft's hole has
+    ``proximal_hole`` (``distal_hole``), and ``proximal_edges`` where the hole leaves the end face.
     """
 
     points: Floats
@@ -89,8 +88,6 @@ class _Builder:
         """Make an end of a section, or lay the blocks up to an end with a hole at `holed_at`."""
         if holed_at is None:
             roles[f"{which}_face"] = [self._face(corners) for corners in _quads(section, self.dim)]
-            core = [_core(section, half)[: 4 if self.dim == 3 else 2] for half in "-+"]
-            roles[f"{which}_core"] = [self._face(corners) for corners in core]
             if which == "distal":
                 self.pole = section["axis"]
             return
@@ -99,7 +96,7 @@ class _Builder:
         roles[f"{which}_face"], roles[f"{which}_hole"] = end.face, end.hole
         roles["shaft"] += end.shaft
         symmetry += end.symmetry
-        self.edges[f"{which}_core"] = end.edges
+        self.edges[f"{which}_edges"] = end.edges
 
     def _section(self, x: float, graded: float) -> Station:
         """Points and curves of the plane section at `x`; gradings to the power `graded`."""
@@ -222,7 +219,7 @@ class _Builder:
 
 
 def _core(station: Station, half: str) -> tuple[int, ...]:
-    """Corners of the core's quadrilateral in one half (in 2D its first two are its line)."""
+    """Corners of the core's quadrilateral in one half."""
     wanted = ("axis", "cy" + half, "cc" + half, "cz")
     return tuple(station[name] for name in wanted if name in station)
 

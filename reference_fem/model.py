@@ -14,6 +14,7 @@ from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements import ElementKernel, hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.elements.quadrilateral.plane_stress import chord_thickness
 from reference_fem.joints.hinges import Hinges, build_hinges
+from reference_fem.joints.mean_position import mean_weights
 from reference_fem.joints.section import Couple, build_section
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface
@@ -124,7 +125,8 @@ def build_model(
     young, poisson, density, bulk = np.array(
         [(m.youngs_modulus, m.poisson_ratio, m.density, m.bulk_modulus) for m in materials]
     )[phalanx].T.copy()
-    radius = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])[phalanx]
+    radii = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])
+    radius = radii[phalanx]
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radius),)
     kernel = _formulation(mesh.dim, settings)(points, cells, young, poisson, density, *thickness)
     mass = np.ascontiguousarray(kernel.lumped_mass)
@@ -140,7 +142,7 @@ def build_model(
             cell_volume=kernel.cell_volume,
             cell_bulk_modulus=bulk,
             material=materials[-1],
-            radius=float(radius[bodies[-1]][0]),
+            radius=float(radii[-1]),
         ),
         settings,
     )
@@ -149,7 +151,7 @@ def build_model(
     step_s = settings.step_factor * limit
     if contact.coupled_eigenvalue:
         step_s = coupled_step(step_s, settings.step_factor, contact.coupled_eigenvalue)
-    hinge_sides, hinge_points = _hinge_sides(mesh, points, symmetry)
+    hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     return Model(
         points=points,
         cells=cells,
@@ -207,24 +209,31 @@ def _wanted(sets: Mapping[str, Index], name: str, kind: str) -> Index:
 
 
 def _hinge_sides(
-    mesh: meshes.FingerMesh, points: Array, symmetry: Index
+    mesh: meshes.FingerMesh, radii: Array
 ) -> tuple[list[tuple[tuple[Index, Array], ...]], Array]:
     """Signed weights of every hinge's sides, and the hinges' rest positions (P, 2)."""
     if not any(name.startswith("hinge_") for name in mesh.node_sets):
         return [], np.zeros((0, 2))
-    size = np.ptp(points[:, 0])
+
+    def side(name: str, radius: float) -> tuple[Index, Array, Array]:
+        nodes = _wanted(mesh.node_sets, name, "node")
+        try:
+            nodes, weights = mean_weights(mesh.points, mesh.cells, nodes, radius)
+        except ValueError as error:
+            raise ValueError(f"mesh: node set '{name}': {error}") from error
+        return nodes, weights, weights @ mesh.points[nodes, :2]
+
+    size = np.ptp(mesh.points[:, 0])
     sides: list[tuple[tuple[Index, Array], ...]] = []
     centres = []
     for w in range(1, mesh.phalanges + 1):
-        nodes = _wanted(mesh.node_sets, f"hinge_{w}_proximal", "node")
-        weights = _mean_weights(nodes, symmetry)
-        centres.append(weights @ points[nodes, :2])
+        nodes, weights, centre = side(f"hinge_{w}_proximal", radii[w - 1])
+        centres.append(centre)
         if w == 1:
             sides.append(((nodes, weights),))
             continue
-        other = _wanted(mesh.node_sets, f"hinge_{w - 1}_distal", "node")
-        other_weights = _mean_weights(other, symmetry)
-        apart = np.abs(other_weights @ points[other, :2] - centres[-1]).max()
+        other, other_weights, other_centre = side(f"hinge_{w - 1}_distal", radii[w - 2])
+        apart = np.abs(other_centre - centre).max()
         if apart > 1e-9 * size:
             raise ValueError(
                 f"mesh: hinge {w} does not close: the means of 'hinge_{w - 1}_distal' and "
@@ -232,8 +241,3 @@ def _hinge_sides(
             )
         sides.append(((nodes, weights), (other, -other_weights)))
     return sides, np.array(centres)
-
-
-def _mean_weights(nodes: Index, symmetry: Index) -> Array:
-    weights = np.where(np.isin(nodes, symmetry), 1.0, 2.0)
-    return weights / weights.sum()

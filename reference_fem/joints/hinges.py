@@ -16,8 +16,7 @@ class Hinges:
 
     Hinge 1 holds the mean displacement of `hinge_1_proximal` at zero; hinge w+1 ties the mean of
     `hinge_{w+1}_proximal` (weights +) to that of `hinge_w_distal` (weights -). Rotation about
-    the hinge stays free. On the symmetry plane a node of a half model weighs half, as it is one
-    node of the full body where the others stand for two.
+    the hinge stays free. Means are by area (`mean_position.mean_weights`).
 
     Attributes
     ----------

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.step import advance, start_state
+from reference_fem.joints.mean_position import mean_weights
 from reference_fem.model import Model, build_model
 from reference_fem.rigid_chain import ChainState, pose
 from tests.reference_fem.boxes import one_thread  # noqa: F401 - a fixture
@@ -92,9 +93,7 @@ def test_whole_tap_keeps_joints_and_energy(mesh: meshes.FingerMesh) -> None:
 
 
 def mean_on_plane(mesh: meshes.FingerMesh, nodes: np.ndarray, field: np.ndarray) -> np.ndarray:
-    """Mean over the full body's nodes: those off the symmetry plane count twice."""
-    weights = np.ones(len(nodes))
-    if mesh.dim == 3:
-        weights[mesh.points[nodes, 2] > 0] = 2.0
-    mean: np.ndarray = weights @ field[nodes, :2] / weights.sum()
+    """Mean over a hinge's edges, as the model takes it."""
+    nodes, weights = mean_weights(mesh.points, mesh.cells, nodes, GEOMETRY.radii[0])
+    mean: np.ndarray = weights @ field[nodes, :2]
     return mean

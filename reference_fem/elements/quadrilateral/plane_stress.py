@@ -101,5 +101,9 @@ def chord_thickness(points: Array, cells: Index, radius: Array) -> Array:
     cells : (n_cells, 4)
     radius : (n_cells,) R of the phalanx that the cell belongs to, m
     """
-    height = quad4_quadrature_points(points, cells)[..., 1]
-    return np.asarray(2.0 * np.sqrt(np.maximum(radius[:, None] ** 2 - height**2, 0.0)))
+    return chord(quad4_quadrature_points(points, cells)[..., 1], radius[:, None])
+
+
+def chord(height: Array, radius: Array) -> Array:
+    """2 sqrt(R^2 - y^2), m, of heights y (m) over the axis; 0 beyond the outline."""
+    return np.asarray(2.0 * np.sqrt(np.maximum(radius**2 - height**2, 0.0)))

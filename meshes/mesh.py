@@ -31,8 +31,8 @@ class FingerMesh:
     node_sets
         Sorted node numbers by name: ``hinge_w_proximal``, ``hinge_w_distal``, ``proximal_face_w``,
         ``distal_face_w``, ``tip``, ``pole`` and (3D) ``symmetry``; w counts phalanges from 1.
-        A hinge takes the mean position by area of its nodes' face: the end face, or the edges that a
-        shaft's hole has in it.
+        A hinge takes the mean position by area of its nodes' face: the end face, or the edges that
+        a shaft's hole has in it.
     facet_sets
         Nodes of outer facets by name, (k, 4 or 2), outward oriented: ``surface`` (all of the last
         phalanx that can touch), ``tip``.

@@ -2,6 +2,7 @@
 
 from meshes.files import read, write
 from meshes.finger import finger_hexahedra, finger_quadrilaterals
+from meshes.finger_check import check_finger
 from meshes.geometry import FingerGeometry
 from meshes.mesh import FingerMesh, MeshError
 from meshes.mirror import mirrored
@@ -16,6 +17,7 @@ __all__ = [
     "MeshError",
     "Quality",
     "Sizing",
+    "check_finger",
     "count_elements",
     "critical_step",
     "finger_hexahedra",

@@ -60,6 +60,11 @@ def without_tip(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     return dataclasses.replace(mesh, node_sets=nodes)
 
 
+def all_nodes_in_a_hinge(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
+    nodes = {**mesh.node_sets, "hinge_2_proximal": np.arange(len(mesh.points))}
+    return dataclasses.replace(mesh, node_sets=nodes)
+
+
 @pytest.mark.parametrize(
     ("broken", "message"),
     [
@@ -67,8 +72,10 @@ def without_tip(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
         (without_tip, "missing or empty: node set pole"),
         (lambda m: dataclasses.replace(m, points=1e3 * m.points), r"phalanx_1 spans 40 m"),
         (lambda m: dataclasses.replace(m, points=2 * m.points), r"0.08 m long.*says 0.04"),
+        (lambda m: dataclasses.replace(m, points=m.points * [1, 0.5, 0.5]), r"m thick, .* 0.015"),
+        (all_nodes_in_a_hinge, "node set hinge_2_proximal: lacks 0 .* and holds"),
     ],
-    ids=["inverted", "missing set", "millimetres", "another finger"],
+    ids=["inverted", "missing set", "millimetres", "another finger", "half as thick", "all nodes"],
 )
 def test_bad_mesh_files_end_with_one_line(
     broken: Break,
@@ -101,7 +108,7 @@ def test_truncated_missing_and_plane_mesh_files(
     assert fem(tmp_path, f"solver.fem.mesh={whole}", model="fem2d") == 2
     assert "is a 3D mesh; use --model fem3d" in one_line(capsys)
     assert fem(tmp_path, f"solver.fem.mesh={whole}", "finger.phalanges=2", "drive.gravity=9") == 2
-    assert "has 3 phalanges, finger.phalanges says 2" in one_line(capsys)
+    assert "has 3 phalanges, the finger's number of phalanges says 2" in one_line(capsys)
     assert fem(tmp_path, f"solver.fem.mesh={whole}", "solver.fem.tip_size=1e-3") == 2
     assert "solver.fem.tip_size = 0.001: has no effect on a mesh that is read" in one_line(capsys)
 

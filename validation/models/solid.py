@@ -16,7 +16,6 @@ Dimension = Literal[2, 3]
 DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
 CONTACT = {"converged": "impulse"}  # by preset, where it isn't the solver's own default
-LENGTH_TOLERANCE = 0.01  # of a phalanx in a mesh file against the scene's
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
@@ -66,15 +65,19 @@ def _scaled(sizing: Any, tables: Scene) -> Any:
 def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
     import meshes
 
-    diameters = tables.per_phalanx(tables.finger.diameter)
-    lengths = tables.per_phalanx(tables.finger.length)
-    geometry = meshes.FingerGeometry(
-        lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius
-    )
+    geometry = _geometry(tables)
     if dimension == 2:
         return meshes.finger_quadrilaterals(geometry, sizing)
     half = meshes.finger_hexahedra(geometry, sizing)
     return half if tables.solver.fem.symmetry else meshes.mirrored(half)
+
+
+def _geometry(tables: Scene) -> Any:
+    import meshes
+
+    diameters = tables.per_phalanx(tables.finger.diameter)
+    lengths = tables.per_phalanx(tables.finger.length)
+    return meshes.FingerGeometry(lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius)
 
 
 def impact_state(tables: Scene, dimension: Dimension) -> Any:
@@ -95,8 +98,6 @@ def impact_state(tables: Scene, dimension: Dimension) -> Any:
 
 def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
     """A mesh file, which must be the scene's finger."""
-    import numpy as np
-
     import meshes
 
     try:
@@ -106,20 +107,11 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
     key = f"solver.fem.mesh = {path}"
     if mesh.dim != dimension:
         raise ValueError(f"{key}: is a {mesh.dim}D mesh; use --model fem{mesh.dim}d")
-    lengths = tables.per_phalanx(tables.finger.length)
-    if mesh.phalanges != len(lengths):
-        raise ValueError(
-            f"{key}: has {mesh.phalanges} phalanges, finger.phalanges says {len(lengths)}; "
-            "make them agree"
-        )
-    for w, length in enumerate(lengths, start=1):
-        nodes = mesh.points[np.unique(mesh.cells[mesh.cell_sets[f"phalanx_{w}"]])]
-        span = float(np.ptp(nodes[:, 0]))
-        if abs(span - length) > LENGTH_TOLERANCE * length:
-            raise ValueError(
-                f"{key}: phalanx {w} is {span:.4g} m long, finger.length says {length:.4g}; "
-                "make them agree"
-            )
+    geometry = _geometry(tables)
+    try:
+        meshes.check_finger(mesh, geometry)
+    except meshes.MeshError as error:
+        raise ValueError(f"{key}: is not the scene's finger: {error}; make them agree") from error
     return mesh
 
 

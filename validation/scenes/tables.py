@@ -175,13 +175,14 @@ class FemMeshTable(Table):
     symmetry: bool = True
     """Whether half of the body is meshed in 3D, cut by its plane of motion."""
     shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
-    """Of the holes for shafts at the hinges; left out: none, end faces turn about their axes."""
+    """Of the holes for shafts at the hinges, also those of a mesh file; left out: none, end faces
+    turn about their axes."""
     mesh: str | None = None
     """Path of a mesh file, relative to the current folder, in place of the preset's mesh."""
 
     @model_validator(mode="after")
     def _mesh_or_sizes(self) -> Self:
-        for key in ("section_size", "axial_size", "tip_size", "growth", "shaft_radius"):
+        for key in ("section_size", "axial_size", "tip_size", "growth"):
             value = getattr(self, key)
             if self.mesh is not None and value is not None:
                 key = f"solver.fem.{key}"

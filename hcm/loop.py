@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
+from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, Contact
@@ -20,7 +21,7 @@ from hcm.record import Record, fill_frames, write_row
 from hcm.state import Clock, Motion, Plan, advance_clock
 
 # Why the loop came back.
-RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG = 0, 1, 2, 3, 4
+RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5
 # After this many events without an advance in time, a whole step is taken in the current mode:
 # chatter is then resolved to the step, and the loop always moves on.
 INSTANT_EVENTS = 8
@@ -52,7 +53,7 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
 @kernel
 def advance(
     old: Motion, new: Motion, contact: Contact, clock: Clock, plan: Plan, integrator: AnyIntegrator,
-    undamped: AnyIntegrator, probe: Probe, record: Record,
+    undamped: AnyIntegrator, probe: Probe, outline: Outline, record: Record,
 ) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:  # fmt: skip
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
@@ -125,6 +126,9 @@ def advance(
         if h > 0.0 or kind != NO_EVENT:
             write_row(rows[n_rows], reactions[n_rows], old, clock, contact, integrator, probe)
             n_rows += 1
+        if h > 0.0 and depth(old.q, chain, outline, law.height)[1] >= 0:
+            code = BODY_TOUCHES
+            break
         if kind == LIFT_OFF and taps >= plan.taps:
             code = DONE
             break

@@ -19,6 +19,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
+from hcm.beam.outline import Outline, build_outline, depth
 from hcm.compiled import kernel
 from hcm.contact.law import contact_law
 from hcm.flight.rigid_chain import Rods, build_rods
@@ -100,12 +101,14 @@ class Model:
     generalized_alpha : the integrator without collocation. integrator : the run's, of which that is
     a part. undamped : the same with xi = 1. rods : None where the beams fly themselves.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
-    theta and theta. there. roundoff_J : energy that a finger at rest gathers by round-off.
+    theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
+    finger at rest gathers by round-off.
     """
 
     settings: Settings
     chain: Chain
     probe: Probe
+    outline: Outline
     rods: Rods | None
     generalized_alpha: Integrator
     integrator: AnyIntegrator
@@ -132,7 +135,7 @@ def build_model(
     Raises
     ------
     ParameterError
-        The start does not fit the finger, or puts the tip below the surface.
+        The start does not fit the finger, or puts it below the surface.
     """
     chain, q = build_chain(finger, drive)
     v, angles, start_s = np.zeros(q.size), np.zeros(2 * len(finger.phalanges)), 0.0
@@ -144,6 +147,12 @@ def build_model(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
                 " surface; it must start above it"
             )
+    outline = build_outline(finger)
+    if (cut := depth(q, chain, outline, surface.height)[0]) > 0:
+        raise ParameterError(
+            f"height = {surface.height!r}: the surface cuts {cut:.3g} m into the finger at the"
+            " start; it must lie below it"
+        )
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, contact_law(surface, tip), workspace(q.size))
     integrator = with_collocation(plain) if settings.flight_integrator == GAUSS else plain
@@ -154,6 +163,7 @@ def build_model(
         settings=settings,
         chain=chain,
         probe=build_probe(finger),
+        outline=outline,
         rods=build_rods(finger, surface, drive) if settings.flight == "rigid" else None,
         generalized_alpha=plain,
         integrator=integrator,

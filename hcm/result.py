@@ -22,6 +22,7 @@ class Status(Enum):
     NEWTON_FAILED = "Newton's method failed"
     WORK_LIMIT = "work limit"
     INTERRUPTED = "interrupted"
+    BODY_TOUCHES = "the body touches the surface"
     UNBALANCED = "the energy audit does not close"
     UNREPEATABLE = "too sensitive to rely on"
     TOO_FLEXIBLE = "too flexible for a rigid flight"
@@ -42,6 +43,8 @@ _ADVICE = {
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
     Status.INTERRUPTED: "run again; what was computed so far is kept",
+    Status.BODY_TOUCHES: "in this model only the tip can touch: raise surface.height, or turn the"
+    " torques (drive.torques) so that the tip arrives first",
     Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
     " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
     " drive.torques or the flight (surface.height); the message says what is not decided",

@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from hcm import loop
+from hcm.arrays import Floats
+from hcm.beam.outline import depth
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
 from hcm.integrators.gauss_tableau import STAGES
@@ -43,6 +45,7 @@ _STATUS = {
     loop.NEWTON_FAILED: Status.NEWTON_FAILED,
     loop.FLIGHT_TOO_LONG: Status.NOT_REACHED,
     loop.CONTACT_TOO_LONG: Status.STILL_IN_CONTACT,
+    loop.BODY_TOUCHES: Status.BODY_TOUCHES,
 }
 
 
@@ -71,8 +74,8 @@ def simulate(
     Raises
     ------
     ParameterError
-        The parts of the scene do not fit each other, the start lies below the surface, or the run
-        would need more memory or steps than allowed.
+        The parts of the scene do not fit each other, the finger starts below the surface, or the
+        run would need more memory or steps than allowed.
     """
     check_scene(finger, surface, drive)
     check_size(finger, settings)
@@ -91,6 +94,8 @@ def simulate(
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
+    if status is Status.BODY_TOUCHES:
+        doubt = _where(model, begun.motion.q)
     cost = model.generalized_alpha.work.cost
     statistics = Statistics(
         steps=last.steps,
@@ -156,7 +161,7 @@ def _take_steps(
             record = empty_record(size, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
                 motion, new, last.contact, last.clock, plan, model.integrator, model.undamped,
-                model.probe, record,
+                model.probe, model.outline, record,
             )  # fmt: skip
             first_row = begun.segment.rows[0]
             segments.append(
@@ -187,6 +192,12 @@ def _message(status: Status, clock: Clock, statistics: Statistics) -> str:
             f" the last of {clock.step:.2g} s)"
         )
     return message
+
+
+def _where(model: Model, q: Floats) -> str:
+    below, element, x = depth(q, model.chain, model.outline, model.generalized_alpha.law.height)
+    phalanx = int(np.searchsorted(model.chain.hinge, model.chain.first[element]))
+    return f": phalanx {phalanx} is {below:.2g} m below it at X = {x:.4g} m"
 
 
 def _fraction(clock: Clock, contact: Contact, settings: Settings) -> tuple[float, str]:

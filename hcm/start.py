@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Probe
+from hcm.beam.chain import Chain, Probe
 from hcm.beam.equations import fill_chords
+from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, Contact
 from hcm.flight import rigid_chain, rigid_flight
 from hcm.flight.rigid_chain import Rods, clearance
-from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
+from hcm.flight.rigid_flight import BLOCKED, TOUCHED, RigidFlight, integrate_flight
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator
 from hcm.model import Model, fill_rigid_motion
@@ -27,6 +28,7 @@ _STATUS = {
     rigid_flight.FULL: Status.WORK_LIMIT,
     # only steps too long for the motion give no finite error however often they are shortened
     rigid_flight.FAILED: Status.UNBALANCED,
+    rigid_flight.BLOCKED: Status.BODY_TOUCHES,
 }
 
 
@@ -89,7 +91,16 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
 
 def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamStart:
     """Write the history of a rigid flight and start at its end."""
-    motion, touched = model.initial_motion(), flight.code == TOUCHED
+    motion = model.initial_motion()
+    above = rows_above(flight.states, rods, model.chain, model.outline, motion.q, motion.v)
+    if above < flight.time.size:
+        flight = flight._replace(
+            time=flight.time[: above + 1],
+            states=flight.states[: above + 1],
+            accelerations=flight.accelerations[: above + 1],
+            code=BLOCKED,
+        )
+    touched = flight.code == TOUCHED
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
     contact, speed, work, solved, left_out = write_flight(
@@ -108,6 +119,18 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
         _STATUS[flight.code] if solved else Status.NEWTON_FAILED,
         left_out / max(approach, 1e-300),
     )
+
+
+@kernel
+def rows_above(
+    states: Floats, rods: Rods, beams: Chain, outline: Outline, q: Floats, v: Floats
+) -> int:
+    """Rows of `states` (m, 2 P) before the first with a body below the surface; q, v : scratch."""
+    for m in range(states.shape[0]):
+        fill_rigid_motion(states[m], rods.length, beams, q, v)
+        if depth(q, beams, outline, rods.height)[1] >= 0:
+            return m
+    return states.shape[0]
 
 
 @kernel

@@ -21,8 +21,8 @@ from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip_below_zero
 from hcm.integrators.step_size import REPEATS, SHRINK
 from hcm.state import Plan
 
-# How a flight, or a call of `take_steps`, ended.
-TOUCHED, ENDED, FULL, FAILED = 0, 1, 2, 3
+# How a flight, or a call of `take_steps`, ended; blocked by a body that reached the surface.
+TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
 # Share of the surface's depth that the touch is located to.
 LOCATED = 1e-15
 GROWTH = 4.0
@@ -33,7 +33,7 @@ class RigidFlight(NamedTuple):
     """The motion of rods from a state to the touch or the end.
 
     time : (m,) s. states : (m, 2 P) angles (rad) and rates (rad/s). accelerations : (m, P) rad/s^2.
-    code : TOUCHED, ENDED, or FAILED. repeats, trials : steps taken again, and those of the search.
+    code : how it ended. repeats, trials : steps taken again, and those of the search.
     """
 
     time: Floats

@@ -9,6 +9,7 @@ from hcm import loop
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain, Probe, build_chain
+from hcm.beam.outline import Outline
 from hcm.contact.law import Contact, ContactLaw
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
@@ -111,12 +112,13 @@ def integrate(
     clock = initial_clock(start.time_s, step)
     plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0)
+    without_body = Outline(np.empty(0), 0, 0.0)
     assert initial_acceleration(old, start.contact, plain)
     record = empty_record(rows + 1, rows, chain, FrameTable(np.empty(0), np.empty((0, n))))
     table, reactions, located, _ = record
     write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
     contact, clock, n_rows, n_events, code = loop.advance(
-        old, new, start.contact, clock, plan, integrator, integrator, probe,
+        old, new, start.contact, clock, plan, integrator, integrator, probe, without_body,
         record._replace(rows=table[1:], reactions=reactions[1:]),
     )  # fmt: skip
     events = tuple(

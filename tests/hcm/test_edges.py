@@ -1,5 +1,6 @@
 """Scenes at the edge: every one ends with a result or a clear status, and never with NaN."""
 
+import math
 from dataclasses import fields, replace
 
 import numpy as np
@@ -28,7 +29,7 @@ def assert_finite(result: hcm.TapResult) -> None:
     ("body", "height"),
     [
         (finger(HARD, 1), 0.03),
-        (finger(HARD, 5), 0.15),
+        (finger(HARD, 5), 0.16),
         (finger(HARD, 2, elements=1), 0.05),
         (
             hcm.Finger(
@@ -106,15 +107,18 @@ def test_start_from_zero_acceleration_costs_half_a_short_step() -> None:
 
     With half of the first step's weight left out the finger is late by half of that step.
     """
-    body, low = finger(HARD, 2, elements=4), hcm.Surface(3e-6, 0.0)
+    body, start = finger(HARD, 2, elements=4), hcm.RigidStart((0.5, 0.5), (0.0, 0.0))
+    low = hcm.Surface(body.length * math.sin(0.5) + 3e-6, 0.0)
     prompt, late = (
-        hcm.simulate(body, low, HARD_TIP, settings=hcm.Settings(consistent_start=consistent))
+        hcm.simulate(
+            body, low, HARD_TIP, settings=hcm.Settings(consistent_start=consistent), start=start
+        )
         for consistent in (True, False)
     )
     assert prompt.summary.contact_time_s is not None
     assert late.summary.contact_time_s is not None
     delay = late.summary.contact_time_s - prompt.summary.contact_time_s
-    # 1.07 measured; the two runs do not take the same steps
+    # 0.90 measured; the two runs do not take the same steps
     assert delay == pytest.approx(hcm.Settings().contact_step / 2, rel=0.2)
 
 
@@ -163,7 +167,7 @@ def test_extreme_parameters(phalanx: hcm.Phalanx, tip: hcm.Tip, friction: float)
     assert_finite(result)
 
 
-@pytest.mark.parametrize("height", [1e-9, 0.1199999])
+@pytest.mark.parametrize("height", [0.00750001, 0.1199999])
 def test_surface_at_the_ends_of_reach(height: float) -> None:
     result = hcm.simulate(finger(SOFT), hcm.Surface(height, 0.5), SOFT_TIP, settings=QUICK)
     assert_finite(result)

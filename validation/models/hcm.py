@@ -10,9 +10,9 @@ from validation.scenes.load import NamedScene, load_scene, without_estimate
 
 WARM_UP = (
     *without_estimate("hcm"),
+    "finger.phalanges=1",
     "finger.elements=2",
-    "surface.height=0.002",
-    "solver.hcm.contact_step=1e-6",
+    "surface.height=0.01",
 )
 
 
@@ -62,7 +62,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
 
 
 def warm_up() -> None:
-    """Tap once with two elements a phalanx from 2 mm: every kernel is loaded."""
+    """Tap once with one phalanx of two elements: every kernel is loaded."""
     unless_interrupted(run(load_scene("soft", WARM_UP)).record)
 
 

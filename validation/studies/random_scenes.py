@@ -84,7 +84,9 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
     )  # fmt: skip
     finger = Finger(chain)
     depth = next(u)
-    height = finger.length * _rare(next(u), 0.1, _log(depth, 1e-6, 0.1), 0.02 + 0.979 * depth)
+    share = _rare(next(u), 0.1, _log(depth, 1e-6, 0.1), 0.02 + 0.979 * depth)
+    # the surface may not cut the finger at rest
+    height = max(finger.length * share, 0.505 * phalanx.diameter)
     friction = _rare(next(u), 0.15, 0.0, _log(next(u), 0.01, 10))
     ratio = _rare(next(u), 0.1, 0.0, _log(next(u), 1e-3, 1e3))
     tip = Tip(_log(next(u), 1e2, 1e10), min(1.0, 0.05 + 1.2 * next(u)), ratio)

@@ -107,7 +107,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
               (2.0,) if quick else (1.0, 2.0, 5.0), _many),
         Map("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
             _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
-            (0.002,) if quick else (0.002, 0.02), _falling_rod, judge_by_closed_form, "hcm"),
+            (0.008,) if quick else (0.008, 0.02), _falling_rod, judge_by_closed_form, "hcm"),
         Map("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
             (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
             (1.0,) if quick else (1.0, 0.5),

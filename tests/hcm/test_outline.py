@@ -1,0 +1,105 @@
+"""What of the body is below the surface: against dense sections, and runs that end there."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.beam.outline import PARTS, build_outline, depth
+from hcm.posture import postures
+from tests.hcm.cases import HARD, HARD_TIP, SOFT, SURFACE, finger, straight_links
+
+R = HARD.diameter / 2
+BENT = 0.3
+FLIGHTS: list[dict[str, str]] = [{}, {"flight": "rigid"}, {"flight_integrator": "gauss"}]
+
+
+def depth_by_sections(body: hcm.Finger, posture: hcm.Posture, height: float) -> float:
+    """The definition, on 400 sections an element: r(s) and r'(s) by Hermite's polynomials."""
+    deepest, tip = 0.0, float(posture.positions_m[-1][-1, 1])
+    s = np.linspace(0.0, 1.0, 401)[:, None]
+    for phalanx, r, g in zip(body.phalanges, posture.positions_m, posture.slopes, strict=True):
+        last, el = phalanx is body.phalanges[-1], phalanx.length / phalanx.elements
+        for i in range(phalanx.elements):
+            a, b, p, q = r[i], r[i + 1], el * g[i], el * g[i + 1]
+            at = a + s * p + s**2 * (3 * (b - a) - 2 * p - q) + s**3 * (2 * (a - b) + p + q)
+            d = p + 2 * s * (3 * (b - a) - 2 * p - q) + 3 * s**2 * (2 * (a - b) + p + q)
+            reach = phalanx.diameter / 2 * np.abs(d[:, 0]) / np.linalg.norm(d, axis=1)
+            low = at[:, 1] - reach
+            if last:
+                root = -height - low[0] if i == 0 else 0.0
+                deepest = max(deepest, root, float((min(-height, tip) - at[:, 1]).max()))
+            else:
+                deepest = max(deepest, float((-height - low).max()))
+    return deepest
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_depth_is_that_of_the_lowest_section(seed: float) -> None:
+    rng = np.random.default_rng(seed)
+    body = hcm.Finger((HARD, replace(SOFT, diameter=0.01, elements=2), replace(HARD, elements=3)))
+    angles = np.pi + rng.uniform(-0.5, 0.9, 3)
+    chain, state = straight_links(body, angles, np.zeros(3))
+    q = state.coordinates.copy()
+    for place in {*chain.first.tolist(), *chain.second.tolist()}:
+        turn = rng.uniform(-BENT, BENT)
+        c, s = np.cos(turn), np.sin(turn)
+        q[place + 2 : place + 4] = np.array([[c, -s], [s, c]]) @ q[place + 2 : place + 4]
+    posture = postures(chain, [0.0], q[None])[0]
+    outline, found = build_outline(body), []
+    # a cubic's curvature is at most 6 BENT/l where both slopes turn
+    missed = max(6 * BENT * el / 8 / PARTS**2 for el in chain.length) * (1 + R / 0.008)
+    for height in np.linspace(0.005, 0.11, 15):
+        wanted = depth_by_sections(body, posture, height)
+        below, element, _ = depth(q, chain, outline, height)
+        assert wanted - missed <= below <= wanted + 1e-15
+        assert (element >= 0) == (below > 0.0)
+        found.append(below)
+    assert min(found) == 0.0 < max(found)
+
+
+def test_the_tip_itself_may_be_below() -> None:
+    body = finger(HARD, 1)
+    chain, state = straight_links(body, np.array([np.pi + 0.4]), np.zeros(1))
+    below = HARD.length * np.sin(0.4) - 1e-3
+    assert depth(state.coordinates, chain, build_outline(body), below)[0] == 0.0
+
+
+FREE = ()
+PUSHED = (-0.2, 0.0, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("torques", "height", "tip", "flight", "touches"),
+    [
+        *((FREE, 0.01, HARD_TIP, flight, []) for flight in FLIGHTS),
+        *((PUSHED, 0.05, HARD_TIP, flight, []) for flight in FLIGHTS),
+        (FREE, 0.08, hcm.Tip(500.0), FLIGHTS[1], ["contact"]),
+        (FREE, 0.08, hcm.Tip(1e4, 0.3), FLIGHTS[1], ["contact", "separation"]),
+    ],
+)
+def test_a_run_ends_where_its_body_reaches_the_surface(
+    torques: tuple[float, ...], height: float, tip: hcm.Tip, flight: Any, touches: list[str]
+) -> None:
+    """Above the surface in every frame but that at the end, which is one step through it."""
+    scene = finger(HARD), hcm.Surface(height, 0.5), tip, hcm.Drive(torques)
+    settings = hcm.Settings(end_time=0.2, estimate=False, **flight)
+    ended = hcm.simulate(*scene, settings)
+    assert ended.status is hcm.Status.BODY_TOUCHES
+    assert [e.kind for e in ended.events if e.kind in ("contact", "separation")] == touches
+    before, end = np.unique(ended.history.time_s)[-2:].tolist()
+    times = (*np.linspace(0.0, before, 100).tolist(), end)
+    seen = hcm.simulate(*scene, replace(settings, frame_times=times))
+    *above, below = [depth_by_sections(scene[0], frame, height) for frame in seen.frames]
+    assert len(above) == 100
+    # 1e-5: what PARTS leave of a bent element's curve; 4 m/s: of the fastest hinge
+    assert max(above) < 1e-5
+    assert 0.0 < below < 4.0 * (end - before)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_surface_that_cuts_the_finger_at_rest_is_refused(count: int) -> None:
+    with pytest.raises(hcm.ParameterError, match=r"height = 0\.001: the surface cuts 0\.0065 m"):
+        hcm.simulate(finger(HARD, count), replace(SURFACE, height=0.001), HARD_TIP)

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 
-from meshes.geometry import LONGEST_PHALANX_M
 from meshes.mesh import FingerMesh, MeshError
 from meshes.quality import scaled_jacobians
 
@@ -24,11 +23,6 @@ def check(mesh: FingerMesh) -> None:
     """
     _check_numbers(mesh)
     _check_sets(mesh)
-    for name, elements in mesh.cell_sets.items():
-        nodes = mesh.points[mesh.cells[elements]].reshape(-1, mesh.dim)
-        span = float(np.ptp(nodes, axis=0).max())
-        if span > LONGEST_PHALANX_M:
-            raise MeshError(f"{name} spans {span:.3g} m: looks like millimetres; write metres")
     scaled = scaled_jacobians(mesh.points, mesh.cells)
     bad = np.flatnonzero(scaled <= _DEGENERATE)
     if bad.size:

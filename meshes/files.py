@@ -62,7 +62,7 @@ def read(path: str | Path) -> FingerMesh:
     ------
     MeshError
         One line that names the file and what is wrong: unreadable or truncated, missing sets,
-        inverted or degenerate elements, coordinates that are not finite, an implausible unit.
+        inverted or degenerate elements, coordinates that are not finite.
     """
     path = Path(path)
     module = _format(path)

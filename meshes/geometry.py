@@ -8,9 +8,6 @@ from typing import Literal
 
 from meshes.mesh import MeshError
 
-LONGEST_PHALANX_M = 2.0
-"""Above this a length was most likely meant in millimetres."""
-
 LARGEST_SHAFT = 0.45
 """Largest radius of a shaft over that of its phalanx: the hole stays inside the O-grid's core."""
 
@@ -36,7 +33,7 @@ class FingerGeometry:
     Raises
     ------
     MeshError
-        If a length or diameter is not a positive finite number up to 2 m, the tuples differ in
+        If a length or diameter is not a positive finite number, the tuples differ in
         length, or the last phalanx is too short to hold its hemisphere.
     """
 
@@ -56,11 +53,6 @@ class FingerGeometry:
         for key, values in (("lengths", self.lengths), ("diameters", self.diameters)):
             for w, value in enumerate(values, start=1):
                 require_positive(f"{key}[phalanx {w}]", value)
-                if value > LONGEST_PHALANX_M:
-                    raise MeshError(
-                        f"{key}[phalanx {w}] = {value:g} m is above {LONGEST_PHALANX_M:g} m: "
-                        "looks like millimetres; give metres"
-                    )
         if self.shaft_radius is not None:
             require_positive("shaft_radius", self.shaft_radius)
             if self.shaft_radius > LARGEST_SHAFT * min(self.radii):
@@ -74,7 +66,7 @@ class FingerGeometry:
         if self.tip == "hemisphere" and self.lengths[-1] <= self.radii[-1]:
             raise MeshError(
                 f"the last phalanx is {self.lengths[-1]:g} m long, but its hemispherical end "
-                f"alone takes {self.radii[-1]:g} m (d/2): lengthen it or use tip='flat'"
+                f"alone takes {self.radii[-1]:g} m (d/2): lengthen it or make it thinner"
             )
 
     @property

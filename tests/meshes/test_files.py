@@ -80,9 +80,7 @@ def test_missing_file_and_unknown_suffix(mesh: meshes.FingerMesh, tmp_path: Path
 
 def broken(mesh: meshes.FingerMesh, what: str) -> meshes.FingerMesh:
     points, cells = mesh.points.copy(), mesh.cells.copy()
-    if what == "millimetres":
-        points *= 1e3
-    elif what == "nan":
+    if what == "nan":
         points[17, 1] = np.nan
     elif what == "inverted":
         half = cells.shape[1] // 2 if mesh.dim == 3 else 4
@@ -98,7 +96,6 @@ def broken(mesh: meshes.FingerMesh, what: str) -> meshes.FingerMesh:
 @pytest.mark.parametrize(
     ("what", "message"),
     [
-        ("millimetres", r"phalanx_1 spans 40 m: looks like millimetres"),
         ("nan", r"1 points are not finite; the first is point 17"),
         ("inverted", r"2 of \d+ elements .*2 inverted, 0 degenerate.* element 12 "),
         ("degenerate", r"elements cannot be used .*degenerate"),

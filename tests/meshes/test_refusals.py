@@ -45,7 +45,6 @@ def test_bad_sizing_options(keywords: dict[str, float], message: str) -> None:
         (((L, -L), (D, D)), r"lengths\[phalanx 2\] = -0.04"),
         (((L, NAN), (D, D)), r"lengths\[phalanx 2\] = nan"),
         (((L,), (0.0,)), r"diameters\[phalanx 1\]"),
-        (((40.0,), (15.0,)), "looks like millimetres"),
         (((0.007,), (D,)), "hemispherical end alone takes 0.0075 m"),
         (((L,), (D,), "round"), "tip = 'round'"),
     ],

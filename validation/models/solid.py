@@ -65,14 +65,15 @@ def _scaled(sizing: Any, tables: Scene) -> Any:
 def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
     import meshes
 
-    geometry = _geometry(tables)
+    geometry = finger_geometry(tables)
     if dimension == 2:
         return meshes.finger_quadrilaterals(geometry, sizing)
     half = meshes.finger_hexahedra(geometry, sizing)
     return half if tables.solver.fem.symmetry else meshes.mirrored(half)
 
 
-def _geometry(tables: Scene) -> Any:
+def finger_geometry(tables: Scene) -> Any:
+    """The scene's finger, as meshes and mesh files must have it."""
     import meshes
 
     diameters = tables.per_phalanx(tables.finger.diameter)
@@ -107,7 +108,7 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
     key = f"solver.fem.mesh = {path}"
     if mesh.dim != dimension:
         raise ValueError(f"{key}: is a {mesh.dim}D mesh; use --model fem{mesh.dim}d")
-    geometry = _geometry(tables)
+    geometry = finger_geometry(tables)
     try:
         meshes.check_finger(mesh, geometry)
     except meshes.MeshError as error:
@@ -203,10 +204,4 @@ def _require_possible(scene: NamedScene, model: str) -> None:
         raise UserError(
             f"scene {scene.name}: drive.reaction = true: {model} applies torques without a "
             "reaction on the neighbour; set drive.reaction to false or use --model hcm"
-        )
-    radius = max(tables.per_phalanx(tables.finger.diameter)) / 2
-    if tables.surface.height <= radius:
-        raise UserError(
-            f"scene {scene.name}: surface.height = {tables.surface.height:g}: must be > {radius:g} "
-            f"for {model}: at rest the surface would cut the finger, whose radius that is"
         )

@@ -16,13 +16,17 @@ from validation.scenes.quantity import Quantity
 
 Numbers = float | tuple[float, ...]
 
+LONGEST_M = 2.0  # above this a length of a finger was most likely meant in millimetres
 MAX_TOTAL_ELEMENTS = 20_000  # above this a planar beam model is no longer a reduced one
 
 ELEMENTS_ADVICE = "the paper uses 5 to 20 per phalanx, and 20 is converged to 0.02 %"
+METRES_ADVICE = "write metres, not millimetres"
 HEIGHT_ADVICE = (
     "the surface lies at Y = -height below the hinge: with height <= 0 it would be above the finger"
 )
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
+
+SIZE = Quantity("m", above=0, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
 
 
 class Table(BaseModel):
@@ -45,9 +49,9 @@ class FingerTable(Table):
 
     phalanges: Annotated[int, Quantity(integer=True, at_least=1, at_most=200)] = 3
     """Number of phalanges, from the fixed hinge to the tip."""
-    length: Annotated[Numbers, Quantity("m", above=0, at_most=100, per_phalanx=True)]
+    length: Annotated[Numbers, SIZE]
     """Between hinges; the last one's to the end of its half-ball."""
-    diameter: Annotated[Numbers, Quantity("m", above=0, at_most=100, per_phalanx=True)]
+    diameter: Annotated[Numbers, SIZE]
     """Of the round section."""
     elements: Annotated[
         int | tuple[int, ...],
@@ -174,7 +178,7 @@ class FemMeshTable(Table):
     """Sizes of the mesh and contact law, scaled with the diameter."""
     symmetry: bool = True
     """Whether half of the body is meshed in 3D, cut by its plane of motion."""
-    shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=100)] = None
+    shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=LONGEST_M)] = None
     """Of the holes for shafts at the hinges, also those of a mesh file; left out: none, end faces
     turn about their axes."""
     mesh: str | None = None
@@ -289,6 +293,21 @@ class Scene(Table):
                 self.finger.elements,
                 f"asks for {elements:.0f} beam elements, {_cost(elements)}: "
                 f"at most {MAX_TOTAL_ELEMENTS} are allowed; {ELEMENTS_ADVICE}",
+            )
+        radii = [0.5 * d for d in self.per_phalanx(self.finger.diameter)]
+        last = self.per_phalanx(self.finger.length)[-1]
+        if last <= radii[-1]:
+            raise _refuse(
+                "finger.length",
+                self.finger.length,
+                f"leaves the last phalanx {last:g} m, no longer than its round end of "
+                f"{radii[-1]:g} m: lengthen it, or reduce finger.diameter",
+            )
+        if self.surface.height <= max(radii):
+            raise _refuse(
+                "surface.height",
+                self.surface.height,
+                f"must be > {max(radii):g}, the finger's radius: at rest the surface would cut it",
             )
         if self.surface.height >= self.total_length:
             raise _refuse(

@@ -110,6 +110,8 @@ def test_one_number_per_phalanx() -> None:
         ("finger.length=[0.04, 0.04]", ["finger.length", "2 numbers for 3 phalanges", "give 3"]),
         ("finger.length=[0.04, 0.04, -1]", ["finger.length", "-1", "> 0"]),
         ("finger.length=[[0.04], 1, 1]", ["finger.length", "one per phalanx"]),
+        ("finger.length=40", ["finger.length", "40", "<= 2", "not millimetres"]),
+        ("finger.diameter=0.08", ["finger.length", "round end of 0.04 m", "finger.diameter"]),
         ("finger.diameter='15 mm'", ["finger.diameter", "15 mm", "in m", "without unit"]),
         (
             "finger.elements=1000000000",
@@ -128,6 +130,7 @@ def test_one_number_per_phalanx() -> None:
         ("surface.friction=-1", ["surface.friction", "-1", ">= 0", "smooth"]),
         ("surface.height=-0.1", ["surface.height", "-0.1", "> 0", "above the finger"]),
         ("surface.height=0", ["surface.height", "above the finger"]),
+        ("surface.height=0.0075", ["surface.height", "0.0075", "the surface would cut it"]),
         ("surface.height=0.12", ["surface.height", "never reached", "0.12 m long", "below"]),
         ("surface.height=[0.1]", ["surface.height", "[0.1]", "a number in m"]),
         ("surface=3", ["surface = 3", "table", "[surface]"]),

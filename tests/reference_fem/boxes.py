@@ -1,21 +1,9 @@
 """Small meshes for the reference's tests: bricks and rectangles, free or hinged in a row."""
 
-from collections.abc import Iterator
-
-import numba
 import numpy as np
-import pytest
 
 from meshes import FingerMesh
-
-
-@pytest.fixture(autouse=True)
-def one_thread() -> Iterator[None]:
-    """Bodies of a few elements only wait for a second thread (import it to use it)."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
+from tests.reference_fem.conftest import one_thread  # noqa: F401 - tests import it from here too
 
 
 def boxes(

@@ -8,38 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from meshes import FingerMesh
-from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
+from reference_fem import Material, Settings, Status, Surface
 from reference_fem.contact.friction import return_map
 from reference_fem.contact.law import COLUMNS, Memory, Motion
 from reference_fem.contact.penalty import contact_forces
 from reference_fem.contact.stiffness import adjoining_cells, penalty_contact
-from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
-from reference_fem.model import Model, build_model
 from reference_fem.stable_step import frequency_bound, stable_step
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
-
-
-def body(
-    mesh: FingerMesh,
-    material: Material,
-    height: float,
-    friction: float,
-    settings: Settings,
-    gravity: float = 0.0,
-) -> Model:
-    return build_model(
-        mesh, (material,), Surface(height, friction), Drive(gravity=gravity), settings
-    )
-
-
-def throw(model: Model, settings: Settings, v_x: float, v_y: float) -> TapResult:
-    velocity = np.zeros_like(model.points)
-    velocity[:, 0], velocity[:, 1] = v_x, v_y
-    zero = np.zeros_like(velocity)
-    return explicit_tap(model, settings, first_loop_state(model, zero, velocity, 0.0, None))
-
+from tests.reference_fem.boxes import boxes
+from tests.reference_fem.taps import SURFACE, body, throw
 
 finite = st.floats(-1e-3, 1e-3)
 
@@ -79,7 +55,7 @@ def test_stable_step_bounds_the_true_frequency_with_penalty() -> None:
     mesh = boxes((0.03,), (0.01, 0.01), (3, 1, 1), hinged=False)
     for factor in (0.1, 10.0, 1000.0):
         settings = Settings(penalty_factor=factor)
-        model = body(mesh, Material(1e7, 0.3, 1000.0), 0.1, 0.5, settings)
+        model = body(mesh, Material(1e7, 0.3, 1000.0), SURFACE, settings)
         size = model.points.size
         stiffness, tiny = np.empty((size, size)), 1e-9
         force = np.empty_like(model.points)
@@ -156,7 +132,7 @@ def test_a_node_bounces_off_within_the_error_of_its_steps(
 
 def test_stable_step_refuses_nonsense() -> None:
     mesh = boxes((0.03,), (0.01, 0.01), (3, 1, 1), hinged=False)
-    model = body(mesh, Material(1e7, 0.3, 1000.0), 0.1, 0.5, Settings())
+    model = body(mesh, Material(1e7, 0.3, 1000.0), SURFACE)
     stiffness = np.full_like(model.contact.stiffness, np.nan)
     with pytest.raises(ValueError, match="frequency"):
         stable_step(model.kernel, model.contact.nodes, stiffness, np.empty(0, dtype=np.int64))
@@ -169,16 +145,16 @@ def test_stiff_body_on_a_linear_spring(dim: int) -> None:
     section = (0.01, 0.01)[: dim - 1]
     mesh = boxes((0.01,), section, (2,) * dim, hinged=False)
     settings = Settings(penalty_factor=1e-4, max_contact_time_s=1.0)
-    model = body(mesh, Material(1e8, 0.3, 1000.0), 0.0050001, 0.0, settings)
+    model = body(mesh, Material(1e8, 0.3, 1000.0), Surface(0.0050001, 0.0), settings)
     v, m, k = 0.1, model.mass.sum(), model.contact.stiffness.sum()
-    result = throw(model, settings, 0.0, -v)
+    result = throw(model, settings, (0.0, -v))
     summary = result.summary
     assert result.status is Status.COMPLETED
     assert summary.peak_normal_force_N == pytest.approx(v * math.sqrt(k * m), rel=1e-3)
     # The end is known to the step: a few hundred of them make the tap.
-    assert summary.contact_duration_s == pytest.approx(
-        math.pi * math.sqrt(m / k), abs=2 * model.step_s + 1e-3 * math.pi * math.sqrt(m / k)
-    )
+    duration = math.pi * math.sqrt(m / k)
+    known = 2 * model.step_s + 1e-3 * duration
+    assert summary.contact_duration_s == pytest.approx(duration, abs=known)
     assert summary.normal_impulse_N_s == pytest.approx(2 * m * v, rel=1e-3)
     assert summary.compression_to_restitution == 1
     assert summary.stick_to_slip is None  # no friction, no stick
@@ -188,69 +164,13 @@ def test_stiff_body_on_a_linear_spring(dim: int) -> None:
     assert summary.peak_normal_force_time_s == pytest.approx(half, rel=0.02)
 
 
-def test_bar_impact_is_saint_venants() -> None:
-    # A bar of length L hits at v: F = A sqrt(E rho) v for 2 L/c, and flies off with all its speed.
-    # nu = 0 makes the solid the bar of the theory.
-    length, v, young, density = 0.04, 0.5, 1e9, 1400.0
-    flat = boxes((0.001,), (length, 0.001), (1, 80, 1), hinged=False)
-    settings = Settings(penalty_factor=1.0, output_interval=5)
-    model = body(flat, Material(young, 0.0, density), length / 2 + 1e-7, 0.0, settings)
-    result = throw(model, settings, 0.0, -v)
-    area, speed = 1e-6, math.sqrt(young / density)
-    plateau = area * math.sqrt(young * density) * v
-    transit = 2 * length / speed
-    contact = result.summary.contact_time_s or 0.0
-    time, force = result.forces.time_s - contact, result.forces.normal_force_N
-    middle = (time > 0.1 * transit) & (time < 0.9 * transit)
-    # The plateau's mean is off by the dispersion of 80 elements; measured 0.3 %, and the front
-    # rings by Gibbs' 9 to 18 % about it.
-    assert force[middle].mean() == pytest.approx(plateau, rel=0.01)
-    assert force.max() < 1.25 * plateau
-    # The front smears over (h^2 L)^(1/3), here 4 % of L at either end.
-    assert result.summary.contact_duration_s == pytest.approx(transit, rel=0.05)
-    assert result.summary.normal_impulse_N_s == pytest.approx(
-        2 * density * area * length * v, rel=0.02
-    )
-    assert (result.summary.energy_residual or 1.0) < 1e-3
-
-
-def test_sliding_block_stops_where_coulomb_says() -> None:
-    # v^2/(2 mu g) and v/(mu g). The block comes down from gap zero, so F_n swings about its
-    # weight by 100 % at the contact's frequency w: the impulse is off by at most mu g/w.
-    v, mu, gravity = 0.2, 0.4, 100.0
-    mesh = boxes((0.04,), (0.005, 0.01), (4, 1, 1), hinged=False)
-    settings = Settings(
-        penalty_factor=0.05,
-        end_time_s=1.4 * v / (mu * gravity),
-        max_samples=4000,
-        output_interval=1,
-    )
-    model = body(mesh, Material(1e8, 0.0, 1000.0), 0.0025, mu, settings, gravity)
-    result = throw(model, settings, v, 0.0)
-    assert result.status in (Status.COMPLETED, Status.STILL_IN_CONTACT)
-    omega = math.sqrt(model.contact.stiffness.sum() / model.mass.sum())
-    history = result.history
-    travel = history.tip_position_m[:, 0] - history.tip_position_m[0, 0]
-    distance, stop = v * v / (2 * mu * gravity), v / (mu * gravity)
-    share = mu * gravity / (omega * v)
-    assert share < 0.06
-    assert travel.max() == pytest.approx(distance, rel=2 * share)
-    assert history.time_s[np.argmax(travel)] == pytest.approx(stop, rel=2 * share + 0.02)
-    assert history.coulomb_excess.max() < 1e-12 * history.normal_force_N.max()
-    # All the kinetic energy goes into friction but for the vibration that is left.
-    spent = 0.5 * model.mass.sum() * v * v
-    assert history.friction_dissipation_J[-1] == pytest.approx(spent, rel=2 * share)
-    assert np.all(np.diff(history.friction_dissipation_J) > -1e-12 * spent)
-    assert (result.summary.energy_residual or 1.0) < 1e-2
-
-
 def test_sticking_block_comes_back() -> None:
     # Under a shallow throw with a high mu the tangential springs give the energy back: an
     # oblique impact of a body that sticks from start to end dissipates nothing.
     mesh = boxes((0.01,), (0.01, 0.01), (2, 2, 2), hinged=False)
     settings = Settings(penalty_factor=1e-3, output_interval=2)
-    model = body(mesh, Material(1e8, 0.3, 1000.0), 0.0050001, 50.0, settings)
-    result = throw(model, settings, 0.01, -0.1)
+    model = body(mesh, Material(1e8, 0.3, 1000.0), Surface(0.0050001, 50.0), settings)
+    result = throw(model, settings, (0.01, -0.1))
     spent = result.history.friction_dissipation_J[-1]
     assert 0.0 <= spent < 1e-3 * result.history.kinetic_energy_J[0]
     assert (result.summary.energy_residual or 1.0) < 1e-3

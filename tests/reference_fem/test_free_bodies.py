@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from meshes import FingerMesh
-from reference_fem import ChainState, Drive, Material, Settings, Surface
+from reference_fem import ChainState, Material
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.joints.section import build_section
-from reference_fem.model import Model, build_model
+from reference_fem.model import Model
 from reference_fem.rigid_chain import fly, pose
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.boxes import boxes
+from tests.reference_fem.taps import body
 
 RUBBER = Material(1e7, 0.3, 1000.0)
-FAR = Surface(height=10.0, friction=0.5)
 
 
 def model_of(
@@ -24,15 +24,8 @@ def model_of(
     torques: tuple[float, ...] = (),
     gravity: float = 0.0,
     material: Material = RUBBER,
-    step_factor: float = 0.9,
 ) -> Model:
-    return build_model(
-        mesh,
-        (material,) * mesh.phalanges,
-        FAR,
-        Drive(torques, gravity),
-        Settings(step_factor=step_factor),
-    )
+    return body(mesh, material, torques=torques, gravity=gravity)
 
 
 SOLIDS = {
@@ -129,7 +122,6 @@ def test_hinged_boxes_follow_the_rigid_chain() -> None:
     errors = []
     for young in (1e8, 4e8):
         model = model_of(mesh, torques, 9.8, Material(young, 0.3, 1000.0))
-        assert model.chain is not None
         begin = ChainState(np.array([0.2, 0.5]), np.array([4.0, -6.0]), 0.0)
         state = start_state(
             model, *pose(model.chain, begin, model.points, model.body_of_point), 0.0
@@ -181,7 +173,6 @@ def test_hinge_carries_the_weight() -> None:
     # Hanging straight down at rest: the reaction of hinge w is the weight below it.
     mesh = boxes((0.04, 0.03), (0.01, 0.02), (4, 1, 2), half=True)
     model = model_of(mesh, gravity=9.8)
-    assert model.chain is not None
     down = ChainState(np.full(2, np.pi / 2), np.zeros(2), 0.0)
     state = start_state(model, *pose(model.chain, down, model.points, model.body_of_point), 0.0)
     mean, count = np.zeros((2, 2)), 400

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
-from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
-from reference_fem.model import build_model
+from reference_fem import Material, Settings, Status, Surface, TapResult
 from tests.reference_fem.balls import half_ball
-from tests.reference_fem.boxes import one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.taps import body, throw
 
 RADIUS = 0.0075
 MATERIAL = Material(1e9, 0.3, 1400.0)
+STIFFNESS = 4.0 / 3.0 * MATERIAL.plane_strain_modulus * math.sqrt(RADIUS)
 
 
 @dataclass(frozen=True)
@@ -30,13 +28,11 @@ class Hertz:
 
     @property
     def approach(self) -> float:
-        stiffness = 4.0 / 3.0 * MATERIAL.plane_strain_modulus * math.sqrt(RADIUS)
-        return (1.25 * self.mass * self.speed**2 / stiffness) ** 0.4
+        return (1.25 * self.mass * self.speed**2 / STIFFNESS) ** 0.4
 
     @property
     def force(self) -> float:
-        modulus = MATERIAL.plane_strain_modulus
-        return 4.0 / 3.0 * modulus * math.sqrt(RADIUS) * self.approach**1.5
+        return STIFFNESS * self.approach**1.5
 
     @property
     def duration(self) -> float:
@@ -57,12 +53,8 @@ def impact(tip: float, growth: float, speed: float, friction: float = 0.0, **con
     mesh = half_ball(RADIUS, tip * RADIUS, growth)
     settings = Settings(max_contact_time_s=1e-3, output_interval=20, **contact)
     surface = Surface(RADIUS * (1 + 1e-9), friction)
-    model = build_model(mesh, (MATERIAL,), surface, Drive(gravity=0.0), settings)
-    velocity = np.zeros_like(model.points)
-    velocity[:, 1] = -speed
-    zero = np.zeros_like(velocity)
-    result = explicit_tap(model, settings, first_loop_state(model, zero, velocity, 0.0, None))
-    return result, Hertz(2.0 * model.mass.sum(), speed)
+    model = body(mesh, MATERIAL, surface, settings)
+    return throw(model, settings, (0.0, -speed)), Hertz(2.0 * model.mass.sum(), speed)
 
 
 # The law asks for a/R << 1, T >> R/c and small strains. At v/c = 3e-4 the patch is 0.050 R and

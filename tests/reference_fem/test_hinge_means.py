@@ -11,7 +11,7 @@ from meshes.topology import outer_facets
 from reference_fem import Drive, Material, Settings, Surface
 from reference_fem.joints.mean_position import mean_weights
 from reference_fem.model import build_model
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.boxes import boxes
 
 R = 7.5e-3
 GEOMETRY = meshes.FingerGeometry((0.04, 0.04), (2 * R, 2 * R))

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 from meshes import FingerMesh
-from reference_fem import Drive, Material, Settings, Status, Surface
+from reference_fem import Material, Settings, Status, Surface
 from reference_fem import model as modelling
-from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
-from reference_fem.model import build_model
 from tests.reference_fem.balls import half_ball
-from tests.reference_fem.boxes import one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.taps import body, throw
 
 RADIUS, THICKNESS = 0.0075, 0.002
 TIP, GROWTH = 0.003, 1.15  # first edge over the radius: a seventh of b
@@ -60,12 +57,8 @@ def test_disc_on_a_line_is_hertz_in_two_dimensions(
     settings = Settings(max_contact_time_s=1e-3, output_interval=5, **contact)
     mesh = disc(TIP, GROWTH)
     surface = Surface(RADIUS * (1 + 1e-9), 0.0)
-    model = build_model(mesh, (MATERIAL,), surface, Drive(gravity=0.0), settings)
-    velocity = np.zeros_like(model.points)
-    velocity[:, 1] = -speed
-    result = explicit_tap(
-        model, settings, first_loop_state(model, np.zeros_like(velocity), velocity, 0.0, None)
-    )
+    model = body(mesh, MATERIAL, surface, settings)
+    result = throw(model, settings, (0.0, -speed))
     assert result.status is Status.COMPLETED
     history = result.history
     line = history.normal_force_N / THICKNESS

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +17,11 @@ from reference_fem.contact.lumped import (
     STORED,
     lumped_force,
 )
-from tests.reference_fem.boxes import one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.taps import GEOMETRY, SURFACE, tap
 
 K, SPEED, MASS = 0.78e6, 1.6, 0.003
-SOFT = (rf.Material(1e9, 0.4, 1400.0),) * 3
-SURFACE = rf.Surface(0.1, 0.5)
-GEOMETRY = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3, "flat")
+LAW = rf.LumpedContact(K)
+FLAT = replace(GEOMETRY, tip="flat")
 COARSE = meshes.Sizing(2.5e-3, 3.5e-3, 2.5e-3)
 # The thin-rod chain right above the surface: 2 us before its end touches.
 IMPACT = rf.ChainState(
@@ -59,7 +59,7 @@ class Drop:
 
 
 def test_a_mass_on_the_linear_law_is_a_half_sine() -> None:
-    drop = Drop(rf.LumpedContact(K), 0.0, 0.0)
+    drop = Drop(LAW, 0.0, 0.0)
     omega = math.sqrt(K / MASS)
     # Second order in the step: (omega h)^2/24 is 4e-9 here; the sampling of the peak dominates.
     assert max(drop.normal) == pytest.approx(SPEED * math.sqrt(K * MASS), rel=1e-6)
@@ -99,7 +99,7 @@ def test_hertz_impact_lasts_as_long_as_hertz_says() -> None:
 
 
 def test_gross_slip_follows_coulomb_and_its_loss_is_force_times_way() -> None:
-    drop = Drop(rf.LumpedContact(K), 0.3, 20.0)
+    drop = Drop(LAW, 0.3, 20.0)
     normal, tangential = np.array(drop.normal), np.array(drop.tangential)
     assert np.allclose(tangential, -0.3 * normal, rtol=1e-12)
     assert max(drop.balance) - min(drop.balance) < 1e-6 * drop.balance[0]
@@ -119,20 +119,16 @@ def test_stick_then_slip_inside_the_cone() -> None:
 
 @pytest.fixture(scope="module")
 def flat() -> meshes.FingerMesh:
-    return meshes.finger_hexahedra(GEOMETRY, COARSE)
+    return meshes.finger_hexahedra(FLAT, COARSE)
 
 
-def tap(mesh: meshes.FingerMesh, **changes: object) -> rf.TapResult:
-    given = {"surface": SURFACE, "contact": rf.LumpedContact(K), "start": IMPACT} | changes
-    return rf.simulate(
-        mesh, SOFT, given["surface"], rf.Drive(),  # type: ignore[arg-type]
-        rf.Settings(contact=given["contact"]),  # type: ignore[arg-type]
-        start=given["start"],  # type: ignore[arg-type]
-    )  # fmt: skip
+def lumped(mesh: meshes.FingerMesh, **changes: Any) -> rf.TapResult:
+    """A tap of the law, by default from right above the surface."""
+    return tap(mesh, **{"contact": LAW, "start": IMPACT} | changes)
 
 
 def test_the_solid_taps_like_the_beam_and_keeps_its_energy(flat: meshes.FingerMesh) -> None:
-    result = tap(flat)
+    result = lumped(flat)
     s, h = result.summary, result.history
     assert result.status is rf.Status.COMPLETED
     # A prototype on finer meshes: 63.4 to 64.7 N and 0.247 to 0.251 ms; 1 % for this mesh.
@@ -149,7 +145,7 @@ def test_the_solid_taps_like_the_beam_and_keeps_its_energy(flat: meshes.FingerMe
 def test_energy_of_lossy_and_rolling_taps(restitution: float, tip: str) -> None:
     mesh = meshes.finger_hexahedra(replace(GEOMETRY, tip=tip), COARSE)
     surface = SURFACE if tip == "flat" else rf.Surface(0.1028617, 0.5)
-    result = tap(mesh, surface=surface, contact=rf.LumpedContact(K, restitution))
+    result = lumped(mesh, surface=surface, contact=rf.LumpedContact(K, restitution))
     assert result.status is rf.Status.COMPLETED
     assert result.summary.energy_residual < 2e-4
     lost = float(result.history.contact_damping_J[-1])
@@ -158,7 +154,7 @@ def test_energy_of_lossy_and_rolling_taps(restitution: float, tip: str) -> None:
 
 def test_sphere_with_friction_that_sticks_rolls_without_loss() -> None:
     mesh = meshes.finger_hexahedra(replace(GEOMETRY, tip="hemisphere"), COARSE)
-    result = tap(mesh, surface=rf.Surface(0.1028617, 50.0))
+    result = lumped(mesh, surface=rf.Surface(0.1028617, 50.0))
     assert result.status is rf.Status.COMPLETED
     kinetic = result.history.kinetic_energy_J.max()
     # It sticks until F_n vanishes, where the tangential spring lets go what it still holds.
@@ -168,27 +164,23 @@ def test_sphere_with_friction_that_sticks_rolls_without_loss() -> None:
 
 
 def test_own_flight_lands_where_the_rigid_chain_does(flat: meshes.FingerMesh) -> None:
-    result = tap(flat, start=None)
+    result = lumped(flat, start=None)
     # Rotary inertia delays the thin rods' 0.136107 s by 0.5 %.
     assert result.summary.contact_time_s == pytest.approx(0.136107 * 1.005, rel=1e-3)
 
 
 def test_never_reached_and_too_long_keep_what_they_have(flat: meshes.FingerMesh) -> None:
-    law = rf.LumpedContact(K)
-    settings = rf.Settings(contact=law, max_flight_time_s=0.01)
-    short = rf.simulate(flat, SOFT, SURFACE, rf.Drive(), settings)
+    short = lumped(flat, start=None, max_flight_time_s=0.01)
     assert short.status is rf.Status.NOT_REACHED
     assert short.summary.peak_normal_force_N is None
-    settings = rf.Settings(contact=law, max_contact_time_s=5e-5)
-    cut = rf.simulate(flat, SOFT, SURFACE, rf.Drive(), settings, start=IMPACT)
+    cut = lumped(flat, max_contact_time_s=5e-5)
     assert cut.status is rf.Status.STILL_IN_CONTACT
     assert cut.summary.contact_duration_s is None
     assert cut.history.normal_force_N[-1] > 0.0
 
 
 def test_too_long_a_step_is_noticed(flat: meshes.FingerMesh) -> None:
-    settings = rf.Settings(contact=rf.LumpedContact(K), step_factor=1.2)
-    wild = rf.simulate(flat, SOFT, SURFACE, rf.Drive(), settings, start=IMPACT)
+    wild = lumped(flat, step_factor=1.2)
     assert wild.status is rf.Status.UNSTABLE
     assert "step_factor" in wild.message
 
@@ -196,8 +188,8 @@ def test_too_long_a_step_is_noticed(flat: meshes.FingerMesh) -> None:
 def test_a_stiff_spring_enters_the_stable_step(flat: meshes.FingerMesh) -> None:
     def highest(stiffness: float) -> float:
         # Nothing is solved: the end lies out of reach.
-        settings = rf.Settings(contact=rf.LumpedContact(stiffness), max_flight_time_s=1e-3)
-        none = rf.simulate(flat, SOFT, SURFACE, rf.Drive(), settings)
+        law = rf.LumpedContact(stiffness)
+        none = lumped(flat, start=None, contact=law, max_flight_time_s=1e-3)
         return (2 * 0.9 / none.summary.time_step_s) ** 2
 
     # omega^2 = omega_e^2 + k/m with the end face's own mass, half an element's length deep.
@@ -226,10 +218,10 @@ def test_impossible_laws_are_refused(changes: dict[str, float], named: str) -> N
 
 def test_impossible_taps_are_refused(flat: meshes.FingerMesh) -> None:
     with pytest.raises(ValueError, match="height"):
-        tap(flat, surface=rf.Surface(0.09, 0.5))
+        lumped(flat, surface=rf.Surface(0.09, 0.5))
     short = rf.ChainState(np.zeros(2), np.zeros(3), 0.0)
     with pytest.raises(ValueError, match="2 angles"):
-        tap(flat, start=short)
+        lumped(flat, start=short)
     sets = {k: v for k, v in flat.node_sets.items() if k != "distal_face_3"}
     with pytest.raises(ValueError, match="equator"):
-        tap(replace(flat, node_sets=sets))
+        lumped(replace(flat, node_sets=sets))

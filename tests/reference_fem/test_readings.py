@@ -8,7 +8,7 @@ from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.quadrilateral.plane_stress import chord_thickness
 from reference_fem.model import build_model
 from reference_fem.transitions import slip_states, turning_points
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.boxes import boxes
 
 
 def test_turning_points_of_two_humps() -> None:

@@ -17,7 +17,7 @@ import reference_fem as rf
 from reference_fem.dynamics import restart
 from reference_fem.dynamics.restart import arithmetic
 from reference_fem.settings import CONTACTS
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.boxes import boxes
 
 ROOT = Path(__file__).parents[2]
 MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 2
@@ -79,7 +79,6 @@ def killed(path: Path, calls: int, **changes: str) -> None:
         text=True,
         env=environment(**changes),
     )
-    assert child.stdout is not None
     with child:
         assert child.stdout.readline() == "ready\n"
         child.kill()

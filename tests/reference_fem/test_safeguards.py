@@ -11,14 +11,13 @@ import pytest
 import reference_fem as rf
 from reference_fem.cautions import spike
 from reference_fem.dynamics import guards
-from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.geometry import geometries
-from reference_fem.model import Model, build_model
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+from reference_fem.model import Model
+from tests.reference_fem.boxes import boxes
+from tests.reference_fem.taps import body, throw
 
 RUBBER = rf.Material(1e7, 0.3, 1000.0)
 SIDE = 0.02
@@ -37,8 +36,8 @@ def fall(
     lowest = float((mesh.points + u)[:, 1].min())
     surface = rf.Surface(-lowest + speed * 1e-5, 0.3)
     settings = dataclasses.replace(rf.Settings(threads=1), **changes)  # type: ignore[arg-type]
-    model = build_model(mesh, (RUBBER,), surface, rf.Drive(), settings)
-    return explicit_tap(model, settings, first_loop_state(model, u, v, 0.0, None)), model
+    model = body(mesh, RUBBER, surface, settings, gravity=rf.Drive().gravity)
+    return throw(model, settings, v, u), model
 
 
 @pytest.mark.parametrize("contact", ["penalty", "surface", "impulse"])

@@ -10,37 +10,16 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from meshes import FingerMesh
-from reference_fem import Drive, Material, Settings, Status, Surface, TapResult
+from reference_fem import Material, Settings, Status, Surface
 from reference_fem import model as modelling
 from reference_fem.dynamics.central_difference import leapfrog
-from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.elements import hex8, quad4_plane_stress
-from reference_fem.model import Model, build_model
 from tests.reference_fem.balls import half_ball
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401 - a fixture
+from tests.reference_fem.boxes import boxes
+from tests.reference_fem.taps import body, throw
 
 LAWS = ("penalty", "surface", "impulse")
-
-
-def throw(
-    mesh: FingerMesh,
-    material: Material,
-    surface: Surface,
-    settings: Settings,
-    speed: tuple[float, float],
-    gravity: float = 0.0,
-    step_s: float | None = None,
-) -> tuple[TapResult, Model]:
-    model = build_model(mesh, (material,), surface, Drive(gravity=gravity), settings)
-    if step_s is not None:
-        model = replace(model, step_s=step_s)
-    velocity = np.zeros_like(model.points)
-    velocity[:, :2] = speed
-    zero = np.zeros_like(velocity)
-    return explicit_tap(model, settings, first_loop_state(model, zero, velocity, 0.0, None)), model
 
 
 # --- manufactured solution ---------------------------------------------------------------------
@@ -141,14 +120,9 @@ def timoshenko(length: float, area: float, inertia: float, material: Material, k
 
     def closing(omega: float) -> float:
         s = omega * omega * rho
-        a = np.array(
-            [
-                [0, 1, 0, 1 / (k * g * area)],
-                [0, 0, 1 / (e * inertia), 0],
-                [0, -s * inertia, 0, -1],
-                [-s * area, 0, 0, 0],
-            ]
-        )
+        a = np.zeros((4, 4))
+        a[0, 1], a[0, 3], a[1, 2] = 1, 1 / (k * g * area), 1 / (e * inertia)
+        a[2, 1], a[2, 3], a[3, 0] = -s * inertia, -1, -s * area
         return float(np.linalg.det(expm(a * length)[2:, :2]))
 
     slender = 22.3733 / length**2 * math.sqrt(e * inertia / (rho * area))
@@ -166,8 +140,7 @@ def test_free_bending_frequency_is_timoshenkos(dim: int) -> None:
         mesh = boxes((length,), (height,), (80, 8), hinged=False)
         area, inertia = math.pi * height**2 / 4, math.pi * height**4 / 64
         k = 6 * 1.3 / (7 + 6 * 0.3)  # Cowper 1966, round
-    settings = Settings()
-    model = build_model(mesh, (material,), Surface(1.0, 0.0), Drive(gravity=0.0), settings)
+    model = body(mesh, material)
     along = model.points[:, 0] + 0.5 * length
     b = 4.73004 / length
     ratio = (math.cosh(4.73004) - math.cos(4.73004)) / (math.sinh(4.73004) - math.sin(4.73004))
@@ -209,27 +182,31 @@ def test_bar_impact_on_a_wall(dim: int, contact: str, monkeypatch: pytest.Monkey
         contact=contact, penalty_factor=1.0, surface_factor=100.0, output_interval=5
     )
     surface = Surface(length / 2 + 1e-7, 0.0)
-    result, _ = throw(mesh, Material(young, 0.0, density), surface, settings, (0.0, -v))
+    model = body(mesh, Material(young, 0.0, density), surface, settings)
+    result = throw(model, settings, (0.0, -v))
     plateau = 1e-6 * math.sqrt(young * density) * v
     transit = 2 * length / math.sqrt(young / density)
     time = result.forces.time_s - (result.summary.contact_time_s or 0.0)
     force = result.forces.normal_force_N
     middle = (time > 0.1 * transit) & (time < 0.9 * transit)
+    # The plateau's mean is off by the dispersion of 80 elements; measured 0.3 %, and the front
+    # rings by Gibbs' 9 to 18 % about it, under stiff springs in pressure by 43 %.
     assert force[middle].mean() == pytest.approx(plateau, rel=0.01)
+    assert force.max() < (1.5 if contact == "surface" else 1.25) * plateau
     # The front smears over (h² L)^(1/3), here 4 % of L at either end.
     assert result.summary.contact_duration_s == pytest.approx(transit, rel=0.05)
-    assert result.summary.normal_impulse_N_s == pytest.approx(
-        2 * density * 1e-6 * length * v, rel=0.02
-    )
-    assert (result.summary.energy_residual or 1.0) < 0.01
+    impulse = 2 * density * 1e-6 * length * v
+    assert result.summary.normal_impulse_N_s == pytest.approx(impulse, rel=0.02)
+    assert (result.summary.energy_residual or 1.0) < (0.01 if contact == "impulse" else 1e-3)
 
 
 @pytest.mark.parametrize("contact", LAWS)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_block_slides_to_coulombs_rest(dim: int, contact: str) -> None:
     # v²/(2 mu g) and v/(mu g), and all of the kinetic energy goes into friction. Put on the
-    # surface at once, the block swings about its weight: the impulse is off by mu g/w.
-    v, mu, gravity = 0.2, 0.4, 100.0
+    # surface at once, the block swings about its weight by 100 %, at w = sqrt(k/m): the impulse
+    # is off by mu g/w, at the penalty's stiffness 2.45 % of v.
+    share, v, mu, gravity = 0.0245, 0.2, 0.4, 100.0
     section = (0.005, 0.01)[: dim - 1]
     mesh = boxes((0.04,), section, (4, 1, 1)[:dim], hinged=False)
     stop, distance = v / (mu * gravity), v * v / (2 * mu * gravity)
@@ -239,18 +216,20 @@ def test_block_slides_to_coulombs_rest(dim: int, contact: str) -> None:
         surface_factor=0.2,
         end_time_s=1.4 * stop,
         max_samples=4000,
-        output_interval=4,
+        output_interval=1,
     )
-    result, model = throw(
-        mesh, Material(1e8, 0.0, 1000.0), Surface(0.0025, mu), settings, (v, 0.0), gravity
-    )
+    material, surface = Material(1e8, 0.0, 1000.0), Surface(0.0025, mu)
+    model = body(mesh, material, surface, settings, gravity=gravity)
+    result = throw(model, settings, (v, 0.0))
     assert result.status in (Status.COMPLETED, Status.STILL_IN_CONTACT)
     history = result.history
     travel = history.tip_position_m[:, 0] - history.tip_position_m[0, 0]
-    assert travel.max() == pytest.approx(distance, rel=0.06)
-    assert history.time_s[np.argmax(travel)] == pytest.approx(stop, rel=0.1)
+    assert travel.max() == pytest.approx(distance, rel=2 * share)
+    assert history.time_s[np.argmax(travel)] == pytest.approx(stop, rel=2 * share + 0.02)
+    # All the kinetic energy goes into friction but for the vibration that is left.
     spent = 0.5 * model.mass.sum() * v * v
-    assert history.friction_dissipation_J[-1] == pytest.approx(spent, rel=0.06)
+    assert history.friction_dissipation_J[-1] == pytest.approx(spent, rel=2 * share)
+    assert np.all(np.diff(history.friction_dissipation_J) > -1e-12 * spent)
     assert history.coulomb_excess.max() < 1e-12 * history.normal_force_N.max()
     assert (result.summary.energy_residual or 1.0) < 0.01
 
@@ -263,7 +242,8 @@ def test_ball_slides_then_rolls() -> None:
     start = 2 * v / (7 * mu * gravity)
     settings = Settings(contact="surface", surface_factor=30.0, end_time_s=2.0 * start)
     surface = Surface(radius * (1 + 1e-6), mu)
-    result, model = throw(mesh, Material(3e6, 0.3, 1000.0), surface, settings, (v, 0.0), gravity)
+    model = body(mesh, Material(3e6, 0.3, 1000.0), surface, settings, gravity=gravity)
+    result = throw(model, settings, (v, 0.0))
     history = result.history
     mass = 2 * model.mass.sum()
     # The mesh's own moment of inertia, about Z: J = share * m R².
@@ -284,24 +264,12 @@ def test_half_model_touches_as_the_full_one(contact: str) -> None:
     for half, width in ((False, 4), (True, 2)):
         mesh = boxes((0.01,), (0.01, 0.02), (3, 3, width), hinged=False, half=half)
         settings = Settings(contact=contact, surface_factor=10.0, step_factor=0.8)
-        result, model = throw(
-            mesh,
-            Material(1e8, 0.3, 1000.0),
-            Surface(0.0050001, 0.3),
-            settings,
-            (0.3, -0.2),
-            step_s=step,
-        )
-        step = model.step_s
-        summary = result.summary
-        found.append(
-            (
-                summary.peak_normal_force_N,
-                summary.normal_impulse_N_s,
-                summary.contact_duration_s,
-                summary.peak_tangential_force_N,
-                result.history.friction_dissipation_J[-1],
-            )
-        )
+        model = body(mesh, Material(1e8, 0.3, 1000.0), Surface(0.0050001, 0.3), settings)
+        step = step or model.step_s
+        result = throw(replace(model, step_s=step), settings, (0.3, -0.2))
+        names = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s",
+                 "peak_tangential_force_N")  # fmt: skip
+        scalars = [getattr(result.summary, name) for name in names]
+        found.append([*scalars, result.history.friction_dissipation_J[-1]])
     # The same equations in another order: round-off, which contact's switches may enlarge.
     assert found[0] == pytest.approx(found[1], rel=1e-6)

@@ -1,21 +1,52 @@
-"""A command of the program in the test's own process: its exit code, and its one line of error."""
+"""A command of the program in the test's own process, and what tests call their helpers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import pytest
 
 from validation.cli import main
+from validation.harness.record import RunRecord
+
+Make = Callable[..., RunRecord]
+Patch = pytest.MonkeyPatch
+Capture = pytest.CaptureFixture[str]
 
 
-def call(*arguments: str) -> int:
+@dataclass(frozen=True)
+class Ended:
+    """How a command ended: its exit code and what it said."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def line(self) -> str:
+        """All it said to stderr: one line that names the program."""
+        (line,) = self.err.splitlines()
+        assert line.startswith("fingertap: error: ")
+        return line
+
+    @property
+    def refusal(self) -> str:
+        """The one line of a command that refused what it was given."""
+        assert (self.code, self.out) == (2, "")
+        return self.line
+
+
+Run = Callable[..., Ended]
+
+
+def one_line(capsys: Capture) -> str:
+    """What was said to stderr: one line that names the program."""
+    return Ended(2, *capsys.readouterr()).line
+
+
+def call(*arguments: object) -> int:
     """The command's exit code."""
     try:
-        main(list(arguments))
+        main([str(argument) for argument in arguments])
     except SystemExit as end:
         return int(end.code or 0)
     return 0
-
-
-def one_line(capsys: pytest.CaptureFixture[str]) -> str:
-    """What it said to stderr: one line that names the program."""
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("fingertap: error: ")
-    return line

@@ -2,12 +2,9 @@
 at any fixed number. Each run is a process of its own, as a user's is."""
 
 import hashlib
-import os
-import subprocess
-import sys
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests.processes import printed
+
 CODE = """
 import hashlib, sys
 import numpy as np
@@ -27,16 +24,10 @@ print(digest.hexdigest())
 
 
 def bits(threads: int, model: str, *overrides: str) -> str:
-    environment = os.environ | {
-        "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": str(threads),
-        "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads),
-        "OMP_WAIT_POLICY": "passive", "PYTHONHASHSEED": "random",
-    }  # fmt: skip
-    done = subprocess.run(
-        [sys.executable, "-c", CODE, model, *overrides],
-        capture_output=True, text=True, timeout=120, env=environment, check=True,
-    )  # fmt: skip
-    (line,) = done.stdout.split()
+    names = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    more = {"OMP_WAIT_POLICY": "passive", "PYTHONHASHSEED": "random"}
+    environment = dict.fromkeys(names, str(threads)) | more
+    (line,) = printed("-c", CODE, model, *overrides, env=environment).split()
     assert len(line) == len(hashlib.sha256().hexdigest())
     return line
 

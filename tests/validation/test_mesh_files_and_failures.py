@@ -11,8 +11,9 @@ import pytest
 import xarray
 
 import meshes
-from tests.validation.commands import call, one_line
-from validation.harness.fields import write_fields
+from reference_fem import Snapshot
+from tests.validation.commands import Patch, Run, call
+from validation.harness.fields import Fields, write_fields
 from validation.scenes.load import load_scene
 
 COARSE = ("solver.fem.section_size=5e-3", "solver.fem.axial_size=1e-2", "solver.fem.tip_size=5e-3")
@@ -21,9 +22,10 @@ GEOMETRY = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3)
 SIZING = meshes.Sizing(5e-3, 1e-2, 5e-3)
 
 
-def fem(out: Path, *overrides: str, model: str = "fem3d") -> int:
+def fem(out: Path, *overrides: str, model: str = "fem3d") -> tuple[object, ...]:
+    """The command of a run."""
     settings = [text for override in overrides for text in ("--set", override)]
-    return call("run", "soft", "--model", model, "--out", str(out), "--set", LOW, *settings)
+    return ("run", "soft", "--model", model, "--out", out, "--set", LOW, *settings)
 
 
 @pytest.fixture(scope="module")
@@ -32,12 +34,12 @@ def mesh() -> meshes.FingerMesh:
 
 
 def test_a_users_mesh_is_the_mesh_that_runs(
-    mesh: meshes.FingerMesh, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    mesh: meshes.FingerMesh, tmp_path: Path, fingertap: Run
 ) -> None:
     path = tmp_path / "mine.vtu"
     meshes.write(mesh, path)
-    assert fem(tmp_path / "a", f"solver.fem.mesh={path}") == 0
-    assert fem(tmp_path / "b", *COARSE) == 0
+    assert fingertap(*fem(tmp_path / "a", f"solver.fem.mesh={path}")).code == 0
+    assert fingertap(*fem(tmp_path / "b", *COARSE)).code == 0
     one, two = (
         json.loads((tmp_path / name / "run/soft-fem3d/summary.json").read_text()) for name in "ab"
     )
@@ -81,46 +83,45 @@ def all_nodes_in_a_hinge(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     ids=["inverted", "missing set", "millimetres", "another finger", "half as thick", "all nodes"],
 )
 def test_bad_mesh_files_end_with_one_line(
-    broken: Break,
-    message: str,
-    mesh: meshes.FingerMesh,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    broken: Break, message: str, mesh: meshes.FingerMesh, tmp_path: Path, fingertap: Run
 ) -> None:
     path = tmp_path / "bad.vtu"
     meshes.write(broken(mesh), path)
-    assert fem(tmp_path, f"solver.fem.mesh={path}") == 2
-    line = one_line(capsys)
+    line = fingertap(*fem(tmp_path, f"solver.fem.mesh={path}")).refusal
     assert f"solver.fem.mesh = {path}" in line
     assert re.search(message, line)
     assert not list(tmp_path.glob("run/*/summary.json"))
 
 
+@pytest.mark.parametrize(
+    ("name", "overrides", "model", "message"),
+    [
+        ("cut.msh", (), "fem3d", "unreadable or truncated"),
+        ("none.vtu", (), "fem3d", "none.vtu: no such file"),
+        ("whole.vtu", (), "fem2d", "is a 3D mesh; use --model fem3d"),
+        ("whole.vtu", ("finger.phalanges=2", "drive.gravity=9"), "fem3d",
+         "has 3 phalanges, the finger's number of phalanges says 2"),
+        ("whole.vtu", ("solver.fem.tip_size=1e-3",), "fem3d",
+         "solver.fem.tip_size = 0.001: has no effect on a mesh that is read"),
+    ],
+)  # fmt: skip
 def test_truncated_missing_and_plane_mesh_files(
-    mesh: meshes.FingerMesh, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "cut.msh"
-    meshes.write(mesh, path)
-    path.write_bytes(path.read_bytes()[:-2000])
-    assert fem(tmp_path, f"solver.fem.mesh={path}") == 2
-    assert "unreadable or truncated" in one_line(capsys)
-    assert fem(tmp_path, "solver.fem.mesh=none.vtu") == 2
-    assert "solver.fem.mesh = none.vtu: no such file" in one_line(capsys)
-    whole = tmp_path / "whole.vtu"
-    meshes.write(mesh, whole)
-    assert fem(tmp_path, f"solver.fem.mesh={whole}", model="fem2d") == 2
-    assert "is a 3D mesh; use --model fem3d" in one_line(capsys)
-    assert fem(tmp_path, f"solver.fem.mesh={whole}", "finger.phalanges=2", "drive.gravity=9") == 2
-    assert "has 3 phalanges, the finger's number of phalanges says 2" in one_line(capsys)
-    assert fem(tmp_path, f"solver.fem.mesh={whole}", "solver.fem.tip_size=1e-3") == 2
-    assert "solver.fem.tip_size = 0.001: has no effect on a mesh that is read" in one_line(capsys)
+    name: str, overrides: tuple[str, ...], model: str, message: str, mesh: meshes.FingerMesh,
+    tmp_path: Path, fingertap: Run,
+) -> None:  # fmt: skip
+    path = tmp_path / name
+    if name != "none.vtu":
+        meshes.write(mesh, path)
+    if name == "cut.msh":
+        path.write_bytes(path.read_bytes()[:-2000])
+    ended = fingertap(*fem(tmp_path, f"solver.fem.mesh={path}", *overrides, model=model))
+    assert message in ended.refusal
 
 
-def test_step_beyond_stability_is_stopped_and_kept(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert fem(tmp_path, *COARSE, "solver.fem.step_factor=1.2") == 1
-    line = one_line(capsys)
+def test_step_beyond_stability_is_stopped_and_kept(tmp_path: Path, fingertap: Run) -> None:
+    ended = fingertap(*fem(tmp_path, *COARSE, "solver.fem.step_factor=1.2"))
+    assert ended.code == 1
+    line = ended.line
     assert re.search(r"energy balance is off by .* at step \d+, t = [\d.]+ s, with a step of", line)
     assert line.count("use a step_factor of 0.9 or less") == 1
     folder = tmp_path / "run" / "soft-fem3d"
@@ -133,18 +134,18 @@ def test_step_beyond_stability_is_stopped_and_kept(
     assert not (folder / "restart.npz").exists()
 
 
-def test_any_penalty_keeps_the_step_stable(tmp_path: Path) -> None:
+def test_any_penalty_keeps_the_step_stable(tmp_path: Path, fingertap: Run) -> None:
     # The contact stiffness enters the stable step: a penalty of 1000 costs steps. At 0.9 of that
     # step a node stays for two of them, and by where between two steps it arrives it gains or
     # loses up to twice its speed (tests/reference_fem/test_contact.py), so that round-off decides
     # how the tap goes on; at 0.2 of it an impact is known to 1 %, and the tap's energy is kept.
     stiff = (*COARSE, "solver.fem.penalty_factor=1000")
-    assert fem(tmp_path, *stiff, "solver.fem.step_factor=0.2") == 0
+    assert fingertap(*fem(tmp_path, *stiff, "solver.fem.step_factor=0.2")).code == 0
     summary = json.loads((tmp_path / "run/soft-fem3d/summary.json").read_text())
     assert summary["status"] == "COMPLETED"
     assert summary["energy_residual"] < 0.01
     # Above the stable step it can't be.
-    assert fem(tmp_path, *stiff, "solver.fem.step_factor=1.2") == 1
+    assert fingertap(*fem(tmp_path, *stiff, "solver.fem.step_factor=1.2")).code == 1
     summary = json.loads((tmp_path / "run/soft-fem3d/summary.json").read_text())
     assert summary["status"] == "UNSTABLE"
 
@@ -160,7 +161,7 @@ def test_strong_torques_fly_explicitly(name: str) -> None:
 @pytest.fixture(scope="module", params=["fem3d", "fem2d"])
 def run_folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("fields")
-    assert fem(out, *COARSE, model=request.param) == 0
+    assert call(*fem(out, *COARSE, model=request.param)) == 0
     return out / "run" / f"soft-{request.param}"
 
 
@@ -211,13 +212,8 @@ def test_history_opens_in_xarray(run_folder: Path) -> None:
         assert json.loads(history.attrs["summary_json"])["steps"] == summary["steps"]
 
 
-def test_fields_files_come_whole_or_not_at_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_fields_files_come_whole_or_not_at_all(tmp_path: Path, monkeypatch: Patch) -> None:
     import meshio
-
-    from reference_fem import Snapshot
-    from validation.harness.fields import Fields
 
     points = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
     step = Snapshot(0.1, 0 * points, 0 * points, np.zeros(1), np.zeros(4))

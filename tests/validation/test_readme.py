@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from tests.validation.commands import Capture
 from validation.render.off_screen import LIBRARIES
 from validation.scenes.load import validate
 
@@ -45,7 +46,7 @@ def test_the_scene_shown_is_a_scene() -> None:
 
 
 @pytest.mark.parametrize("number", [0, 1])
-def test_the_python_shown_runs(number: int, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_python_shown_runs(number: int, capsys: Capture) -> None:
     code = blocks("python")[number]
     assert len(code.strip().splitlines()) == 5
     exec(code, {})

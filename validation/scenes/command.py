@@ -18,7 +18,7 @@ def print_schema() -> None:
     """
     from validation.scenes.schema import scene_schema
 
-    print(json.dumps(scene_schema(), indent=2))
+    output(json.dumps(scene_schema(), indent=2))
 
 
 def new_scene(path: Path, /, *, like: str = "soft") -> None:

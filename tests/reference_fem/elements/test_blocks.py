@@ -20,7 +20,7 @@ from reference_fem.elements.threads import (
     thread_shares,
     zero_forces,
 )
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
+from tests.reference_fem.boxes import boxes
 from tests.reference_fem.elements.bodies import SIZE, force, grid, material
 
 Build = Callable[[np.ndarray, np.ndarray], ElementKernel]

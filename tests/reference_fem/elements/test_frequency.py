@@ -5,7 +5,6 @@ import pytest
 from scipy.linalg import eigh
 
 from reference_fem.elements.frequency import largest_eigenvalue
-from tests.reference_fem.boxes import one_thread  # noqa: F401  the fixture is used by all
 from tests.reference_fem.elements.bodies import grid, kernel, tangent
 
 

@@ -7,7 +7,6 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from reference_fem.elements import ElementKernel, hex8
 from reference_fem.elements.geometry import CORNERS
-from tests.reference_fem.boxes import one_thread  # noqa: F401  the fixture is used by all
 from tests.reference_fem.elements.bodies import (
     DENSITY,
     POISSON,

@@ -12,7 +12,7 @@ from reference_fem.elements.hexahedron.one_point import (
     hex8_one_point,
     hourglass_signs,
 )
-from tests.reference_fem.boxes import boxes, one_thread  # noqa: F401  the fixture is used by all
+from tests.reference_fem.boxes import boxes
 from tests.reference_fem.elements.bodies import (
     DENSITY,
     SIZE,

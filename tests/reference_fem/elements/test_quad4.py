@@ -7,7 +7,6 @@ from skfem import Basis, ElementQuad1, ElementVector, MeshQuad
 from skfem.models.elasticity import linear_elasticity
 
 from reference_fem.elements import ElementKernel, quad4_plane_stress, quad4_quadrature_points
-from tests.reference_fem.boxes import one_thread  # noqa: F401  the fixture is used by all
 from tests.reference_fem.elements.bodies import (
     DENSITY,
     POISSON,

@@ -1,12 +1,12 @@
 """The compared curve is the computed one: every step's force, not the history's samples."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
 
+from tests.validation.commands import Make
 from validation.compare.force_curves import contact_curve
 from validation.compare.iso18571 import rate_forces
 from validation.compare.sprague_geers import compare_forces
@@ -17,8 +17,6 @@ from validation.harness.stored_run import keep_run, load_run
 from validation.models import solid
 from validation.runs.execute import solve
 from validation.scenes.load import load_scene
-
-Make = Callable[..., RunRecord]
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +35,6 @@ def test_a_solid_run_gives_the_force_of_every_step(solid_run: RunRecord) -> None
         solid_run.summary["normal_impulse_N_s"], rel=1e-12
     )
     contact = solid_run.value("contact_time_s")
-    assert contact is not None
     curve = contact_curve(solid_run, "normal_force_N", time - contact)
     np.testing.assert_array_equal(curve, forces["normal_force_N"])
 
@@ -55,7 +52,6 @@ def test_files_and_store_keep_the_force_of_every_step(solid_run: RunRecord, tmp_
     store = Store(tmp_path / "store")
     keep_run(store, {"a": 1}, solid_run)
     found = load_run(store, {"a": 1})
-    assert found is not None
     assert list(found.forces) == list(solid_run.forces)
     for name, array in solid_run.forces.items():
         assert found.forces[name].tobytes() == array.tobytes()
@@ -71,8 +67,6 @@ def test_metrics_see_what_lies_between_two_samples(make_record: Make) -> None:
     computed = make_record(history=history, forces={**forces, "normal_force_N": raised})
     reference = make_record(history=history, forces=forces)
     found = compare_forces(computed, reference)
-    assert found is not None
     assert found.magnitude == pytest.approx(1.0, abs=0.02)
     rating = rate_forces(computed, reference)
-    assert rating is not None
     assert rating.magnitude == 0.0

@@ -1,12 +1,10 @@
 """The rating against its definition, and against another implementation of the standard."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
+from tests.validation.commands import Make
 from validation.compare.iso18571 import iso18571, rate_forces
-from validation.harness.record import RunRecord
 
 TIME = np.linspace(0.0, 1.0, 301)
 PULSE = np.sin(np.pi * np.clip((TIME - 0.2) / 0.6, 0, 1)) ** 2
@@ -66,12 +64,10 @@ def test_curves_without_a_rating_are_refused(bad: np.ndarray) -> None:
         iso18571(bad, PULSE)
 
 
-def test_forces_are_aligned_at_contact(make_record: Callable[..., RunRecord]) -> None:
+def test_forces_are_aligned_at_contact(make_record: Make) -> None:
     rating = rate_forces(make_record(), make_record(model="fem3d"))
-    assert rating is not None
     assert rating.overall == pytest.approx(1.0, abs=1e-9)
     larger = rate_forces(make_record(peak=70.0), make_record(model="fem3d", peak=64.0))
-    assert larger is not None
     # Error of the slope 70/64 - 1 of 2 allowed.
     assert larger.slope == pytest.approx(1 - (70 / 64 - 1) / 2, abs=1e-3)
     assert rate_forces(make_record(), make_record(summary={})) is None

@@ -2,21 +2,17 @@
 
 import ast
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
-from validation.cli import main
+from tests.validation.commands import Capture, Make, Patch, Run
 from validation.harness.console import output, printable, progress_bar, say, summary_text
-from validation.harness.record import RunRecord
 
 ROOT = Path(__file__).parents[3]
 EVIL = "a\x1b[31mb\x07c\x9bd\u202ee\x7ff\udcffg\rh"
 HARMLESS = r"a\x1b[31mb\x07c\x9bd\u202ee\x7ff\udcffg\rh"
 
 
-def test_control_characters_are_shown_and_not_sent(capsys: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_are_shown_and_not_sent(capsys: Capture) -> None:
     assert printable("peak Fn, t − t_c = 3 µs") == "peak Fn, t − t_c = 3 µs"
     assert printable(EVIL) == HARMLESS
     output(f"one\n{EVIL}\n")
@@ -27,22 +23,21 @@ def test_control_characters_are_shown_and_not_sent(capsys: pytest.CaptureFixture
 
 
 def test_keys_values_and_stored_messages_do_not_reach_the_terminal_raw(
-    make_record: Callable[..., RunRecord], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make_record: Make, tmp_path: Path, fingertap: Run, capsys: Capture
 ) -> None:
     scene = tmp_path / "scene.toml"
     text = (ROOT / "validation" / "scenes" / "soft.toml").read_text()
     for more in ('"x\\u001b[31my" = 1\n', 'x = "\\u001b[31m"\n'):
         scene.write_text(more + text)
         for arguments in ([str(scene)], ["soft", "--set", "sur\x1b[31m.x=3"], ["so\x1b[31m"]):
-            with pytest.raises(SystemExit):
-                main(["run", *arguments, "--model", "hcm"])
-            captured = capsys.readouterr()
-            assert (captured.err + captured.out).replace("\n", "").isprintable()
+            ended = fingertap("run", *arguments, "--model", "hcm")
+            assert ended.code != 0
+            assert (ended.err + ended.out).replace("\n", "").isprintable()
     output(summary_text(make_record(variant=EVIL[:5])))
     assert "\x1b" not in capsys.readouterr().out
 
 
-def test_a_bar_shows_titles_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_shows_titles_as_they_are(monkeypatch: Patch) -> None:
     """Neither control characters nor the markup that `rich` reads."""
     written = []
 
@@ -68,7 +63,7 @@ def test_a_bar_shows_titles_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None
     assert "\x1b]0;" not in shown
 
 
-def test_say_survives_a_closed_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_say_survives_a_closed_terminal(monkeypatch: Patch) -> None:
     class Gone:
         def write(self, text: str) -> int:
             raise OSError(5, "Input/output error")

@@ -1,11 +1,8 @@
 """What a stored result is named by: everything that has a part in its numbers."""
 
 import ast
-import os
 import pickle
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
@@ -13,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from tests.processes import printed
+from tests.validation.commands import Patch
 from validation.harness import identity
 from validation.harness.identity import (
     DISTRIBUTIONS,
@@ -73,7 +72,7 @@ def test_a_mesh_file_counts_by_its_content(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("afresh")
-def test_another_program_or_machine_has_another_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_program_or_machine_has_another_name(monkeypatch: Patch) -> None:
     model = "validation.models.hcm"
     before = program(model)
     for name in ("version", "processor", "source_digest"):
@@ -120,19 +119,14 @@ def test_a_result_is_named_by_all_that_its_module_imports(tmp_path: Path) -> Non
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
 
-    def found() -> tuple[set[str], set[str]]:
-        sources, libraries = closure(["one.judge"], root=tmp_path, packages=("one", "two"))
-        return set(sources), set(libraries)
-
     def digest() -> str:
         return source_digest(closure(["one.judge"], (), tmp_path, ("one", "two"))[0])
 
     modules = {"one", "one.judge", "two", "two.first", "two.inner", "two.inner.audit"}
-    assert found() == (modules, {"numpy", "meshio"})
-    assert set(closure(["one.judge"], ("two",), tmp_path, ("one", "two"))[0]) == {
-        "one",
-        "one.judge",
-    }
+    sources, libraries = closure(["one.judge"], root=tmp_path, packages=("one", "two"))
+    assert (set(sources), set(libraries)) == (modules, {"numpy", "meshio"})
+    outside = closure(["one.judge"], ("two",), tmp_path, ("one", "two"))[0]
+    assert set(outside) == {"one", "one.judge"}
     digests = [digest()]
     for edited in ("one/judge.py", "two/inner/audit.py", "two/__init__.py"):
         (tmp_path / edited).write_text(PACKAGE[edited] + "\n# edited\n")
@@ -201,19 +195,9 @@ print(*(name for name in list(sys.modules) if name.partition(".")[0] in {package
 """
 
 
-def printed(root: Path, code: str, *arguments: str) -> str:
-    """What a process prints that works with the packages of a folder."""
-    environment = os.environ | {"PYTHONPATH": str(root), "NUMBA_NUM_THREADS": "1"}
-    command = [sys.executable, "-B", "-c", code, *arguments]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=True, env=environment, cwd=root
-    )
-    return done.stdout
-
-
 def loaded(code: str, *arguments: str) -> set[str]:
     """Modules of the project that a process has loaded in the end."""
-    return set(printed(ROOT, code.format(packages=PACKAGES), *arguments).split())
+    return set(printed("-c", code.format(packages=PACKAGES), *arguments).split())
 
 
 def test_no_module_between_scene_and_record_is_forgotten() -> None:
@@ -248,7 +232,9 @@ def test_a_verdict_does_not_outlive_its_judge(tmp_path: Path) -> None:
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignore)
 
     def names() -> dict[str, str]:
-        return dict(line.split() for line in printed(tmp_path, NAMES).splitlines())
+        copy = {"PYTHONPATH": str(tmp_path)}
+        lines = printed("-B", "-c", NAMES, env=copy, cwd=tmp_path).splitlines()
+        return dict(line.split() for line in lines)
 
     before = names()
     for edited in EDITED:

@@ -3,16 +3,14 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.faults.commands import orphans
+from tests.processes import started
 
-ROOT = Path(__file__).parents[3]
 SOON_S = 25.0  # two starts of Python, two imports and all the grace that is given
 
 # The interrupt comes while a large result is on its way, part of it sent.
@@ -113,19 +111,25 @@ if __name__ == "__main__":
 """
 
 
-def command(tmp_path: Path, code: str, **popen: Any) -> "subprocess.Popen[str]":
-    """A script in a process group of its own."""
-    script = tmp_path / "command.py"
-    script.write_text(code)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **popen.pop("env", {})}
-    return subprocess.Popen(
-        [sys.executable, str(script)], start_new_session=True, text=True, env=environment, **popen
-    )
+def script(tmp_path: Path, code: str) -> Path:
+    """A file: processes that are spawned import it again."""
+    path = tmp_path / "command.py"
+    path.write_text(code)
+    return path
 
 
-def ends(tmp_path: Path, code: str, **environment: str) -> None:
-    began = time.monotonic()
-    process = command(tmp_path, code, stderr=subprocess.PIPE, env=environment)
+@pytest.mark.parametrize(
+    ("code", "after_s"),
+    [(SENDING, "0.1"), (SENDING, "0.25"), (SENDING, "0.4"), (STARTING, ""), (WORKING, ""),
+     (TWICE, ""), (LOCKING, "")],
+    ids=["sending-0.1", "sending-0.25", "sending-0.4", "starting", "working", "twice", "locking"],
+)  # fmt: skip
+def test_an_interrupted_command_ends_soon_and_whole(
+    tmp_path: Path, code: str, after_s: str
+) -> None:
+    began, path = time.monotonic(), script(tmp_path, code)
+    how = {"stderr": subprocess.PIPE, "start_new_session": True}
+    process = started(path, env={"AFTER_S": after_s}, **how)
     try:
         _, error = process.communicate(timeout=SOON_S)
     finally:
@@ -139,27 +143,9 @@ def ends(tmp_path: Path, code: str, **environment: str) -> None:
     assert not orphans(process.pid)
 
 
-@pytest.mark.parametrize("after_s", ["0.1", "0.25", "0.4"])
-def test_a_result_that_is_on_its_way_is_no_reason_to_wait(tmp_path: Path, after_s: str) -> None:
-    ends(tmp_path, SENDING, AFTER_S=after_s)
-
-
-def test_a_process_that_starts_is_told_too(tmp_path: Path) -> None:
-    ends(tmp_path, STARTING)
-
-
-def test_workers_end_in_their_work(tmp_path: Path) -> None:
-    ends(tmp_path, WORKING)
-
-
-@pytest.mark.parametrize("script", [TWICE, LOCKING])
-def test_no_interrupt_leaves_a_pool_half_ended(tmp_path: Path, script: str) -> None:
-    ends(tmp_path, script)
-
-
 def test_a_worker_ends_with_its_command(tmp_path: Path) -> None:
-    with command(tmp_path, IDLE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        assert process.stdout is not None
+    how = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "start_new_session": True}
+    with started(script(tmp_path, IDLE), **how) as process:
         assert int(process.stdout.readline()) != process.pid
         process.kill()
         process.wait()

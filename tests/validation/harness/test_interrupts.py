@@ -4,7 +4,6 @@ import importlib
 import signal
 import sys
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -12,10 +11,10 @@ from pathlib import Path
 import pytest
 
 import hcm
+from tests.validation.commands import Capture, Make, Patch
 from validation import cli
 from validation.compare import command as compare_command
 from validation.harness.interrupts import PATIENCE_S, heard_interrupts
-from validation.harness.record import RunRecord
 from validation.harness.timing import shortest
 from validation.models.adapter import Outcome
 from validation.models.hcm import translate, warm_up
@@ -55,7 +54,7 @@ def test_an_interrupt_that_python_swallows_comes_again() -> None:
     assert time.monotonic() - began < SOON_S
 
 
-def test_other_errors_in_finalizers_are_reported_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_errors_in_finalizers_are_reported_as_ever(monkeypatch: Patch) -> None:
     reported: list[type[BaseException]] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda args: reported.append(args.exc_type))
     ordinary = sys.unraisablehook
@@ -83,7 +82,7 @@ time.sleep(60)
 
 @pytest.mark.parametrize("library", [SWALLOWS, HANGS])
 def test_an_interrupt_waits_for_an_import_but_not_for_ever(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str
+    tmp_path: Path, monkeypatch: Patch, library: str
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "interrupted_library.py").write_text(library)
@@ -93,7 +92,6 @@ def test_an_interrupt_waits_for_an_import_but_not_for_ever(
     took = time.monotonic() - began
     module = sys.modules.pop("interrupted_library", None)
     if library is SWALLOWS:
-        assert module is not None
         assert module.WHOLE
         assert took < PATIENCE_S
     else:
@@ -101,7 +99,7 @@ def test_an_interrupt_waits_for_an_import_but_not_for_ever(
 
 
 def test_an_interrupt_that_waits_until_the_end_is_not_forgotten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr("validation.harness.interrupts.SOON_S", 60.0)
@@ -112,7 +110,7 @@ def test_an_interrupt_that_waits_until_the_end_is_not_forgotten(
 
 
 def test_an_interrupted_run_is_neither_warmth_nor_measurement(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     def interrupt(fraction: float, doing: str) -> None:
         raise KeyboardInterrupt
@@ -129,7 +127,7 @@ def test_an_interrupted_run_is_neither_warmth_nor_measurement(
 
 
 def test_what_needs_a_whole_run_keeps_an_interrupted_one_and_ends(
-    make_record: Callable[..., RunRecord], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    make_record: Make, monkeypatch: Patch, tmp_path: Path
 ) -> None:
     outcome = Outcome(make_record(model="fem3d", status="INTERRUPTED", ok=False))
     for module in (compare_command, render_command):
@@ -178,9 +176,7 @@ def _heard_in_a_thread() -> bool:
         return signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_the_command_line_hears_interrupts(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_hears_interrupts(monkeypatch: Patch, capsys: Capture) -> None:
     def interrupted(*_: object, **__: object) -> None:
         assert signal.getsignal(signal.SIGINT) is not signal.default_int_handler
         Finalized(KeyboardInterrupt())

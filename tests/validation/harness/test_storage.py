@@ -2,15 +2,15 @@ import json
 import os
 import signal
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
 import xarray
 
+from reference_fem import Snapshot
+from tests.validation.commands import Make, Patch
 from validation.harness.fields import Fields, write_fields
 from validation.harness.files import atomic, safe_name, write_json, write_run
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
@@ -18,8 +18,6 @@ from validation.harness.quantities import unit_of
 from validation.harness.record import RunRecord, plain
 from validation.runs import execute
 from validation.runs.execute import Job, in_fresh_process
-
-Make = Callable[..., RunRecord]
 
 
 def test_history_round_trip_keeps_values_units_and_origin(
@@ -32,9 +30,8 @@ def test_history_round_trip_keeps_values_units_and_origin(
             np.testing.assert_array_equal(data[name].values, array)
         assert data.normal_force_N.dims == ("time",)
         assert data.tip_position_m.dims[0] == "time"
-        assert data.normal_force_N.attrs["units"] == "N"
-        assert data.tip_position_m.attrs["units"] == "m"
-        assert data.time_s.attrs["units"] == "s"
+        named = {"normal_force_N": "N", "tip_position_m": "m", "time_s": "s"}
+        assert {name: data[name].attrs["units"] for name in named} == named
         assert data.attrs["status"] == "COMPLETED"
         origin = json.loads(data.attrs["provenance_json"])
         assert json.loads(data.attrs["summary_json"]) == plain(run.to_json())
@@ -69,18 +66,17 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path) -> None
     path = tmp_path / "a.txt"
     path.write_text("old")
 
-    def write_half() -> None:
+    def write(divisor: int) -> None:
         with atomic(path) as temporary:
-            temporary.write_text("half")
+            temporary.write_text("new")
             assert path.read_text() == "old"
-            raise ZeroDivisionError
+            assert 1 // divisor
 
     with pytest.raises(ZeroDivisionError):
-        write_half()
+        write(0)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-    with atomic(path) as temporary:
-        temporary.write_text("new")
+    write(1)
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -107,16 +103,10 @@ def test_fields_open_in_meshio(tmp_path: Path) -> None:
     points = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
     cells = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
     steps = tuple(
-        SimpleNamespace(
-            time_s=0.1 * n,
-            displacement=n * points,
-            velocity=points,
-            von_mises_Pa=np.array([1e6 * n]),
-            contact_pressure_Pa=np.full(len(points), 1e5 * n),
-        )
+        Snapshot(0.1 * n, n * points, points, np.array([1e6 * n]), np.full(8, 1e5 * n))
         for n in range(2)
     )
-    path = write_fields(tmp_path, Fields(points, cells, steps))  # type: ignore[arg-type]
+    path = write_fields(tmp_path, Fields(points, cells, steps))
     entries = list(ElementTree.parse(path).getroot().iter("DataSet"))
     assert [float(entry.attrib["timestep"]) for entry in entries] == [0, 0.1]
     mesh = meshio.read(tmp_path / entries[1].attrib["file"])
@@ -135,9 +125,7 @@ def test_bad_jobs_do_not_harm_the_others(tmp_path: Path) -> None:
     assert "surface.height" in records[1].message
 
 
-def test_a_crashing_process_is_a_failure_of_its_job(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_crashing_process_is_a_failure_of_its_job(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setattr(execute, "_work", _die_on_one)
     jobs = [Job("soft", "hcm", (), name) for name in ("good", "crash", "fine")]
     records = in_fresh_process(jobs, tmp_path)

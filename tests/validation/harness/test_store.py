@@ -1,7 +1,6 @@
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.processes import started
+from tests.validation.commands import Capture, Make
 from validation.harness import store as store_module
 from validation.harness.line_store import LineStore
-from validation.harness.record import RunRecord
 from validation.harness.store import (
     MANIFEST,
     NO_STORE,
@@ -24,8 +24,6 @@ from validation.harness.store import (
 )
 from validation.harness.stored_run import HISTORY, RECORD, keep_run, load_run
 
-Make = Callable[..., RunRecord]
-ROOT = Path(__file__).parents[3]
 INPUTS = {"a": 1}
 
 
@@ -46,7 +44,6 @@ def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> No
     assert load_run(store, INPUTS) is None
     keep_run(store, INPUTS, run)
     found = load_run(store, INPUTS)
-    assert found is not None
     assert found.read_back
     assert found.measured == f"{run.provenance['created']}, read back"
     for name in ("scene", "model", "variant", "status", "ok", "message", "summary", "events",
@@ -108,9 +105,7 @@ def damage(entry: Path, how: str) -> None:
     ["truncated", "bit", "missing", "added", "link", "no manifest", "half a manifest",
      "other inputs", "binary", "folder"],
 )  # fmt: skip
-def test_a_damaged_result_is_said_and_made_again(
-    how: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_result_is_said_and_made_again(how: str, tmp_path: Path, capsys: Capture) -> None:
     store = Store(tmp_path)
     store.keep(INPUTS, writing("one"))
     damage(tmp_path / key(INPUTS), how)
@@ -157,9 +152,7 @@ def test_stored_arrays_run_no_code(make_record: Make, tmp_path: Path) -> None:
     assert not entry.exists()
 
 
-def test_a_store_that_cannot_be_written_is_no_failure(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_store_that_cannot_be_written_is_no_failure(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "store").write_text("a file in its place")
     assert not Store(tmp_path / "store").keep(INPUTS, writing("one"))
     assert "a result cannot be stored" in capsys.readouterr().err
@@ -205,10 +198,8 @@ for turn in range(60):
 
 
 def test_processes_share_a_store(tmp_path: Path) -> None:
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", WRITER, str(tmp_path)]
     processes = [
-        subprocess.Popen([*command, how], stderr=subprocess.PIPE, text=True, env=environment)
+        started("-c", WRITER, tmp_path, how, stderr=subprocess.PIPE)
         for how in ("fresh", "fresh", "stored")
     ]
     for process in processes:
@@ -226,7 +217,7 @@ class Numbers:
 
 
 def test_numbers_come_back_bit_for_bit_and_are_computed_once(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     curve = np.random.default_rng(1).normal(size=5)
     one = Numbers(0.1 + 0.2, None, (1, 2), curve)

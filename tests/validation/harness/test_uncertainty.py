@@ -2,18 +2,15 @@
 
 import json
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.validation.commands import call, one_line
+from tests.validation.commands import Make, Run
 from validation.harness.console import summary_text
-from validation.harness.record import RunRecord
 from validation.harness.stored_run import read_record, write_record
 from validation.harness.uncertainty import with_error
 
-Make = Callable[..., RunRecord]
 ERRORS = {
     "contact_time_s": math.inf,
     "tip_velocity_at_contact_m_per_s": (0.012, math.inf),
@@ -67,8 +64,9 @@ def test_errors_are_read_back_as_they_were(
     assert read_record(tmp_path).errors == errors
 
 
-def test_no_estimate_leaves_them_out(capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("run", "soft", "--model", "hcm", "--json", "--no-estimate") == 0
-    assert json.loads(capsys.readouterr().out)["error_estimates"] == {}
-    assert call("run", "soft", "--model", "hcm", "--set", "solver.hcm.estimate=3") == 2
-    assert "solver.hcm.estimate" in one_line(capsys)
+def test_no_estimate_leaves_them_out(fingertap: Run) -> None:
+    ended = fingertap("run", "soft", "--model", "hcm", "--json", "--no-estimate")
+    assert ended.code == 0
+    assert json.loads(ended.out)["error_estimates"] == {}
+    ended = fingertap("run", "soft", "--model", "hcm", "--set", "solver.hcm.estimate=3")
+    assert "solver.hcm.estimate" in ended.refusal

@@ -8,47 +8,40 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.commands import call
-from validation.cli import main
+from tests.validation.commands import Patch, Run
 from validation.errors import UserError
 from validation.identify import contact as identify
 from validation.identify import contact_command
 from validation.scenes.load import load_scene
 
 
-class Springs:
-    """Stands in for the static solve: k = c F^(1/3), as Hertz's, and eta^2 = 1.5."""
+@pytest.fixture
+def springs(monkeypatch: Patch) -> None:
+    """Stand in for the static solve: k = c F^(1/3), as Hertz's, and eta^2 = 1.5."""
+    import reference_fem.statics.indentation as indentation
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        import reference_fem.statics.indentation as indentation
+    def indent(tip: float, area: Any, force: float) -> Any:
+        stiffness = tip * force ** (1 / 3)
+        return SimpleNamespace(
+            stiffness_N_per_m=stiffness, eta_squared=1.5, contact_radius_m=7e-4,
+            indentation_m=1.25 * force / stiffness,
+        )  # fmt: skip
 
-        def indent(tip: float, area: Any, force: float) -> Any:
-            stiffness = tip * force ** (1 / 3)
-            return SimpleNamespace(
-                stiffness_N_per_m=stiffness, eta_squared=1.5, contact_radius_m=7e-4,
-                indentation_m=1.25 * force / stiffness,
-            )  # fmt: skip
+    def tip(*arguments: Any) -> tuple[int, float]:
+        return 1000, 3.3e5 * (1 + 1e5 * arguments[3] ** 2)  # order 2 in the edge
 
-        monkeypatch.setattr(indentation, "indent", indent)
-        monkeypatch.setattr(indentation, "contact_area", lambda tip: None)
-
-        def tip(*arguments: Any) -> tuple[int, float]:
-            edge = arguments[3]
-            return 1000, 3.3e5 * (1 + 1e5 * edge**2)  # order 2 in the edge
-
-        monkeypatch.setattr(identify, "_tip", tip)
+    monkeypatch.setattr(indentation, "indent", indent)
+    monkeypatch.setattr(indentation, "contact_area", lambda tip: None)
+    monkeypatch.setattr(identify, "_tip", tip)
 
 
-def test_identification_is_stated_at_the_reduced_models_own_peak(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    Springs(monkeypatch)
+@pytest.mark.usefixtures("springs")
+def test_identification_is_stated_at_the_reduced_models_own_peak() -> None:
     scene = load_scene("soft", ("finger.elements=5",))
     found = identify.identify_contact(scene)
     assert identify.reduced_peak(scene, found.stiffness_N_per_m) == pytest.approx(
         found.force_N, rel=1e-3
     )
-    assert found.stiffness is not None
     assert found.stiffness.asymptotic
     assert found.eta_squared == 1.5
     assert found.mindlin == pytest.approx(4 / 3)
@@ -58,28 +51,22 @@ def test_identification_is_stated_at_the_reduced_models_own_peak(
     assert found.hertz_N_per_m == pytest.approx(1.25 * found.force_N / delta, rel=1e-3)
 
 
-def test_identify_contact_writes_table_plot_and_json(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Springs(monkeypatch)
-    arguments = ["identify", "contact", "soft", "--set", "finger.elements=5"]
-    main([*arguments, "--json", "--out", str(tmp_path)])
-    printed = json.loads(capsys.readouterr().out)
+@pytest.mark.usefixtures("springs")
+def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: Run) -> None:
+    arguments = ["identify", "contact", "soft", "--set", "finger.elements=5", "--out", tmp_path]
+    printed = json.loads(fingertap(*arguments, "--json").out)
     folder = tmp_path / "identify"
     assert printed == json.loads((folder / "contact-soft.json").read_text())
     assert printed["normal_stiffness_N_per_m"] > 1e6
     assert len(printed["curve"]["force_N"]) == len(identify.CURVE)
     for ending in ("csv", "md", "tex", "png"):
         assert (folder / f"contact-soft.{ending}").stat().st_size > 100
-    main([*arguments, "--out", str(tmp_path)])
-    text = capsys.readouterr().out
-    assert "Hertz" in text
-    assert "Mindlin" in text
-    assert "three meshes" in text
+    text = fingertap(*arguments).out
+    assert all(word in text for word in ("Hertz", "Mindlin", "three meshes"))
 
 
 def test_identify_torque_prints_the_factor_and_the_times(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: Patch, fingertap: Run
 ) -> None:
     from validation.studies.paper import torque_command
     from validation.studies.paper.torque_factor import CaseFactor, IdentifiedTorque, TorqueFactor
@@ -92,15 +79,13 @@ def test_identify_torque_prints_the_factor_and_the_times(
     values = {"driven-1": {label: {"slip_to_stick": 3} for label in ("low", "best", "high")}}
     made = IdentifiedTorque(found, by_case, {"printed steps": found})
     monkeypatch.setattr(torque_command, "identify_and_predict", lambda: (made, values))
-    main(["identify", "torque", "--json"])
-    printed = json.loads(capsys.readouterr().out)
+    printed = json.loads(fingertap("identify", "torque", "--json").out)
     assert printed["factor_N_m_per_unit"] == 7.2e-5
     assert printed["arrival_times_s"]["driven-1"] == {"printed": 0.1, "computed": 0.101}
     assert printed["alone"]["driven-3"]["factor"] is None
     assert printed["numerics"]["printed steps"]["misfit_percent"] == pytest.approx(1.0)
     assert printed["predictions"] == values
-    main(["identify", "torque"])
-    text = capsys.readouterr().out
+    text = fingertap("identify", "torque").out
     for words in ("+1.00 %", "driven-2 alone: 6.9e-05", "no factor", "slip_to_stick 3, 3, 3"):
         assert words in text
 
@@ -116,12 +101,11 @@ def test_identify_torque_prints_the_factor_and_the_times(
     ],
 )
 def test_bad_input_ends_with_one_line(
-    arguments: list[str], code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], code: int, tmp_path: Path, fingertap: Run
 ) -> None:
-    more = ["--out", str(tmp_path)] if "contact" in arguments else []
-    assert call(*arguments, *more) == code
-    error = capsys.readouterr().err
-    assert error.count("\n") == (1 if code else 0)
+    more = ["--out", tmp_path] if "contact" in arguments else []
+    ended = fingertap(*arguments, *more)
+    assert (ended.code, ended.err.count("\n")) == (code, 1 if code else 0)
 
 
 def test_identify_refuses_a_folder_before_it_solves(tmp_path: Path) -> None:

@@ -1,11 +1,13 @@
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray
 
-from validation.cli import main
+from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.models import hcm as hcm_adapter
 from validation.models import solid
@@ -14,12 +16,17 @@ from validation.runs.execute import Job, in_fresh_process, solve
 from validation.scenes.load import load_scene
 
 
-def as_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
-    main(["run", *arguments, "--json"])
-    captured = capsys.readouterr()
-    assert captured.err == ""
-    result: dict[str, object] = json.loads(captured.out)
-    return result
+@pytest.fixture
+def as_json(fingertap: Run) -> Callable[..., dict[str, Any]]:
+    """What a run of the reduced model prints as JSON."""
+
+    def run(scene: str, *overrides: str) -> dict[str, Any]:
+        given = [text for override in overrides for text in ("--set", override)]
+        ended = fingertap("run", scene, "--model", "hcm", *given, "--json")
+        assert (ended.code, ended.err) == (0, "")
+        return json.loads(ended.out)
+
+    return run
 
 
 # Design notes, section 5, with the tolerances of issue 2.
@@ -27,49 +34,45 @@ def as_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, ob
     ("scene", "peak", "duration"), [("soft", 64.46, 232.4e-6), ("hard", 173.0, 70.9e-6)]
 )
 def test_reduced_model_gives_the_known_values(
-    scene: str, peak: float, duration: float, capsys: pytest.CaptureFixture[str]
+    scene: str, peak: float, duration: float, as_json: Callable[..., dict[str, Any]]
 ) -> None:
-    result = as_json(capsys, scene, "--model", "hcm")
+    result = as_json(scene)
     assert result["peak_normal_force_N"] == pytest.approx(peak, rel=1e-3)
     assert result["contact_duration_s"] == pytest.approx(duration, abs=0.5e-6)
     assert result["contact_time_s"] == pytest.approx(0.136107, abs=20e-6)
     assert result["tip_velocity_at_contact_m_per_s"] == pytest.approx([1.8136, -1.6544], rel=1e-3)
     assert result["peak_tangential_force_N"] == pytest.approx(
-        -0.5 * float(str(result["peak_normal_force_N"])), rel=1e-6
+        -0.5 * result["peak_normal_force_N"], rel=1e-6
     )
     assert result["compression_to_restitution"] == 1
     assert result["stick_to_slip"] == result["slip_to_stick"] == 0
     assert result["reverse_slip"] is False
-    assert float(str(result["energy_residual"])) < 1e-3
+    assert result["energy_residual"] < 1e-3
 
 
-def test_overrides_reach_the_reduced_model(capsys: pytest.CaptureFixture[str]) -> None:
-    smooth = as_json(capsys, "soft", "--model", "hcm", "--set", "surface.friction=0")
-    assert smooth["peak_tangential_force_N"] in (0, None)
-    full = as_json(capsys, "soft", "--model", "hcm")
-    lossy = as_json(capsys, "soft", "--model", "hcm", "--set", "tip.restitution=0.8")
-    ratio = float(str(lossy["normal_impulse_N_s"])) / float(str(full["normal_impulse_N_s"]))
+def test_overrides_reach_the_reduced_model(as_json: Callable[..., dict[str, Any]]) -> None:
+    assert as_json("soft", "surface.friction=0")["peak_tangential_force_N"] in (0, None)
+    full, lossy = as_json("soft"), as_json("soft", "tip.restitution=0.8")
+    ratio = lossy["normal_impulse_N_s"] / full["normal_impulse_N_s"]
     assert ratio == pytest.approx(1 - 0.077, abs=5e-4)  # issue 2: 7.7 % below
 
 
 def test_settings_reach_the_reduced_model() -> None:
-    fixed = ["solver.hcm.contact_tolerance=0.0"]
-    coarse = solve(load_scene("soft", [*fixed, "solver.hcm.contact_step=1e-6"]), "hcm", None).record
-    fine = solve(load_scene("soft", [*fixed, "solver.hcm.contact_step=1e-7"]), "hcm", None).record
+    fixed = "solver.hcm.contact_tolerance=0.0"
+    coarse, fine = (
+        solve(load_scene("soft", [fixed, f"solver.hcm.contact_step={h}"]), "hcm", None).record
+        for h in ("1e-6", "1e-7")
+    )
     contact = fine.value("contact_duration_s") or 0.0
     # a tenfold step in contact saves nine tenths of its steps of 0.1 us
     saved = (fine.value("steps") or 0) - (coarse.value("steps") or 0)
     assert saved == pytest.approx(0.9 * contact / 1e-7, rel=0.1)
 
 
-def test_a_torque_upwards_is_a_failed_run_and_is_kept(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_torque_upwards_is_a_failed_run_and_is_kept(tmp_path: Path, fingertap: Run) -> None:
     overrides = ("--set", "drive.torques=[-0.5, 0, 0]", "--set", "solver.hcm.max_flight_time=0.01")
-    with pytest.raises(SystemExit) as end:
-        main(["run", "soft", "--model", "hcm", *overrides, "--out", str(tmp_path)])
-    assert end.value.code == 1
-    assert capsys.readouterr().err.count("\n") == 1
+    ended = fingertap("run", "soft", "--model", "hcm", *overrides, "--out", tmp_path)
+    assert (ended.code, ended.err.count("\n")) == (1, 1)
     folder = tmp_path / "run" / "soft-hcm"
     assert json.loads((folder / "summary.json").read_text())["status"] == "NOT_REACHED"
     assert (folder / "history.nc").is_file()
@@ -77,7 +80,7 @@ def test_a_torque_upwards_is_a_failed_run_and_is_kept(
 
 @pytest.mark.parametrize("model", ["fem2d", "fem3d"])
 def test_solid_models_give_whole_records_and_fields(model: str, tmp_path: Path) -> None:
-    main(["run", "soft", "--model", model, "--out", str(tmp_path)])
+    assert call("run", "soft", "--model", model, "--out", tmp_path) == 0
     folder = tmp_path / "run" / f"soft-{model}"
     summary = json.loads((folder / "summary.json").read_text())
     assert summary["variant"] == "fast"
@@ -128,10 +131,12 @@ def test_memory_is_not_charged_for_the_parent(tmp_path: Path) -> None:
     assert (record.value("peak_memory_MB") or 0.0) < 500 * ballast[0]
 
 
-def test_variants_are_named_after_what_was_changed() -> None:
-    assert solid.variant(load_scene("soft").tables) == "fast"
-    tables = load_scene("soft", ["solver.fem.penalty_factor=0.4"]).tables
-    assert solid.variant(tables) == "fast penalty 0.4"
+@pytest.mark.parametrize(
+    ("overrides", "name"),
+    [([], "fast"), (["solver.fem.penalty_factor=0.4"], "fast penalty 0.4")],
+)
+def test_variants_are_named_after_what_was_changed(overrides: list[str], name: str) -> None:
+    assert solid.variant(load_scene("soft", overrides).tables) == name
 
 
 @pytest.mark.parametrize("model", ["hcm", "fem3d", "fem2d"])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.validation.commands import Patch
 from validation.peers import calculix, calculix_block
 from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT
 
@@ -36,7 +37,6 @@ def test_what_it_prints_is_read() -> None:
     assert times.tolist() == [1e-5, 3e-5]
     assert forces.tolist() == [0.0, 1.622533]
     velocity = calculix_block.last_velocities(PRINTED)
-    assert velocity is not None
     assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
 
 
@@ -69,9 +69,7 @@ def program(folder: Path, body: str) -> None:
     path.chmod(0o755)
 
 
-def test_a_run_that_takes_too_long_is_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_takes_too_long_is_killed(tmp_path: Path, monkeypatch: Patch) -> None:
     (tmp_path / "printed").write_text(PRINTED, encoding="ascii")
     program(tmp_path, f"/bin/cp {tmp_path}/printed job.dat\nexec /bin/sleep 60")
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from tests.validation.commands import call, one_line
+from tests.validation.commands import Patch, Run
 from validation.errors import UserError
 from validation.render import command as render_command
 from validation.render.details import beyond_rigid
@@ -27,22 +27,18 @@ COARSE = (
     ("model", "wanted"), [("fem3d", PICTURES), ("fem2d", ("pressure", "shape"))]
 )
 def test_a_scene_is_run_and_drawn(
-    model: str,
-    wanted: tuple[str, ...],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    model: str, wanted: tuple[str, ...], tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
     from PIL import Image
 
     monkeypatch.setattr(render_command, "PICTURES", wanted)
-    assert call("render", "soft", "--model", model, *COARSE, "--out", str(tmp_path)) == 0
-    printed = capsys.readouterr().out
+    ended = fingertap("render", "soft", "--model", model, *COARSE, "--out", tmp_path)
+    assert ended.code == 0
     run = tmp_path / "run" / f"soft-{model}"
     for what in wanted:
         suffix = "gif" if what == "animation" else "png"
         path = tmp_path / "render" / f"soft-{model}-{what}.{suffix}"
-        assert str(path) in printed
+        assert str(path) in ended.out
         with Image.open(path) as image:
             if what == "animation":
                 assert image.n_frames == len(read_steps(run / "fields"))
@@ -56,40 +52,29 @@ def test_a_scene_is_run_and_drawn(
     before = (run / "summary.json").read_bytes()
     (tmp_path / "render" / f"soft-{model}-shape.png").unlink()
     monkeypatch.setattr(render_command, "PICTURES", ("shape",))
-    assert call("render", str(run), "--out", str(tmp_path)) == 0
+    assert fingertap("render", run, "--out", tmp_path).code == 0
     assert {path.name for path in (tmp_path / "render").iterdir()} == left
     assert (run / "summary.json").read_bytes() == before
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "missing", "message"),
     [
-        (["nothing"], "scene 'nothing': unknown"),
-        (["{folder}"], "summary.json is missing; give the folder of a fem3d or fem2d run"),
-        (["{folder}", "--model", "fem2d"], "a finished run takes neither --model nor --set"),
-        (["soft", "--model", "hcm"], "--model"),
+        (["nothing"], "", "scene 'nothing': unknown"),
+        (["{folder}"], "", "summary.json is missing; give the folder of a fem3d or fem2d run"),
+        (["{folder}", "--model", "fem2d"], "", "a finished run takes neither --model nor --set"),
+        (["soft", "--model", "hcm"], "", "--model"),
+        (["soft"], "libGL cannot be loaded", "cannot draw: libGL cannot be loaded"),
     ],
 )
-def test_what_cannot_be_drawn(
-    arguments: list[str],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
+def test_what_cannot_be_drawn_is_refused_before_anything_runs(
+    arguments: list[str], missing: str, message: str, tmp_path: Path, monkeypatch: Patch,
+    fingertap: Run,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(render_command, "missing_libraries", lambda: missing)
     given = [argument.format(folder=tmp_path) for argument in arguments]
-    assert call("render", *given, "--out", str(tmp_path / "out")) == 2
-    assert message in one_line(capsys)
-
-
-def test_a_machine_that_cannot_draw_is_told_before_anything_runs(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(render_command, "missing_libraries", lambda: "libGL cannot be loaded")
-    assert call("render", "soft", "--out", str(tmp_path)) == 2
-    assert "cannot draw: libGL cannot be loaded" in one_line(capsys)
-    assert list(tmp_path.iterdir()) == []
+    assert message in fingertap("render", *given, "--out", tmp_path / "out").refusal
+    assert [path for path in tmp_path.rglob("*") if path != tmp_path / "out" or missing] == []
 
 
 def plain_run(run: Path) -> dict[str, Any]:
@@ -118,7 +103,7 @@ INDICES = ("", "<a>", "<a/>", '<a><DataSet file="x.vtu"/></a>', "\0", "<DataSet/
 
 
 def test_a_forged_run_is_refused_by_its_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
     monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
     run = tmp_path / "run"
@@ -127,46 +112,44 @@ def test_a_forged_run_is_refused_by_its_file(
     texts += [json.dumps({k: v for k, v in good.items() if k != key}) for key in good]
     for text in ("", "[]", "3", "[" * 100_000, *texts):
         (run / "summary.json").write_text(text)
-        assert call("render", str(run), "--out", str(tmp_path / "out")) == 2, text[:80]
-        line = one_line(capsys)
+        line = fingertap("render", run, "--out", tmp_path / "out").refusal
         assert f"render {run}: summary.json is damaged or no run's" in line, text[:80]
         assert line.rstrip().endswith("make the run again with fingertap run, or give its scene")
     plain_run(run)
     for text in INDICES:
         (run / "fields" / "tap.pvd").write_text(text)
-        assert call("render", str(run), "--out", str(tmp_path / "out")) == 2, text
-        assert f"render {run}: fields/tap.pvd is damaged or no run's" in one_line(capsys)
+        line = fingertap("render", run, "--out", tmp_path / "out").refusal
+        assert f"render {run}: fields/tap.pvd is damaged or no run's" in line, text
 
 
 def test_forged_fields_are_refused_by_their_file(tmp_path: Path) -> None:
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    good = {"displacement": points, "velocity": points}
-    stress = np.ones(1)
+    good, stress = {"displacement": points, "velocity": points}, {"von_mises_Pa": [np.ones(1)]}
     for number, (of_points, of_cells) in enumerate((
-        ({}, stress), (good, None), (good | {"velocity": points[:, :2]}, stress),
+        ({}, stress), (good, {}), (good | {"velocity": points[:, :2]}, stress),
         (good | {"displacement": points * np.nan}, stress),
         (good | {"contact_pressure_Pa": points}, stress),
     )):  # fmt: skip
         path = tmp_path / f"tap_{number:03d}.vtu"
-        cells = {} if of_cells is None else {"von_mises_Pa": [of_cells]}
-        meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])], of_points, cells).write(path)
+        meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])], of_points, of_cells).write(path)
+    (tmp_path / "x.vtu").write_text("no XML")
+    forged = list(tmp_path.iterdir())
+    assert len(forged) == 6
+    for path in forged:
         with pytest.raises(UserError, match="is damaged or no step of a run"):
             read_fields(path)
-    (tmp_path / "x.vtu").write_text("no XML")
-    with pytest.raises(UserError, match="is damaged or no step of a run"):
-        read_fields(tmp_path / "x.vtu")
 
 
 def test_a_drawing_that_fails_keeps_what_there_is(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: Patch, tmp_path: Path, fingertap: Run
 ) -> None:
     run = tmp_path / "soft-fem3d"
-    (run / "fields").mkdir(parents=True)
     plain_run(run)
     monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
     monkeypatch.setattr(render_command, "render_run", lambda *a: Renders({}, "VTK crashed"))
-    assert call("render", str(run), "--out", str(tmp_path)) == 1
-    assert "VTK crashed; pictures so far: " in one_line(capsys)
+    ended = fingertap("render", run, "--out", tmp_path)
+    assert ended.code == 1
+    assert "VTK crashed; pictures so far: " in ended.line
 
 
 def turned(points: np.ndarray, angle: float) -> np.ndarray:

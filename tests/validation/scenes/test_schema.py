@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from tests.validation.commands import call, one_line
+from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.scenes.load import BUILT_IN, load_scene, read_document
 from validation.scenes.load import validate as read_tables
@@ -89,10 +89,11 @@ def test_new_scene_is_the_one_it_is_like_also_with_every_default_written(tmp_pat
 
 
 def test_schema_command_prints_nothing_but_the_schema(
-    capsys: pytest.CaptureFixture[str], schema: dict[str, Any]
+    fingertap: Run, schema: dict[str, Any]
 ) -> None:
-    assert call("schema") == 0
-    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(schema))
+    ended = fingertap("schema")
+    assert ended.code == 0
+    assert json.loads(ended.out) == json.loads(json.dumps(schema))
 
 
 @pytest.mark.parametrize(
@@ -104,11 +105,8 @@ def test_schema_command_prints_nothing_but_the_schema(
         ("a\0b.toml", "cannot be written"),
     ],
 )
-def test_new_scene_refuses(
-    tmp_path: Path, name: str, words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_new_scene_refuses(tmp_path: Path, name: str, words: str, fingertap: Run) -> None:
     there = tmp_path / "there.toml"
     there.write_text("mine")
-    assert call("new", str(tmp_path / name)) == 2
-    assert words in one_line(capsys)
+    assert words in fingertap("new", tmp_path / name).refusal
     assert there.read_text() == "mine"

@@ -1,12 +1,12 @@
 """The ladder: the common impact state, its rows, rung 2 on both bodies, the identified contact."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.validation.commands import Make, Patch
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError, UserError
 from validation.harness.record import RunRecord
@@ -33,8 +33,6 @@ from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.paper_tables import TABLE_2, TABLE_3, paper_rows
 from validation.validate.plan import Runs, groups
 
-Make = Callable[..., RunRecord]
-
 
 def test_impact_state_is_the_reduced_models_own() -> None:
     scene = load_scene("soft")
@@ -58,7 +56,6 @@ def test_impact_state_is_the_reduced_models_own() -> None:
 def test_driven_rods_arrive_with_the_driven_beams() -> None:
     scene = load_scene("soft", ("drive.torques=[0.005, 0.0, 0.0]", "finger.elements=5"))
     arrival = reduced(scene, scene_contact(scene), None).value("contact_time_s")
-    assert arrival is not None
     assert arrival < 0.13
     # Beams that a torque bends arrive as rigid rods to within their vibrations.
     assert impact_of(scene).time_s == pytest.approx(arrival, rel=2e-3)
@@ -85,7 +82,6 @@ def test_rows_compare_every_quantity_with_the_references_error_bar(make_record: 
     assert by_name["Sprague-Geers M of Fn (%), same impact"].error_percent == pytest.approx(-20)
     rating = next(row for name, row in by_name.items() if name.startswith("ISO/TS 18571"))
     assert rating.reference == 1.0
-    assert rating.reduced is not None
     assert rating.error_percent == pytest.approx(100 * (rating.reduced - 1))
     own = {row.quantity for row in compare_runs(3, make_record(), make_record(), {}, OWN)}
     assert "time of first contact (ms), own flight" in own
@@ -188,7 +184,7 @@ def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make)
 
 
 def test_whole_event_is_compared_with_the_rigid_start(
-    monkeypatch: pytest.MonkeyPatch, make_record: Make
+    monkeypatch: Patch, make_record: Make
 ) -> None:
     asked = []
 
@@ -232,7 +228,7 @@ def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
 
 
 def test_a_scene_that_fails_is_named_and_the_others_go_on(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     def fail(scene: Any, impact: Any, full: bool, runs: LadderRuns) -> list[Comparison]:
         raise RunFailedError(f"{scene.name} broke")
@@ -251,9 +247,6 @@ def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
         row.quantity: row for row in structure_rung(scene, impact_of(scene), True, LadderRuns())
     }
     peak = rows[f"peak Fn (N), {SAME}"]
-    assert peak.error_percent is not None
-    assert peak.reference is not None
-    assert peak.reference_uncertainty is not None
     # Within 2 % of the converged solid, whose own error is far below that.
     assert abs(peak.error_percent) < 2.0
     assert peak.reference_uncertainty < 0.005 * peak.reference

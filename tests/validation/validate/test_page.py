@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.validation.commands import call
+from tests.validation.commands import Capture, Make, Patch, call
 from validation.harness.files import safe_name
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -27,7 +27,7 @@ from validation.validate.paper_tables import TABLE_3, paper_rows
 from validation.validate.plan import Runs, groups
 from validation.validate.tables import efficiency_rows
 
-Make = Callable[..., RunRecord]
+NO_LADDER = Ladder(False)
 PEAKS = {"hcm": 60.0, "ls-dyna-like": 75.0, "fast": 80.0, "fem2d": 50.0}
 
 
@@ -53,10 +53,12 @@ class Loads(HTMLParser):
 
 
 @pytest.fixture
-def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..., None]:
-    """Jobs give half-sine records; the named ones fail."""
+def validated(monkeypatch: Patch, make_record: Make, tmp_path: Path) -> Callable[..., Path]:
+    """The folder of `fingertap validate` whose jobs give half-sine records; the named ones fail."""
 
-    def use(failing: tuple[str, ...] = (), problem: str = "") -> None:
+    def use(
+        failing: Sequence[str] = (), problem: str = "", code: int = 0, ladder: Ladder = NO_LADDER
+    ) -> Path:
         def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
             records = []
             for job in jobs:
@@ -74,28 +76,25 @@ def fake_runs(monkeypatch: pytest.MonkeyPatch, make_record: Make) -> Callable[..
 
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
         monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda say: None)
-        empty = Ladder(False)
-        monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: empty)
+        monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: ladder)
         monkeypatch.setattr(
             validate_page, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
         )
 
+        assert call("validate", "--out", tmp_path) == code
+        return tmp_path / "validate"
+
     return use
 
 
-def validated(tmp_path: Path, expected: int = 0) -> Path:
-    assert call("validate", "--out", str(tmp_path)) == expected
-    return tmp_path / "validate"
+def page(folder: Path) -> str:
+    return (folder / "index.html").read_text(encoding="utf-8")
 
 
-def test_page_is_whole_small_and_loads_nothing(
-    fake_runs: Callable[..., None], tmp_path: Path
-) -> None:
-    fake_runs()
-    page = validated(tmp_path) / "index.html"
-    text = page.read_text(encoding="utf-8")
+def test_page_is_whole_small_and_loads_nothing(validated: Callable[..., Path]) -> None:
+    text = page(validated())
     assert text.lstrip().startswith("<!doctype html>")
-    assert page.stat().st_size < 3e6
+    assert len(text.encode()) < 3e6
     parser = Loads()
     parser.feed(text)
     assert parser.open == []
@@ -114,12 +113,8 @@ def test_times_of_another_day_are_said(make_record: Make) -> None:
     assert [row["measured"].endswith("read back") for row in rows] == [False, True]
 
 
-def test_first_screen_says_distance_cost_and_certainty(
-    fake_runs: Callable[..., None], tmp_path: Path
-) -> None:
-    fake_runs()
-    text = (validated(tmp_path) / "index.html").read_text(encoding="utf-8")
-    first = text[: text.index('id="forces"')]
+def test_first_screen_says_distance_cost_and_certainty(validated: Callable[..., Path]) -> None:
+    first = page(validated()).partition('id="forces"')[0]
     # 60 N against 75 N; the 3D runs are 75, 80, 80 + 4 and 80 + 16 N: 21 N of 75 N
     assert (
         "Soft finger: the reduced model&#39;s peak force lies 20.0 % below the reference&#39;s; "
@@ -127,25 +122,15 @@ def test_first_screen_says_distance_cost_and_certainty(
         "a spread of 28 %, and the reduced model lies outside it." in first
     )
     for part in (
-        "peak Fn",
-        "contact duration",
-        "normal impulse",
-        "75 to 96",
-        "28.0 %",
-        "50 s",
-        "0.25 s",
-        "200×",
-        "180 MB",
-        "not a convergence study",
-        "penalty factors 0.1, 0.4, 1.6",
+        *("peak Fn", "contact duration", "normal impulse", "75 to 96", "28.0 %", "50 s", "0.25 s"),
+        *("200×", "180 MB", "not a convergence study", "penalty factors 0.1, 0.4, 1.6"),
     ):
         assert part in first
     assert len(re.findall(r"<td class=\"key\">\N{MINUS SIGN}20.0 %", first)) == 4
 
 
-def test_files_of_validate(fake_runs: Callable[..., None], tmp_path: Path) -> None:
-    fake_runs()
-    folder = validated(tmp_path)
+def test_files_of_validate(validated: Callable[..., Path]) -> None:
+    folder = validated()
     for name in ("accuracy", "efficiency"):
         table = pd.read_csv(folder / f"{name}.csv")
         assert len(table)
@@ -161,11 +146,10 @@ def test_files_of_validate(fake_runs: Callable[..., None], tmp_path: Path) -> No
 
 
 def test_a_failing_run_is_shown_and_loses_no_other(
-    fake_runs: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    validated: Callable[..., Path], capsys: Capture
 ) -> None:
-    fake_runs(failing=("hard fem3d ls-dyna-like",))
-    folder = validated(tmp_path, expected=1)
-    text = (folder / "index.html").read_text(encoding="utf-8")
+    folder = validated(failing=("hard fem3d ls-dyna-like",), code=1)
+    text = page(folder)
     assert "the energy balance is lost" in text
     assert "Hard finger: no comparison, a run is missing." in text
     assert "Soft finger: the reduced model&#39;s peak force lies 20.0 %" in text
@@ -176,24 +160,17 @@ def test_a_failing_run_is_shown_and_loses_no_other(
     assert set(table[table.scene == "hard"].reference_model) == {"fem3d fast", "fem2d fast"}
 
 
-def test_all_runs_failing_still_gives_a_page(
-    fake_runs: Callable[..., None], tmp_path: Path
-) -> None:
-    fake_runs(failing=tuple(job.name for s in ("hard", "soft") for g in groups(s) for job in g))
-    folder = validated(tmp_path, expected=1)
-    text = (folder / "index.html").read_text(encoding="utf-8")
-    assert text.count("the energy balance is lost") == 18
+def test_all_runs_failing_still_gives_a_page(validated: Callable[..., Path]) -> None:
+    every = [job.name for s in ("hard", "soft") for g in groups(s) for job in g]
+    assert page(validated(failing=every, code=1)).count("the energy balance is lost") == 18
 
 
-def test_missing_renders_are_explained(fake_runs: Callable[..., None], tmp_path: Path) -> None:
-    fake_runs(problem="libGL cannot be loaded; apt install libgl1")
-    text = (validated(tmp_path) / "index.html").read_text(encoding="utf-8")
-    assert "soft: libGL cannot be loaded; apt install libgl1" in text
+def test_missing_renders_are_explained(validated: Callable[..., Path]) -> None:
+    problem = "libGL cannot be loaded; apt install libgl1"
+    assert f"soft: {problem}" in page(validated(problem=problem))
 
 
-def test_missing_libraries_are_found_before_vtk_crashes(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_missing_libraries_are_found_before_vtk_crashes(monkeypatch: Patch, tmp_path: Path) -> None:
     def no_library(name: str) -> None:
         raise OSError(name)
 
@@ -214,13 +191,8 @@ def test_a_render_that_fails_is_one_line(tmp_path: Path) -> None:
 
 
 def test_headline_inside_the_band(make_record: Make) -> None:
-    runs = Runs(
-        (
-            make_record(peak=78.0),
-            make_record(model="fem3d", variant="ls-dyna-like", peak=75.0),
-            make_record(model="fem3d", variant="fast", peak=80.0),
-        )
-    )
+    solid = [make_record("soft", "fem3d", *of) for of in (("ls-dyna-like", 75.0), ("fast", 80.0))]
+    runs = Runs((make_record(peak=78.0), *solid))
     rows = [row for row in differences(runs) if row.scene == "soft"]
     assert rows[0].inside
     assert rows[0].error_percent == pytest.approx(4)
@@ -251,10 +223,8 @@ def test_numbers_for_people(value: object, text: str) -> None:
 
 
 def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
-    fake_runs: Callable[..., None], make_record: Make, monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:  # fmt: skip
-    fake_runs()
+    validated: Callable[..., Path], make_record: Make
+) -> None:
     best = make_record("soft", "fem3d", "preset converged", peak=95.0)
     best.history["contact_area_m2"] = 1e-8 * best.history["normal_force_N"]
     best.history["peak_pressure_Pa"] = 1e6 * best.history["normal_force_N"]
@@ -262,18 +232,10 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
     check = ReferenceCheck("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
     row = Comparison(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
     predicted = make_record("soft", peak=81.0)
-    ladder = Ladder(
-        True,
-        rows=[row],
-        causes=[cause, cause],
-        references=[best],
-        predictions=[predicted],
-        checks=[check],
-    )
-    monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: ladder)
-    folder = validated(tmp_path)
-    text = (folder / "index.html").read_text(encoding="utf-8")
-    section = text[text.index('id="ladder"') : text.index('id="efficiency"')]
+    causes = [cause, cause]
+    ladder = Ladder(True, [row], causes, references=[best], predictions=[predicted], checks=[check])
+    folder = validated(ladder=ladder)
+    section = page(folder).partition('id="ladder"')[2].partition('id="efficiency"')[0]
     for part in (
         "soft: hcm, identified k",
         "soft: fem3d preset converged",

@@ -1,9 +1,7 @@
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
-from validation.harness.record import RunRecord
+from tests.validation.commands import Make
 from validation.harness.tables import table_of
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
@@ -11,8 +9,6 @@ from validation.validate.tables import (
     accuracy_rows,
     efficiency_rows,
 )
-
-Make = Callable[..., RunRecord]
 
 
 def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.validation.commands import Capture, Patch
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.store import Store
 from validation.harness.timing import shortest
@@ -140,17 +141,12 @@ def test_solved_impact_converges_to_the_stored_truth() -> None:
 def test_a_series_of_tolerances_costs_steps_and_buys_accuracy() -> None:
     settings = hcm_settings.tap_and_contact_settings(quick=True)
     points = [_hcm_point(s) for s in settings if s.series == "tolerances"][1:4]
+    assert all(p.errors for p in points)
     assert all(p.ok and p.status == "COMPLETED" for p in points)
     for cheap, dear in pairwise(points):
-        assert cheap.steps is not None
-        assert dear.steps is not None
         assert dear.steps > cheap.steps
-        assert cheap.errors is not None
-        assert dear.errors is not None
         assert dear.errors.event_s < cheap.errors.event_s
-    assert [row["event_error_s"] for row in table(points)] == [
-        p.errors.event_s for p in points if p.errors
-    ]
+    assert [row["event_error_s"] for row in table(points)] == [p.errors.event_s for p in points]
 
 
 def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
@@ -158,9 +154,7 @@ def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
     point = _hcm_point(failing)
     assert point.status == "NOT_REACHED"
     assert not point.ok
-    good = Point(
-        "tap", "hcm", "tolerances", "", "COMPLETED", 1e-2, 3, 100, tap_errors(EXACT, EXACT)
-    )
+    good = replace(point, status="COMPLETED", errors=tap_errors(EXACT, EXACT))
     figures.work_precision(tmp_path / "a.png", [good, point], truths.HCM_TRUTHS)
     assert (tmp_path / "a.png").stat().st_size > 0
     assert table([point])[0]["peak_error"] is None
@@ -180,7 +174,7 @@ def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
 
 
 def test_truth_is_the_finest_run_with_the_shafts_change_and_the_flights_limit(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     peaks = {(2.0, 0.5): 95.0, (2.0, 1.0): 94.0, (1.0, 1.0): 94.25}
     monkeypatch.setattr(reference_truth, "solve_tap", lambda _, shaft, tip: TapQuantities(
@@ -198,8 +192,6 @@ def test_two_integrators_of_one_mesh_leave_the_same_error() -> None:
     explicit = _hcm_point(tight, hcm_settings.DOP853_SOLVER).errors
     changes = hcm_settings.IMPACT_TOLERANCE
     implicit = _hcm_point(hcm_settings.hcm_setting("contact", "elements", 5, changes)).errors
-    assert explicit is not None
-    assert implicit is not None
     assert explicit.peak == pytest.approx(implicit.peak, rel=0.1)
     assert explicit.duration == pytest.approx(implicit.duration, rel=0.1)
 
@@ -241,18 +233,14 @@ def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() 
     point = _reference_point(next(s for s in settings if "unstable" in s.name))
     assert (point.status, point.errors) == ("UNSTABLE", None)
     coarse, fine = (
-        _reference_point(next(s for s in settings if text in s.name))
+        _reference_point(next(s for s in settings if text in s.name)).errors
         for text in ("tip 0.283 mm", "tip 0.1 mm")
     )
-    assert coarse.errors is not None
-    assert fine.errors is not None
-    assert fine.errors.duration < 0.5 * coarse.errors.duration
-    assert fine.errors.largest < 0.02  # measured 1.1e-2; the truth's own error is 2e-3
+    assert fine.duration < 0.5 * coarse.duration
+    assert fine.largest < 0.02  # measured 1.1e-2; the truth's own error is 2e-3
 
 
-def test_stopped_benchmark_is_taken_up_where_it_was(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path, capsys: Capture) -> None:
     settings = [hcm_settings.hcm_setting("tap", "tolerances", n) for n in (2, 3)]
     good, bad = Outcome("COMPLETED", EXACT, 10), Outcome("UNSTABLE", None)
 
@@ -284,7 +272,7 @@ def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> 
     assert "http" not in html.replace("http://www.w3.org", "")
 
 
-def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: Patch) -> None:
     monkeypatch.setattr(throughput, "QUICK_SCENES", 5)
     monkeypatch.setattr(throughput, "A_JOB", 2)
     told: list[float] = []

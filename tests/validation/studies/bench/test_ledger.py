@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.validation.commands import Patch, Run
 from tests.validation.peers.test_bar import hide_peers
-from validation.cli import main
 from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
 from validation.peers.bar import Bar
@@ -34,9 +34,7 @@ def test_smooth_surface_and_absent_torque_change_nothing() -> None:
         e.shortcut: e for e in (shortcuts.measure_shortcut(s, 0.0) for s in shortcuts.HCM[2:])
     }
     smooth, still = entries["no friction at mu = 0"], entries["no torque at zero drive"]
-    assert smooth.changes is not None
     assert smooth.changes.peak == pytest.approx(0, abs=1e-9)
-    assert still.changes is not None
     assert (still.changes.peak, still.changes.impulse, still.changes.duration) == (0, 0, 0)
 
 
@@ -46,25 +44,24 @@ def test_skipping_the_search_in_flight_changes_no_bit() -> None:
     assert entry.speedup > 0
 
 
-def test_reused_factors_change_results_by_no_more_than_the_steps_do() -> None:
-    """Both stop at Newton's tolerance; the error control takes its steps from them (to 1e-9 m)."""
-    switch = next(s for s in shortcuts.HCM if s.name == "factorization reuse")
+# Reused factors stop at Newton's tolerance too; the error control takes its steps from them (to
+# 1e-9 m). Half a body differs from the whole by where sums are rounded, which a node that leaves
+# the surface in another step makes 1e-4 of the duration: a step is 1.3e-3 of it (measured: 1e-4,
+# 3e-7 and 1e-6).
+@pytest.mark.parametrize(
+    ("name", "largest", "peak"),
+    [("factorization reuse", 1e-4, 1e-4), ("half model by symmetry", 1.3e-3, 1e-5)],
+)
+def test_shortcuts_change_results_by_less_than_steps_do(
+    name: str, largest: float, peak: float
+) -> None:
+    switch = next(s for s in (*shortcuts.HCM, *shortcuts.SOLID) if s.name == name)
     entry = shortcuts.measure_shortcut(switch, 0.0)
-    assert entry.changes is not None
-    assert entry.changes.largest < 1e-4
+    assert entry.changes.largest < largest
+    assert entry.changes.peak == pytest.approx(0.0, abs=peak)
 
 
-def test_half_a_body_taps_like_the_whole_one() -> None:
-    """They differ by where sums are rounded, which a node that leaves the surface in another step
-    makes 1e-4 of the duration: a step is 1.3e-3 of it (measured: 1e-4, 3e-7 and 1e-6)."""
-    switch = next(s for s in shortcuts.SOLID if s.name == "half model by symmetry")
-    entry = shortcuts.measure_shortcut(switch, 0.0)
-    assert entry.changes is not None
-    assert entry.changes.largest < 1.3e-3
-    assert entry.changes.peak == pytest.approx(0.0, abs=1e-5)
-
-
-def test_stored_run_is_read_back_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stored_run_is_read_back_to_the_bit(monkeypatch: Patch) -> None:
     entry = shortcuts.measure_stored_run("hcm", 0.0)
     assert entry.changes == shortcuts.UNCHANGED
     assert entry.note.endswith("to the bit")
@@ -83,13 +80,10 @@ def _point(solver: str, time: float, error: float) -> Point:
 
 
 def test_cheapest_setting_that_reaches_an_error() -> None:
-    points = [
-        _point("hcm", 0.004, 9e-4),
-        _point("hcm", 0.03, 9e-5),
-        _point("Exudyn", 0.03, 2e-3),
-        _point("Exudyn", 0.08, 8e-4),
-        Point(peers.STUDY, "Exudyn", "s", "failed", "stopped", 0.001, 0),
-    ]
+    tried = [("hcm", 0.004, 9e-4), ("hcm", 0.03, 9e-5), ("Exudyn", 0.03, 2e-3),
+             ("Exudyn", 0.08, 8e-4)]  # fmt: skip
+    failed = Point(peers.STUDY, "Exudyn", "s", "failed", "stopped", 0.001, 0)
+    points = [*(_point(*one) for one in tried), failed]
     rows = peers.cheapest_table(points)
     assert rows[0]["exudyn_against"] == "hcm.reference_solution"
     assert rows[0]["exudyn_over_hcm"] == pytest.approx(20)
@@ -97,14 +91,12 @@ def test_cheapest_setting_that_reaches_an_error() -> None:
     assert rows[1]["exudyn_setting"] == "none of those tried"
 
 
-def test_absent_peer_is_skipped_by_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_absent_peer_is_skipped_by_name(tmp_path: Path, monkeypatch: Patch, fingertap: Run) -> None:
     hide_peers(monkeypatch)
     monkeypatch.setattr(peers, "hcm_settings", lambda quick: [CHEAP])
     monkeypatch.setattr(bar, "QUICK_BAR", Bar((4, 2, 2), 4, 1))
-    main(["bench", "--peers", "--quick", "--out", str(tmp_path)])
-    assert "skipped: Exudyn (pip install 'fingertap[bench]')" in capsys.readouterr().err
+    ended = fingertap("bench", "--peers", "--quick", "--out", tmp_path)
+    assert "skipped: Exudyn (pip install 'fingertap[bench]')" in ended.err
     assert "fingertap" in (tmp_path / "bench" / "peers-reference.csv").read_text()
 
 

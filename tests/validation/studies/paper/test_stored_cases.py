@@ -1,14 +1,11 @@
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from validation.harness.record import RunRecord
+from tests.validation.commands import Make
 from validation.harness.store import Store
 from validation.studies.paper.case_runs import CaseRun, keep_case, load_case
 from validation.studies.paper.cases import Case
-
-Make = Callable[..., RunRecord]
 
 
 def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) -> None:
@@ -22,7 +19,6 @@ def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) 
     assert load_case(store, case) is None
     keep_case(store, CaseRun(case, make_record(), (moving,), (shape, moving)))
     found = load_case(store, case)
-    assert found is not None
     assert found.record.variant == case.name
     assert "friction = 0.7" in found.record.provenance["scene_toml"]
     for one, two in zip((moving, shape, moving), (*found.event_postures, *found.frames),

@@ -12,6 +12,7 @@ import pytest
 
 import reference_fem as rf
 from reference_fem.model import Model
+from tests.validation.commands import Patch
 from validation.studies.stress.reference import judge as judge_module
 from validation.studies.stress.reference.bodies import SIDE, block
 from validation.studies.stress.reference.checks import violations
@@ -56,7 +57,7 @@ def test_every_answer(scene: ReferenceScene, answer: str, reason: str) -> None:
         assert verdict.error < 0.05
 
 
-def test_an_answer_that_nothing_supports_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_that_nothing_supports_is_wrong(monkeypatch: Patch) -> None:
     told: list[float] = [0.2, 1e-6]
     monkeypatch.setattr(judge_module, "difference", lambda *_: told.pop(0))
     monkeypatch.setattr("reference_fem.dynamics.loop.cautions", lambda *_: ())

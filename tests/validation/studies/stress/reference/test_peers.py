@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.validation.commands import Capture, Patch
 from tests.validation.peers.test_calculix import PRINTED
 from validation.peers import calculix, calculix_block
 from validation.peers.calculix import COMPLETED, TIMED_OUT, CalculixRun
@@ -26,7 +27,7 @@ EASY = CELLS["soft pressure: the same problem"]
 
 
 def test_without_it_the_table_is_skipped_by_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr(peers, "peers_table", lambda progress: [{"cell": "a hard one"}])
@@ -50,7 +51,7 @@ def test_a_block_that_bounces_back_closes_its_momentum() -> None:
     assert found.peak_normal_force_N == given
 
 
-def test_an_unfinished_run_of_it_gives_no_impulse(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unfinished_run_of_it_gives_no_impulse(monkeypatch: Patch) -> None:
     late = CalculixRun(TIMED_OUT, "", PRINTED, 40.0)
     monkeypatch.setattr(calculix, "run_calculix", lambda deck, timeout_s: late)
     told = compare_cell("easy", EASY)

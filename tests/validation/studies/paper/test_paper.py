@@ -180,7 +180,7 @@ def test_numerics_of_the_article_override_all_that_the_driven_scenes_set() -> No
 
 def test_adaptive_steps_are_those_of_a_scene_that_sets_none() -> None:
     settings = translate(load_scene("driven-3", DEFAULTS), estimate=False)["settings"]
-    assert settings == hcm.Settings()
+    assert settings == hcm.Settings(estimate=False)
 
 
 def test_misfit_is_the_root_mean_square_of_relative_residuals() -> None:

@@ -1,5 +1,6 @@
 """Fingers, states and systems with closed forms that the reduced model's tests share."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +31,18 @@ TRUTH = {
     "contact_duration_s": 0.13633946570634775 - 0.13610709065870444,
     "peak_normal_force_N": 64.47781232119031,
 }
+
+# Links right above SURFACE that turn towards it: rad from +X, and rad/s.
+STRIKING = np.array([
+    *np.radians([255.0, 240.0]),
+    np.pi + np.arcsin(0.1 / 0.04 - np.sin(np.radians(75)) - np.sin(np.radians(60))),
+])  # fmt: skip
+SPINS = np.array([12.0, 14.0, 40.0])
+
+
+def order_of(steps: Floats, errors: Sequence[float]) -> float:
+    """Observed order: the slope of log(error) over log(step)."""
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 
 def finger(phalanx: hcm.Phalanx, count: int = 3, **changes: float) -> hcm.Finger:

@@ -10,7 +10,17 @@ import hcm
 from hcm.beam.chain import build_chain
 from hcm.contact.law import ContactLaw, contact_law
 from hcm.reference_solution import Start
-from tests.hcm.cases import HARD, SOFT, SOFT_TIP, SURFACE, finger, integrate, straight_links
+from tests.hcm.cases import (
+    HARD,
+    SOFT,
+    SOFT_TIP,
+    SPINS,
+    STRIKING,
+    SURFACE,
+    finger,
+    integrate,
+    straight_links,
+)
 
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 100.0)
 G = 9.8
@@ -109,9 +119,7 @@ def impulse_of(run, column: np.ndarray) -> float:
 def struck_chain():
     """Three soft links that turn and strike the surface, without gravity."""
     body = finger(SOFT, elements=3)
-    rise = 0.1 - 0.04 * np.sin(np.radians(75)) - 0.04 * np.sin(np.radians(60))
-    angles = np.array([np.radians(255), np.radians(240), np.pi + np.arcsin(rise / 0.04)])
-    chain, start = straight_links(body, angles, np.array([12.0, 14, 40]), hcm.Drive((), 0.0))
+    chain, start = straight_links(body, STRIKING, SPINS, hcm.Drive((), 0.0))
     run = integrate(chain, contact_law(SURFACE, SOFT_TIP), start, 5e-8)
     return body, chain, start, run
 
@@ -130,9 +138,8 @@ def momenta(chain, q: np.ndarray, v: np.ndarray) -> np.ndarray:
 def test_forces_on_the_chain_add_up_to_its_momentum(struck_chain) -> None:
     """dp/dt = F_c - lam_1 and dH/dt = r_tip x F_c, through the whole contact."""
     _, chain, start, run = struck_chain
-    change = momenta(chain, run.motion.q, run.motion.v) - momenta(
-        chain, start.coordinates, start.velocities
-    )
+    before = momenta(chain, start.coordinates, start.velocities)
+    change = momenta(chain, run.motion.q, run.motion.v) - before
     fn, ft = run["normal_force"], run["tangential_force"]
     impulses = [
         impulse_of(run, ft - run.reactions[:, 0]),
@@ -157,9 +164,8 @@ def test_inner_hinges_balance_their_links(struck_chain) -> None:
         link = chain._replace(
             first=chain.first[part], second=chain.second[part], mass=chain.mass[part]
         )
-        change = momenta(link, run.motion.q, run.motion.v) - momenta(
-            link, start.coordinates, start.velocities
-        )
+        before = momenta(link, start.coordinates, start.velocities)
+        change = momenta(link, run.motion.q, run.motion.v) - before
         outer = contact if w == 2 else lam[w + 1]
         expected = np.array(outer) - lam[w]
         assert np.abs(change[:2] - expected).max() < 1e-4 * contact[1]

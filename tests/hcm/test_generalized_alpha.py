@@ -8,22 +8,27 @@ from hcm.integrators.generalized_alpha import change_step, initial_acceleration,
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import solve_chain
 from hcm.state import build_motion
-from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger, integrate, point_mass, straight_links
+from tests.hcm.cases import (
+    SOFT,
+    SOFT_TIP,
+    SPINS,
+    STRIKING,
+    SURFACE,
+    finger,
+    integrate,
+    order_of,
+    point_mass,
+    straight_links,
+)
 
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e6)
 RADII = [0.0, 0.5, 0.8, 1.0]
 
 
-def order_of(steps, errors) -> float:
-    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
-
-
 @pytest.fixture(scope="module")
 def struck_links():
     """Three soft links of two elements that strike the surface, and their truth."""
-    rise = 0.1 - 0.04 * np.sin(np.radians(75)) - 0.04 * np.sin(np.radians(60))
-    angles = np.array([np.radians(255), np.radians(240), np.pi + np.arcsin(rise / 0.04)])
-    chain, start = straight_links(finger(SOFT, elements=2), angles, np.array([12.0, 14, 40]))
+    chain, start = straight_links(finger(SOFT, elements=2), STRIKING, SPINS)
     law = contact_law(SURFACE, SOFT_TIP)
     return chain, law, start, solve_chain(chain, law, start, 1e-11, 1e-15, dense=True)
 
@@ -38,13 +43,10 @@ def test_order_two_in_coordinates_and_multipliers(struck_links, xi: float) -> No
     steps, errors = np.array([1e-7, 5e-8, 2.5e-8]), []
     for h in steps:
         motion = integrate(chain, law, start, h, xi=xi, end_time=time).motion
-        errors.append(
-            (
-                np.abs((motion.q - exact.coordinates) / chain.scale)[~multiplier].max(),
-                np.abs((motion.v - exact.velocities) / chain.scale)[~multiplier].max(),
-                np.abs(motion.acceleration - exact.acceleration)[multiplier].max(),
-            )
-        )
+        q, v = (motion.q - exact.coordinates) / chain.scale, motion.v - exact.velocities
+        lam = motion.acceleration - exact.acceleration
+        parts = (q[~multiplier], (v / chain.scale)[~multiplier], lam[multiplier])
+        errors.append([np.abs(part).max() for part in parts])
     orders = [order_of(steps, e) for e in zip(*errors, strict=True)]
     # theory says 2; the next order contributes h omega = 0.05 of the highest mode, and its decay
     np.testing.assert_allclose(orders, 2.0, atol=0.15)

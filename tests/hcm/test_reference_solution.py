@@ -14,28 +14,20 @@ from tests.hcm.cases import (
     HARD_TIP,
     SOFT,
     SOFT_TIP,
+    SPINS,
+    STRIKING,
     SURFACE,
     finger,
     integrate,
     straight_links,
 )
 
-ANGLES = np.array(
-    [
-        np.radians(255),
-        np.radians(240),
-        np.pi
-        + np.arcsin((0.1 - 0.04 * np.sin(np.radians(75)) - 0.04 * np.sin(np.radians(60))) / 0.04),
-    ]
-)
-SPINS = np.array([12.0, 14.0, 40.0])
-
 
 @pytest.mark.parametrize("links", [1, 3])
 def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
     """M q.. + Phi^T lam + K q = Q + F_c and Phi q.. = 0, to round-off, for a strained state."""
     body = finger(SOFT, links, elements=2)
-    chain, start = straight_links(body, ANGLES[:links], SPINS[:links], hcm.Drive((0.2,) * links))
+    chain, start = straight_links(body, STRIKING[:links], SPINS[:links], hcm.Drive((0.2,) * links))
     mapping = minimal_coordinates(chain)
     rng = np.random.default_rng(0)
     z = start.coordinates[mapping.place] + 1e-4 * mapping.unit * rng.standard_normal(
@@ -57,7 +49,7 @@ def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
 )
 def test_truth_is_converged_and_conserves_energy(phalanx: hcm.Phalanx, tip: hcm.Tip) -> None:
     """Two tolerances agree on events and peak; energy lost is the friction's work."""
-    chain, start = straight_links(finger(phalanx, elements=2), ANGLES, SPINS)
+    chain, start = straight_links(finger(phalanx, elements=2), STRIKING, SPINS)
     law = contact_law(SURFACE, tip)
     coarse, fine = (
         truth.solve_chain(chain, law, start, rtol, atol)
@@ -75,7 +67,7 @@ def test_truth_is_converged_and_conserves_energy(phalanx: hcm.Phalanx, tip: hcm.
 def test_loop_agrees_with_truth_from_one_state() -> None:
     """The paper's contact step, five elements a phalanx, against the truth."""
     body = finger(SOFT)
-    chain, start = straight_links(body, ANGLES, SPINS)
+    chain, start = straight_links(body, STRIKING, SPINS)
     exact = truth.solve(body, SURFACE, SOFT_TIP, start=start, rtol=1e-10, atol=1e-14)
     run = integrate(chain, contact_law(SURFACE, SOFT_TIP), start, 1e-7)
     assert run.kinds() == [e.kind for e in exact.events]
@@ -91,7 +83,7 @@ def test_loop_agrees_with_truth_from_one_state() -> None:
 
 
 def test_dense_states_are_only_kept_on_request() -> None:
-    chain, start = straight_links(finger(SOFT, elements=1), ANGLES, SPINS)
+    chain, start = straight_links(finger(SOFT, elements=1), STRIKING, SPINS)
     law = contact_law(SURFACE, SOFT_TIP)
     solved = truth.solve_chain(chain, law, start, 1e-8, 1e-12)
     with pytest.raises(ValueError, match="dense=True"):

@@ -13,6 +13,8 @@ from tests.hcm.cases import (
     HARD_TIP,
     SOFT,
     SOFT_TIP,
+    SPINS,
+    STRIKING,
     SURFACE,
     finger,
     integrate,
@@ -136,9 +138,7 @@ def test_audit_closes_and_dissipation_only_grows(
 
 def test_mirrored_scene_gives_the_mirrored_tap() -> None:
     """X -> -X of the state at impact: same normal force, opposite tangential force."""
-    rise = (0.1 - 0.04 * np.sin(np.radians(75)) - 0.04 * np.sin(np.radians(60))) / 0.04
-    angles = np.array([np.radians(255), np.radians(240), np.pi + np.arcsin(rise)])
-    chain, start = straight_links(finger(SOFT, elements=3), angles, np.array([12.0, 14, 40]))
+    chain, start = straight_links(finger(SOFT, elements=3), STRIKING, SPINS)
     flip = np.ones(chain.scale.size)
     for place in {*chain.first, *chain.second}:
         flip[[place, place + 2]] = -1.0
@@ -146,12 +146,8 @@ def test_mirrored_scene_gives_the_mirrored_tap() -> None:
     law = contact_law(SURFACE, SOFT_TIP)
     one, two = (integrate(chain, law, s, 1e-7) for s in (start, mirrored))
     assert one.kinds() == two.kinds()
-    for column, sign in (
-        ("normal_force", 1),
-        ("tangential_force", -1),
-        ("tip_x", -1),
-        ("tip_y", 1),
-    ):
+    signs = {"normal_force": 1, "tangential_force": -1, "tip_x": -1, "tip_y": 1}
+    for column, sign in signs.items():
         expected = sign * one[column]
         np.testing.assert_allclose(two[column], expected, atol=1e-12 * np.abs(expected).max())
 

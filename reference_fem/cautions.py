@@ -54,8 +54,8 @@ def cautions(
     steps = int(np.count_nonzero(forces.normal_force_N > 0.0))
     if 0 < steps < FEWEST_STEPS:
         found.append(
-            f"the surface is touched in {steps} steps only: halve step_factor and see what it "
-            "changes, or refine the mesh"
+            f"the surface is touched in {steps} steps only: halve solver.fem.step_factor and "
+            "see what it changes, or refine the mesh"
         )
     if not history.time_s.size:
         return tuple(found)
@@ -65,8 +65,7 @@ def cautions(
     if residual > OPEN:
         found.append(
             f"{100 * residual:.3g} % of the largest kinetic energy is missing or too much: lower "
-            "step_factor, and refine the mesh where it touches (contact = 'impulse' stops nodes "
-            "as plastic impacts do)"
+            f"solver.fem.step_factor, and refine the mesh where it touches{_plastic(settings)}"
         )
     smallest = min(
         (model.kernel.min_det_F(s.displacement) for s in snapshots if s.at_peak), default=1.0
@@ -83,13 +82,13 @@ def cautions(
         found.append(
             f"the contact's springs hold {100 * springs:.3g} % of the elastic energy, so the "
             f"penalty sets force and duration: raise {_stiffness_key(settings)} or use "
-            "contact = 'impulse'"
+            "solver.fem.contact = 'impulse'"
         )
     hourglass = _share(float(history.hourglass_energy_J.max()), strain)
     if hourglass > HOURGLASS:
         found.append(
             f"hourglass control holds {100 * hourglass:.3g} % of the strain energy: refine the "
-            "mesh or use element = 'hex8-sri'"
+            "mesh or use solver.fem.element = 'hex8-sri'"
         )
     return tuple(found)
 
@@ -114,7 +113,11 @@ def _share(part: float, whole: float) -> float:
 
 
 def _stiffness_key(settings: Settings) -> str:
-    return "penalty_factor" if settings.contact == "penalty" else "surface_factor"
+    return f"solver.fem.{settings.contact}_factor"
+
+
+def _plastic(settings: Settings) -> str:
+    return " (impulses stop nodes as plastic impacts do)" if settings.contact == "impulse" else ""
 
 
 def _smoother(settings: Settings) -> str:
@@ -122,4 +125,4 @@ def _smoother(settings: Settings) -> str:
     finer = "a finer mesh where it touches"
     if settings.contact == "impulse":
         return finer
-    return f"contact = 'impulse', a softer contact, or {finer}"
+    return f"solver.fem.contact = 'impulse', a softer contact, or {finer}"

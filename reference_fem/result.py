@@ -36,32 +36,32 @@ class Status(Enum):
 _ADVICE = {
     Status.COMPLETED: "",
     Status.NOT_REACHED: (
-        "the tip never came down to the surface: lower surface.height, drive it harder, or "
-        "allow a longer max_flight_time_s or end_time_s"
+        "the tip never came down to the surface: lower surface.height, turn drive.torques towards "
+        "it, or raise solver.fem.max_flight_time or solver.fem.end_time"
     ),
     Status.STILL_IN_CONTACT: (
-        "the window ended before the finger left the surface: allow a longer "
-        "max_contact_time_s or end_time_s"
+        "the window ended before the finger left the surface: raise solver.fem.max_contact_time or "
+        "solver.fem.end_time"
     ),
     Status.UNSTABLE: (
-        "the energy balance is lost: use a step_factor of 0.9 or less, a smaller penalty_factor, "
-        "or a mesh without slivers"
+        "the energy balance is lost: lower solver.fem.step_factor (above 0.9 the steps have no "
+        "reserve), soften the contact, or use a mesh without slivers"
     ),
     Status.ENERGY_LOST: (
-        "contact = 'impulse' stops every node that arrives as in a plastic impact: refine the mesh "
-        "where it touches, or use contact = 'surface'"
+        "solver.fem.contact = 'impulse' stops every node that arrives as in a plastic impact: "
+        "refine the mesh where it touches (solver.fem.tip_size), or use 'surface'"
     ),
     Status.INVERTED_ELEMENT: (
-        "an element turned inside out: refine the mesh where it is crushed, lower the "
-        "penalty_factor, or use a stiffer material"
+        "an element turned inside out: refine the mesh where it is crushed (solver.fem.tip_size), "
+        "soften the contact, or use a stiffer material"
     ),
     Status.PASSED_THROUGH: (
-        "this model lets only the last phalanx touch: raise the finger above the surface or drive "
-        "it another way"
+        "this model lets only the last phalanx touch: raise surface.height, or turn drive.torques "
+        "so that the tip arrives first"
     ),
     Status.WORK_LIMIT: (
-        "the run is longer than it was meant to be: shorten end_time_s, coarsen the mesh, or allow "
-        "more max_steps"
+        "the run is longer than it was meant to be: shorten solver.fem.end_time, coarsen the mesh, "
+        "or raise solver.fem.max_steps"
     ),
     Status.INTERRUPTED: "stopped by the user: what was computed up to there is in the result",
 }

@@ -24,18 +24,21 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
     """
     remedy = "shorten it"
     if settings.end_time_s is not None:
-        key, end = f"end_time_s = {settings.end_time_s:g}", settings.end_time_s
+        key, end = f"solver.fem.end_time = {settings.end_time_s:g}", settings.end_time_s
     elif settings.flight == "explicit":
-        key, end = f"max_flight_time_s = {settings.max_flight_time_s:g}", settings.max_flight_time_s
+        key, end = (
+            f"solver.fem.max_flight_time = {settings.max_flight_time_s:g}",
+            settings.max_flight_time_s,
+        )
     else:
-        key, end = f"step_factor = {settings.step_factor:g}", start_s + model.transit_s
+        key, end = f"solver.fem.step_factor = {settings.step_factor:g}", start_s + model.transit_s
         remedy = "raise it, enlarge the smallest elements"
     steps = (end - start_s) / model.step_s
     if steps > settings.max_steps:
         raise ValueError(
             f"{key}: asks for {steps:.3g} steps of {model.step_s:.3g} s, some "
             f"{duration(steps * len(model.cells) / UPDATES_PER_S)} with {len(model.cells)} "
-            f"elements; above max_steps = {settings.max_steps}: {remedy} or allow more steps"
+            f"elements; above solver.fem.max_steps = {settings.max_steps}: {remedy} or raise that"
         )
 
 

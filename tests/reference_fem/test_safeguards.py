@@ -151,7 +151,7 @@ ONE_POINT = {"element": "hex8-one-point", "contact": "impulse"}
 @pytest.mark.parametrize(
     ("caution", "given", "free"),
     [
-        ("springs hold .* penalty_factor", SOFT_CONTACT, HARD_CONTACT),
+        ("springs hold .* solver.fem.penalty_factor", SOFT_CONTACT, HARD_CONTACT),
         ("spike .* use solver.fem.contact = 'impulse'", HARD_CONTACT, SOFT_CONTACT),
         ("spike .* use a finer mesh", {"contact": "impulse", "tilt": 0.0}, HARD_CONTACT),
         ("steps only", {"contact": "impulse"}, HARD_CONTACT),

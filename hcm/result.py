@@ -23,6 +23,7 @@ class Status(Enum):
     WORK_LIMIT = "work limit"
     INTERRUPTED = "interrupted"
     BODY_TOUCHES = "the body touches the surface"
+    UNRESOLVED = "the steps do not resolve the tap"
     UNBALANCED = "the energy audit does not close"
     UNREPEATABLE = "too sensitive to rely on"
     TOO_FLEXIBLE = "too flexible for a rigid flight"
@@ -37,14 +38,16 @@ _ADVICE = {
     Status.COMPLETED: "",
     Status.NOT_REACHED: "raise the surface (surface.height), turn the torques (drive.torques)"
     " towards it, or raise solver.hcm.max_flight_time",
-    Status.STILL_IN_CONTACT: "raise solver.hcm.max_contact_time, or reduce the torques that press"
-    " the tip on the surface",
+    Status.STILL_IN_CONTACT: "raise solver.hcm.end_time or solver.hcm.max_contact_time, or reduce"
+    " the torques that press the tip on the surface",
     Status.NEWTON_FAILED: "reduce solver.hcm.flight_step and solver.hcm.contact_step, or raise"
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
     Status.INTERRUPTED: "run again; what was computed so far is kept",
     Status.BODY_TOUCHES: "in this model only the tip can touch: raise surface.height, or turn the"
     " torques (drive.torques) so that the tip arrives first",
+    Status.UNRESOLVED: "reduce solver.hcm.contact_step, or let solver.hcm.contact_tolerance control"
+    " the steps (1e-11 does by default)",
     Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
     " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
     " drive.torques or the flight (surface.height); the message says what is not decided",

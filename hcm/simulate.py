@@ -18,6 +18,7 @@ from hcm.model import Model, RigidStart, build_model
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
 from hcm.record import Segment, empty_record, next_segment
+from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
 from hcm.start import BeamStart, start_beams
 from hcm.state import Clock, Motion
@@ -91,6 +92,9 @@ def simulate(
     )
     summary = summarize(history, events, last.imbalance_J / max(last.kinetic_J, model.roundoff_J))
     doubt = ""
+    cautions: tuple[str, ...] = ()
+    if status is Status.COMPLETED:
+        status, doubt, cautions = judge_steps(history, events, summary, settings)
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
@@ -122,6 +126,7 @@ def simulate(
             np.concatenate([segment.v for segment in segments]),
         ),
         postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),
+        cautions=cautions,
     )
     if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
         return result
@@ -136,7 +141,7 @@ def simulate(
         message=_message(found.status, clock, statistics) + found.doubt,
         statistics=replace(statistics, wall_time_s=time.perf_counter() - started),
         errors=found.errors,
-        cautions=found.cautions,
+        cautions=(*cautions, *found.cautions),
     )
 
 

@@ -138,11 +138,13 @@ def test_a_completed_run_is_not_refused_for_its_repetition(one: hcm.TapResult) -
 
 
 def test_an_end_time_is_no_sensitivity() -> None:
-    """In a first tap that it cuts short, or after a flight longer than others may be."""
+    """After a flight longer than others may be."""
     whole = _driven(0.04, 1.2, estimate=False).summary
     assert whole.contact_time_s is not None
     assert whole.contact_duration_s is not None
-    for share, patience in ((0.01, 2.0), (0.5, 2.0), (1.5, 0.9 * whole.contact_time_s)):
-        end = whole.contact_time_s + share * whole.contact_duration_s
-        cut = _driven(0.04, 1.2, estimate=True, end_time=end, max_flight_time=patience)
-        assert cut.status is hcm.Status.COMPLETED, cut.message
+    end, patience = (
+        whole.contact_time_s + 1.5 * whole.contact_duration_s,
+        0.9 * whole.contact_time_s,
+    )
+    cut = _driven(0.04, 1.2, estimate=True, end_time=end, max_flight_time=patience)
+    assert cut.status is hcm.Status.COMPLETED, cut.message

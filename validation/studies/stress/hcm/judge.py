@@ -73,8 +73,9 @@ def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
     if broken:
         return found.judged(Answer.WRONG, "; ".join(broken)), None
     if result.status is not hcm.Status.COMPLETED:
-        flagged = result.status in (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE)
-        return found.judged(Answer.FLAGGED if flagged else Answer.STOPPED, result.message), None
+        flags = (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE, hcm.Status.UNRESOLVED)
+        answer = Answer.FLAGGED if result.status in flags else Answer.STOPPED
+        return found.judged(answer, result.message), None
     return found, result
 
 

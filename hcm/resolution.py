@@ -1,0 +1,88 @@
+"""Whether a completed run has its first tap whole and resolved, seen from the run itself.
+
+A tip that swings at omega is integrated with a time scale that is wrong by (omega h)^2/12 (the
+trapezoidal rule; 1.04 times that at the default xi). Two readings of omega h:
+
+- the second difference of F_n over three rows, over the peak, is (omega h)^2 for a half sine;
+- a phase of n steps between two reversals of v_n, or two changes between stick and slip, is half a
+  swing: omega h = pi/n. One of too few steps may be spurious, or hide others.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from hcm.arrays import Floats
+from hcm.compiled import kernel_with
+from hcm.parameters import Settings
+from hcm.result import Event, History, Status, Summary
+
+# Error of the time scale beyond which a run carries a caution, and is no result.
+NOTED, LARGEST = 0.01, 0.1
+# Steps of a phase whose error is `NOTED`.
+FEW = math.pi / math.sqrt(12 * NOTED)
+REVERSALS = ("compression_to_restitution", "restitution_to_compression")
+CHANGES = ("stick_to_slip", "slip_to_stick")
+
+
+@kernel_with()
+def second_difference(time: Floats, force: Floats, first: int, end: int) -> float:
+    """Largest h^2 |F''| in rows [first, end), h the longer step of three; over the peak.
+
+    Infinite of fewer than three times, or where nothing pushes.
+    """
+    largest, peak, before, middle = math.inf, 0.0, -1, -1
+    for i in range(first, end):
+        peak = max(peak, force[i])
+        if middle >= 0 and time[i] <= time[middle]:
+            middle = i
+            continue
+        if before >= 0:
+            left, right = time[middle] - time[before], time[i] - time[middle]
+            bend = (force[i] - force[middle]) / right - (force[middle] - force[before]) / left
+            difference = 2.0 * max(left, right) ** 2 / (left + right) * abs(bend)
+            largest = difference if largest == math.inf else max(largest, difference)
+        before, middle = middle, i
+    return largest / peak if peak > 0.0 else math.inf
+
+
+def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, ...]) -> int:
+    """Phases between two events of `kinds` that take fewer than `FEW` steps."""
+    rows = history.time_s.searchsorted([e.time_s for e in events if e.kind in kinds])
+    return sum(int(b) - int(a) < FEW for a, b in pairwise(rows))
+
+
+def judge_steps(
+    history: History, events: tuple[Event, ...], summary: Summary, settings: Settings
+) -> tuple[Status, str, tuple[str, ...]]:
+    """COMPLETED, or why a first tap is no result and its figure, and cautions.
+
+    Only an end time leaves a completed run's first tap without a separation.
+    """
+    contact, duration = summary.contact_time_s, summary.contact_duration_s
+    if contact is None:
+        return Status.COMPLETED, "", ()
+    if duration is None:
+        return Status.STILL_IN_CONTACT, "; end_time cuts the first tap", ()
+    time, over = history.time_s, contact + duration
+    first, end = int(time.searchsorted(contact)), int(time.searchsorted(over, side="right"))
+    error = second_difference(time, history.normal_force_N, first, end) / 12
+    long = (
+        f"the first tap takes {end - 1 - first} steps, which leaves an error of about"
+        f" {100 * error:.2g} % in its forces and times"
+    )
+    if error > LARGEST:
+        return Status.UNRESOLVED, f"; {long}", ()
+    controlled = settings.contact_tolerance > 0.0
+    remedy = f"reduce solver.hcm.contact_{'tolerance' if controlled else 'step'}"
+    cautions = [f"{long}; {remedy}"] if error > NOTED else []
+    tap = tuple([e for e in events if e.time_s <= over])
+    for kinds in (REVERSALS, CHANGES):
+        if short := short_phases(history, tap, kinds):
+            counts = ", ".join(f"{kind} {sum(e.kind == kind for e in tap)}" for kind in kinds)
+            cautions.append(
+                f"transitions are not resolved ({counts}): {short} of them are fewer than"
+                f" {math.ceil(FEW)} steps after the one before; {remedy}"
+            )
+    return Status.COMPLETED, "", tuple(cautions)

@@ -1,0 +1,81 @@
+"""Taps that the steps do not resolve, or an end time cuts, say so."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.resolution import LARGEST, NOTED, second_difference
+from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, TRUTH, finger
+
+
+def tap(phalanx: hcm.Phalanx, tip: hcm.Tip, **settings: float) -> hcm.TapResult:
+    wanted = hcm.Settings(estimate=False, **settings)  # type: ignore[arg-type]
+    return hcm.simulate(finger(phalanx), SURFACE, tip, settings=wanted)
+
+
+@pytest.mark.parametrize("steps", [3, 10, 100])
+def test_second_difference_of_a_half_sine(steps: int) -> None:
+    """4 sin^2(omega h/2), also where events repeat rows; steps that shrink add nothing."""
+    time = np.repeat(np.linspace(0.0, 1.0, steps + 1), 2)
+    force = np.sin(np.pi * time)
+    exact = 4.0 * np.sin(np.pi / steps / 2) ** 2
+    shape = force.max()
+    found = second_difference(time, force, 0, time.size)
+    assert found == pytest.approx(exact * np.max(force[2:-2]) / shape, rel=1e-9)
+    finer = np.sort(np.concatenate([np.linspace(0.0, 1.0, steps + 1), [0.5 / steps, 1 - 1e-9]]))
+    assert second_difference(finer, np.sin(np.pi * finer), 0, finer.size) < 1.3 * found
+
+
+def test_two_rows_resolve_nothing() -> None:
+    assert second_difference(np.array([0.0, 1.0]), np.array([0.0, 1.0]), 0, 2) == np.inf
+    assert second_difference(np.arange(3.0), np.zeros(3), 0, 3) == np.inf
+
+
+@pytest.mark.parametrize("step", [1.0, 1e-4, 2e-5, 1e-5])
+def test_fixed_steps_state_the_error_that_they_leave(step: float) -> None:
+    """Of the contact's duration, within a factor of two of what it is."""
+    result = tap(SOFT, SOFT_TIP, contact_tolerance=0.0, contact_step=step)
+    duration = result.summary.contact_duration_s
+    assert duration is not None
+    error = abs(duration / TRUTH["contact_duration_s"] - 1)
+    first, end = result.history.time_s.searchsorted([e.time_s for e in result.events])[[0, -1]]
+    stated = second_difference(
+        result.history.time_s, result.history.normal_force_N, first, end + 1
+    ) / 12  # fmt: skip
+    assert 0.5 < stated / error < 2.0
+    status = hcm.Status.UNRESOLVED if stated > LARGEST else hcm.Status.COMPLETED
+    assert result.status is status
+    assert ("contact_step" in result.status.advice) == (stated > LARGEST)
+    assert bool(result.cautions) == (NOTED < stated <= LARGEST)
+
+
+def test_a_tap_of_four_steps_carries_a_caution() -> None:
+    result = tap(HARD, HARD_TIP, contact_tolerance=0.0, contact_step=2e-5)
+    assert result.status is hcm.Status.COMPLETED
+    (caution,) = result.cautions
+    assert "4 steps" in caution
+    assert "reduce solver.hcm.contact_step" in caution
+
+
+@pytest.mark.parametrize(("restitution", "counts"), [(0.01, True), (0.1, False), (1.0, False)])
+def test_transitions_that_are_not_resolved_say_so(restitution: float, counts: bool) -> None:
+    """At e* = 0.01 each tighter tolerance finds more of them, at 0.1 none does."""
+    result = tap(HARD, replace(HARD_TIP, restitution=restitution))
+    assert result.status is hcm.Status.COMPLETED
+    found = result.summary.compression_to_restitution
+    words = f"transitions are not resolved (compression_to_restitution {found}, "
+    assert [caution.startswith(words) for caution in result.cautions] == [True] * counts
+
+
+@pytest.mark.parametrize(("end_time", "whole"), [(0.13612, False), (0.1362, True)])
+def test_an_end_time_that_cuts_the_first_tap_completes_nothing(
+    end_time: float, whole: bool
+) -> None:
+    result = tap(HARD, HARD_TIP, end_time=end_time)
+    assert (result.status is hcm.Status.COMPLETED) == whole
+    if not whole:
+        assert result.status is hcm.Status.STILL_IN_CONTACT
+        assert "end_time cuts the first tap" in result.message
+        assert "solver.hcm.end_time" in result.status.advice

@@ -1,11 +1,15 @@
 """Boxes of hexahedra and rectangles of quadrilaterals for the elements' tests, their tangents."""
 
-import numpy as np
+from collections.abc import Callable
+from typing import Any
 
-from reference_fem.elements import ElementKernel, hex8
+import numpy as np
+import pytest
+
+from reference_fem.elements import ElementKernel, hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.elements.geometry import CORNERS
 
-YOUNG, POISSON, DENSITY, SIZE = 1e9, 0.4, 1400.0, 1e-3
+YOUNG, POISSON, DENSITY, SIZE, THICKNESS = 1e9, 0.4, 1400.0, 1e-3, 5e-3
 
 
 def grid(
@@ -36,6 +40,34 @@ def kernel(points: np.ndarray, cells: np.ndarray, poisson: float = POISSON) -> E
     return hex8(points, cells, *material(len(cells), poisson))
 
 
+def one_point(points: np.ndarray, cells: np.ndarray, poisson: float = POISSON) -> ElementKernel:
+    """1-point hexahedra."""
+    return hex8_one_point(points, cells, *material(len(cells), poisson))
+
+
+def sheet(
+    points: np.ndarray, cells: np.ndarray, poisson: float = POISSON, thickness: Any = THICKNESS
+) -> ElementKernel:
+    """Quadrilaterals in plane stress, the thickness one for all or by points."""
+    values = np.broadcast_to(thickness, cells.shape)
+    return quad4_plane_stress(points, cells, *material(len(cells), poisson), values)
+
+
+KINDS: dict[str, tuple[Callable[..., ElementKernel], int]] = {
+    "hex8-sri": (kernel, 3),
+    "hex8-one-point": (one_point, 3),
+    "quad4": (sheet, 2),
+}
+each_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+def body(kind: str, counts: tuple[int, ...], distortion: float = 0.0) -> tuple[Any, ...]:
+    """Points, cells and kernel of a box; a sheet takes the first two counts."""
+    build, dim = KINDS[kind]
+    points, cells = grid(*counts[:dim], distortion=distortion, seed=1)
+    return points, cells, build(points, cells)
+
+
 def force(k: ElementKernel, displacement: np.ndarray) -> np.ndarray:
     """The internal force, N, in an array that held no numbers before."""
     out = np.full((k.n_nodes, k.dim), np.nan)
@@ -56,8 +88,10 @@ def tangent(k: ElementKernel, points: np.ndarray) -> np.ndarray:
     return 0.5 * (matrix + matrix.T)
 
 
-def rotation(angle: float) -> np.ndarray:
-    """A turn about the axis (1, 2, 3)."""
+def rotation(angle: float, dim: int = 3) -> np.ndarray:
+    """A turn in the plane, or about the axis (1, 2, 3)."""
+    if dim == 2:
+        return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     x, y, z = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross

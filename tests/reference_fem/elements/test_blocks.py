@@ -1,14 +1,10 @@
 """What elements of every kind owe to blocks and threads: any number, any order, the same bits."""
 
-from collections.abc import Callable
-
 import numba
 import numpy as np
 import pytest
 
 import reference_fem as rf
-from reference_fem.elements import hex8, hex8_one_point, quad4_plane_stress
-from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.loops import add_force
 from reference_fem.elements.threads import (
@@ -21,25 +17,7 @@ from reference_fem.elements.threads import (
     zero_forces,
 )
 from tests.reference_fem.boxes import boxes
-from tests.reference_fem.elements.bodies import SIZE, force, grid, material
-
-Build = Callable[[np.ndarray, np.ndarray], ElementKernel]
-
-
-def solid(factory: Callable[..., ElementKernel]) -> Build:
-    return lambda p, c: factory(p, c, *material(len(c)))
-
-
-def sheet(points: np.ndarray, cells: np.ndarray) -> ElementKernel:
-    return quad4_plane_stress(points, cells, *material(len(cells)), np.full(cells.shape, 5e-3))
-
-
-KINDS: dict[str, tuple[Build, int]] = {
-    "hex8-sri": (solid(hex8), 3),
-    "hex8-one-point": (solid(hex8_one_point), 3),
-    "quad4": (sheet, 2),
-}
-each_kind = pytest.mark.parametrize("kind", KINDS)
+from tests.reference_fem.elements.bodies import KINDS, SIZE, each_kind, force, grid
 
 
 def mesh(kind: str, counts: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:

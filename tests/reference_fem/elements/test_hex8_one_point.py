@@ -1,4 +1,4 @@
-"""The 1-point hexahedron against mathematics: patches, rotations, gradients, hourglass modes."""
+"""The 1-point hexahedron against mathematics: hourglass modes, bending, a run."""
 
 from itertools import product
 
@@ -20,54 +20,12 @@ from tests.reference_fem.elements.bodies import (
     force,
     grid,
     material,
-    rotation,
 )
 
 
 def body(counts: tuple[int, int, int], distortion: float = 0.0) -> Hex8OnePoint:
     points, cells = grid(*counts, distortion=distortion, seed=1)
     return hex8_one_point(points, cells, *material(len(cells)))
-
-
-def test_patch_of_distorted_elements_has_one_stress_and_no_hourglass_energy() -> None:
-    """The mean gradients integrate grad N_a exactly, so forces inside vanish for any F."""
-    k = body((5, 4, 3), 0.15)
-    f = np.eye(3) + np.array([[0.1, 0.2, 0.0], [0.0, -0.1, 0.3], [0.1, 0.0, 0.05]])
-    u = k.points @ (f - np.eye(3)).T
-    strain = 0.5 * (f.T @ f - np.eye(3))
-    piola = k.lame[0] * np.trace(strain) * np.eye(3) + 2 * k.mu[0] * strain
-    cauchy = f @ piola @ f.T / np.linalg.det(f)
-    expected = cauchy[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
-    assert np.allclose(k.cell_stress(u), expected, rtol=1e-11, atol=0)
-    energy = 0.5 * np.sum(piola * strain) * k.cell_volume.sum()
-    assert k.strain_energy(u) == pytest.approx(energy, rel=1e-12)
-    assert k.hourglass_energy(u) < 1e-20 * energy
-    assert k.min_det_F(u) == pytest.approx(np.linalg.det(f), rel=1e-12)
-    inside = np.zeros((6, 5, 4), dtype=bool)
-    inside[1:-1, 1:-1, 1:-1] = True
-    nodal = force(k, u)
-    assert np.abs(nodal[inside.ravel()]).max() < 1e-12 * np.abs(nodal).max()
-
-
-@pytest.mark.parametrize("degrees", [30, 90, 200])
-def test_rotation_costs_nothing_and_turns_the_forces(degrees: int) -> None:
-    k = body((3, 3, 2), 0.15)
-    turn = rotation(np.radians(degrees))
-    u = 0.05 * SIZE * np.random.default_rng(0).standard_normal(k.points.shape)
-    turned = (k.points + u) @ turn.T - k.points
-    scale = np.abs(force(k, u)).max()
-    assert np.abs(force(k, k.points @ turn.T - k.points)).max() < 1e-10 * scale
-    assert np.allclose(force(k, turned), force(k, u) @ turn.T, atol=1e-11 * scale)
-    assert k.strain_energy(turned) == pytest.approx(k.strain_energy(u), rel=1e-11)
-
-
-def test_force_is_the_gradient_of_the_energy() -> None:
-    """Central differences: error (eps/h)^2 of the cubic part, about 1e-8, above round-off."""
-    k = body((4, 3, 3), 0.15)
-    rng = np.random.default_rng(2)
-    u, d = (0.05 * SIZE * rng.standard_normal(k.points.shape) for _ in range(2))
-    slope = (k.strain_energy(u + 1e-4 * d) - k.strain_energy(u - 1e-4 * d)) / 2e-4
-    assert slope == pytest.approx(np.sum(force(k, u) * d), rel=1e-7)
 
 
 @pytest.mark.parametrize(("mode", "axis"), list(product(range(4), range(3))))

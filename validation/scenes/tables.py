@@ -55,7 +55,9 @@ class FingerTable(Table):
     """Of the round section."""
     elements: Annotated[
         int | tuple[int, ...],
-        Quantity(integer=True, at_least=1, per_phalanx=True, advice=ELEMENTS_ADVICE),
+        Quantity(
+            integer=True, at_least=1, at_most=10**12, per_phalanx=True, advice=ELEMENTS_ADVICE
+        ),
     ] = 20
     """Beam elements of the reduced model in a phalanx."""
 

@@ -1,0 +1,183 @@
+"""Hostile tries, and a table of what they came to, by class.
+
+    python -m tests.hostile.campaign --tries 2000 --seed 1
+    python -m tests.hostile.campaign --again values:1.17
+
+A label, a class and a number, throws all dice of its try: it alone repeats it. Tries are made in
+processes that stay warm; one that dies or hangs costs its try. Exit code 1 if any fell through.
+"""
+
+import argparse
+import json
+import os
+import queue
+import random
+import resource
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+SHARES = {  # of a campaign; the last three start processes of their own, which takes seconds each
+    "arguments": 0.18, "values": 0.29, "texts": 0.1, "units": 0.14, "mesh_files": 0.08,
+    "stores": 0.07, "restarts": 0.05, "signals": 0.03, "disks": 0.03, "surroundings": 0.03,
+}  # fmt: skip
+OUTCOMES = {0: "done", 1: "failed", 2: "refused"}
+HUNG_S = 240.0  # of a machine that others use too
+MEMORY = 8 * 2**30  # address space of a try, and of each process that it starts
+ROOT = Path(__file__).parents[2]
+
+Account = dict[str, Any]
+Counts = Counter[tuple[str, str]]
+
+
+def labels(tries: int, seed: int, only: Sequence[str] = ()) -> list[str]:
+    """A campaign's tries, mixed; at least one of each class."""
+    shares = {name: SHARES[name] for name in only or SHARES}
+    share = tries / sum(shares.values())
+    counts = {name: max(1, round(share * part)) for name, part in shares.items()}
+    every = [f"{name}:{seed}.{n}" for name, count in counts.items() for n in range(count)]
+    return random.Random(seed).sample(every, len(every))
+
+
+def attempt(label: str, folder: Path) -> Account:
+    """Make one try in a folder of its own."""
+    from tests.hostile import inside, outside
+
+    own, kind = folder / label.replace(":", "-"), label.split(":")[0]
+    own.mkdir()
+    try:
+        make = getattr(inside, kind, None) or getattr(outside, kind)
+        return asdict(make(random.Random(label), own))
+    finally:
+        shutil.rmtree(own, ignore_errors=True)
+
+
+def serve(folder: Path) -> None:
+    """In a process of the campaign: a label a line in, the account of its try a line out."""
+    answers = os.fdopen(os.dup(1), "w")
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    for line in sys.stdin:
+        print(json.dumps(attempt(line.strip(), folder)), file=answers, flush=True)
+
+
+class Server:
+    """One process after another that makes tries."""
+
+    def __init__(self, folder: Path) -> None:
+        self._arguments = [sys.executable, "-m", "tests.hostile.campaign", "--serve", str(folder)]
+        self._process: subprocess.Popen[str] | None = None
+
+    def make(self, label: str) -> Account:
+        """The account of a try, also of one that its process did not survive."""
+        pipe, one = (
+            subprocess.PIPE,
+            ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"),
+        )
+        if self._process is None:
+            self._process = subprocess.Popen(
+                self._arguments, stdin=pipe, stdout=pipe, stderr=pipe, text=True, cwd=ROOT,
+                env=os.environ | {"PYTHONPATH": str(ROOT)} | dict.fromkeys(one, "1"),
+            )  # fmt: skip
+        process = self._process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        print(label, file=process.stdin, flush=True)
+        ready, _, _ = select.select([process.stdout], [], [], HUNG_S)
+        if ready and (line := process.stdout.readline()):
+            account: Account = json.loads(line)
+            return account
+        error = self.end()
+        why = f"its process ended with {process.returncode}" if ready else f"hung {HUNG_S:.0f} s"
+        return {"what": "", "code": None, "fell": [why], "error": error[-2000:]}
+
+    def end(self) -> str:
+        """End the process; what it wrote to standard error."""
+        process, self._process = self._process, None
+        if process is None:
+            return ""
+        process.kill()
+        return process.communicate()[1]
+
+
+def accounts(every: Sequence[str], jobs: int, folder: Path) -> Iterator[tuple[str, Account]]:
+    """Tries and their accounts, by so many processes."""
+    idle = queue.SimpleQueue[Server]()
+
+    def make(label: str) -> Account:
+        server = idle.get()
+        try:
+            return server.make(label)
+        finally:
+            idle.put(server)
+
+    for _ in range(jobs):
+        idle.put(Server(folder))
+    try:
+        with ThreadPoolExecutor(jobs) as pool:
+            yield from zip(every, pool.map(make, every), strict=True)
+    finally:
+        for _ in range(jobs):
+            idle.get().end()
+
+
+def table(counts: Counts) -> str:
+    """Classes by outcomes, as Markdown."""
+    columns = ("tried", "refused", "done", "failed", "fell through")
+    rows = [("class", *columns), ("---",) * (len(columns) + 1)]
+    names = [*(name for name in SHARES if counts[name, "tried"]), "all"]
+    rows += [(name, *(str(counts[name, what]) for what in columns)) for name in names]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def campaign(every: Sequence[str], jobs: int, out: Path) -> Counts:
+    """Make tries: what fell through is printed as it comes; accounts and table are kept."""
+    counts: Counts = Counter()
+    out.mkdir(parents=True, exist_ok=True)
+    folder = Path(tempfile.mkdtemp(prefix="hostile-"))
+    try:
+        with (out / "tries.jsonl").open("a") as file:
+            for label, made in accounts(every, jobs, folder):
+                outcome = OUTCOMES.get(made["code"], "failed")
+                for name in (label.split(":")[0], "all"):
+                    counts.update([(name, "tried"), (name, outcome)])
+                    counts[name, "fell through"] += bool(made["fell"])
+                print(json.dumps({"label": label} | made), file=file, flush=True)
+                if made["fell"]:
+                    print(f"{label} FELL {made['fell']} {made['what']!r:.300}", flush=True)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    (out / "table.md").write_text(table(counts) + "\n")
+    return counts
+
+
+def main() -> None:
+    """Read the command line, make the tries, and sum up."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--tries", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", nargs="*", default=[], choices=list(SHARES), help="classes")
+    parser.add_argument("--again", nargs="*", help="labels of tries to make instead")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--out", type=Path, default=Path("out") / "hostile")
+    parser.add_argument("--serve", type=Path, help=argparse.SUPPRESS)
+    given, began = parser.parse_args(), time.monotonic()
+    if given.serve:
+        serve(given.serve)
+        return
+    every = given.again or labels(given.tries, given.seed, given.only)
+    counts = campaign(every, given.jobs, given.out)
+    print(f"{table(counts)}\n{time.monotonic() - began:.0f} s; accounts in {given.out}")
+    sys.exit(bool(counts["all", "fell through"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -17,6 +17,7 @@ from types import ModuleType
 
 import numpy as np
 
+from meshes.grading import Division
 from meshes.mesh import Floats, Ints, MeshError
 
 _OPTIONS = {
@@ -99,7 +100,7 @@ class Blocks:
     def __init__(self, gmsh: ModuleType) -> None:
         self._gmsh = gmsh
         self._curves: dict[tuple[int, int], int] = {}
-        self._counts: dict[int, int] = {}
+        self._divisions: dict[int, Division] = {}
         self._faces: dict[frozenset[int], int] = {}
         self._index: Ints = np.empty(0, dtype=np.int64)
 
@@ -107,28 +108,23 @@ class Blocks:
         """Add a point (mm)."""
         return int(self._gmsh.model.geo.addPoint(x, y, z))
 
-    def curve(
-        self, p: int, q: int, count: int, growth: float = 1.0, centre: int | None = None
-    ) -> None:
-        """Join p to q by `count` edges, each `growth` times the one before.
-
-        A straight line, or the circular arc about the point `centre`.
-        """
+    def curve(self, p: int, q: int, division: Division, centre: int | None = None) -> None:
+        """Join p to q by a straight line, or by the circular arc about the point `centre`."""
         geo = self._gmsh.model.geo
         tag = geo.addLine(p, q) if centre is None else geo.addCircleArc(p, centre, q)
-        self._divide(p, q, tag, count, growth)
+        self._divide(p, q, tag, division)
 
     def spline(self, p: int, q: int, count: int, via: Sequence[tuple[float, float, float]]) -> None:
         """Join p to q by `count` edges along the spline through the positions `via` (mm)."""
         geo = self._gmsh.model.geo
         tag = geo.addSpline([p, *(self.point(*position) for position in via), q])
-        self._divide(p, q, tag, count)
+        self._divide(p, q, tag, Division(count))
 
-    def _divide(self, p: int, q: int, tag: int, count: int, growth: float = 1.0) -> None:
-        self._gmsh.model.geo.mesh.setTransfiniteCurve(tag, count + 1, "Progression", growth)
+    def _divide(self, p: int, q: int, tag: int, division: Division) -> None:
+        self._gmsh.model.geo.mesh.setTransfiniteCurve(tag, division.count + 1, "Progression", 1.0)
         self._curves[p, q] = tag
         self._curves[q, p] = -tag
-        self._counts[tag] = count
+        self._divisions[tag] = division
 
     def face(self, corners: Sequence[int], sphere: int | None = None) -> int:
         """Four-sided face through `corners` in cyclic order, on the sphere about a point if given.
@@ -141,7 +137,7 @@ class Blocks:
             sides = [
                 self._curves[a, b] for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
             ]
-            counts = [self._counts[abs(side)] for side in sides]
+            counts = [self._divisions[abs(side)].count for side in sides]
             if counts[0] != counts[2] or counts[1] != counts[3]:
                 raise AssertionError(f"opposite sides of a block differ: {counts}")
             loop = geo.addCurveLoop(sides)
@@ -176,6 +172,10 @@ class Blocks:
         gmsh = self._gmsh
         gmsh.model.geo.synchronize()
         try:
+            gmsh.model.mesh.generate(1)
+            for tag, division in self._divisions.items():
+                if division.nodes:
+                    self._place(tag, division.nodes)
             gmsh.model.mesh.generate(dim)
         except Exception as error:  # gmsh raises the bare class
             raise MeshError(f"gmsh could not mesh the finger: {error}") from error
@@ -189,6 +189,13 @@ class Blocks:
         self._index = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
         self._index[tags[used]] = np.arange(np.count_nonzero(used))
         return coordinates.reshape(-1, 3)[used], self._index[members].reshape(-1, 2**dim)
+
+    def _place(self, tag: int, shares: Sequence[float]) -> None:
+        """Move the inner nodes of a meshed line or arc, whose parameter goes as its length."""
+        mesh = self._gmsh.model.mesh
+        nodes, _, parameters = mesh.getNodes(1, tag)
+        for node, share in zip(nodes[np.argsort(parameters)], shares, strict=True):
+            mesh.setNode(node, self._gmsh.model.getValue(1, tag, [share]), [share])
 
     def nodes_on(self, dim: int, tags: Sequence[int]) -> Ints:
         """Sorted indices of the nodes on curves (dim 1) or faces (dim 2), ends included."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from meshes.blocks import Blocks, gmsh_session
+from meshes.grading import Division
 from meshes.mesh import Floats, Ints
 from meshes.o_grid import HINGE_DEPTH, Station, bulge_centre, names, section_point, tip_point
 from meshes.plan import PhalanxPlan
@@ -45,6 +47,22 @@ def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
     return PhalanxBlocks(points[:, :dim].copy(), cells, roles)
 
 
+Ease = Callable[[Division], Division]
+"""What a section keeps of the contact's gradings."""
+
+
+def _graded(division: Division) -> Division:
+    return division
+
+
+def _halfway(division: Division) -> Division:
+    return division.halfway
+
+
+def _even(division: Division) -> Division:
+    return division.evened
+
+
 class _Builder:
     """The stations of one phalanx and the blocks between them."""
 
@@ -59,11 +77,11 @@ class _Builder:
         """Lay the blocks; return the tags of the faces (curves in 2D) of each role."""
         plan = self.plan
         depth = HINGE_DEPTH * plan.radius
-        hinge = self._section(-depth if plan.holes else 0.0, graded=0.0)
+        hinge = self._section(-depth if plan.holes else 0.0, _even, _even)
         end = -plan.shaft + (depth if plan.holes == 2 else 0.0)
-        far = self._section(end, graded=0.5 if plan.rounded else 0.0)
+        far = self._section(end, _graded if plan.beside else _halfway, _even)
         for name in names(self.dim):
-            self.blocks.curve(far[name], hinge[name], plan.n_axial, plan.axial)
+            self.blocks.curve(far[name], hinge[name], plan.axial)
         self._fill(hinge, far)
         roles = {"shaft": self._lateral(hinge, far)}
         symmetry = self._symmetry(hinge, far)
@@ -98,19 +116,24 @@ class _Builder:
         symmetry += end.symmetry
         self.edges[f"{which}_edges"] = end.edges
 
-    def _section(self, x: float, graded: float) -> Station:
-        """Points and curves of the plane section at `x`; gradings to the power `graded`."""
+    def _section(self, x: float, lower: Ease, upper: Ease) -> Station:
+        """Points and curves of the plane section at `x`, its halves graded as said."""
         points = {
             name: self.blocks.point(*section_point(name, x, self.plan.radius))
             for name in names(self.dim)
         }
-        self._divide(points, graded, points["axis"], bulged_at=x)
+        self._divide(points, lower, upper, points["axis"], bulged_at=x)
         return points
 
     def _divide(
-        self, station: Station, graded: float, centre: int, bulged_at: float | None = None
+        self,
+        station: Station,
+        lower: Ease,
+        upper: Ease,
+        centre: int,
+        bulged_at: float | None = None,
     ) -> None:
-        """Curves of a station, its outer ones about `centre`; gradings to the power `graded`.
+        """Curves of a station, its outer ones about `centre`; the core's are half way to even.
 
         `bulged_at` is the x of a plane section, whose core is bounded by arcs. The tip's station
         has a core of straight lines, and curves from its outer points to the pole.
@@ -118,13 +141,14 @@ class _Builder:
         blocks, plan = self.blocks, self.plan
         tip = bulged_at is None
         axis = station["axis"]
-        for half in "-+":
-            power = graded if half == "-" else 0.0
+        inwards = lower(plan.inwards)
+        for half, ease, along in (("-", lower, plan.lower), ("+", upper, plan.upper)):
+            across, along = ease(plan.across), ease(along)
             cy, oy = station["cy" + half], station["oy" + half]
-            blocks.curve(oy, cy, plan.n_radial, plan.inwards**graded)
-            blocks.curve(cy, axis, plan.n, plan.to_pole ** (0.5 * power))
+            blocks.curve(oy, cy, inwards)
+            blocks.curve(cy, axis, along.halfway)
             if tip:
-                blocks.curve(oy, self.pole, plan.n, plan.to_pole**power, centre)
+                blocks.curve(oy, self.pole, along, centre)
             if self.dim == 2:
                 continue
             cc, oc = station["cc" + half], station["oc" + half]
@@ -134,16 +158,16 @@ class _Builder:
                 else blocks.point(*bulge_centre(side, bulged_at, plan.radius))
                 for side in ("cy" + half, "cz")
             )
-            blocks.curve(oc, cc, plan.n_radial, plan.inwards**graded)
-            blocks.curve(cy, cc, plan.n, plan.across ** (0.5 * power), bulge_y)
-            blocks.curve(oy, oc, plan.n, plan.across**power, centre)
-            blocks.curve(cc, station["cz"], plan.n, plan.to_pole ** (0.5 * power), bulge_z)
-            blocks.curve(oc, station["oz"], plan.n, plan.to_pole**power, centre)
+            blocks.curve(oc, cc, inwards)
+            blocks.curve(cy, cc, across.halfway, bulge_y)
+            blocks.curve(oy, oc, across, centre)
+            blocks.curve(cc, station["cz"], along.halfway, bulge_z)
+            blocks.curve(oc, station["oz"], along, centre)
         if self.dim == 3:
-            blocks.curve(station["oz"], station["cz"], plan.n_radial, plan.inwards**graded)
-            blocks.curve(axis, station["cz"], plan.n, plan.across ** (0.5 * graded))
+            blocks.curve(station["oz"], station["cz"], inwards)
+            blocks.curve(axis, station["cz"], lower(plan.across).halfway)
             if tip:
-                blocks.curve(self.pole, station["oz"], plan.n, plan.across, centre)
+                blocks.curve(self.pole, station["oz"], plan.across, centre)
 
     def _tip(self, equator: Station) -> tuple[list[int], list[int]]:
         """Bend the section to the cube's end and close it with the cap.
@@ -159,18 +183,13 @@ class _Builder:
         }
         self.pole = blocks.point(x - plan.radius, 0.0)
         for name in names(self.dim):
-            lower = name.endswith("-")
-            growth = plan.to_equator ** (1.0 if lower else 0.0)
-            on_sphere = name.startswith("o")
-            blocks.curve(
-                end[name],
-                equator[name],
-                plan.n_meridian,
-                growth if on_sphere else growth**0.5,
-                centre if on_sphere else None,
-            )
-        blocks.curve(self.pole, end["axis"], plan.n_radial, plan.inwards)
-        self._divide(end, 1.0, centre)
+            way = plan.meridian if name.endswith("-") else plan.meridian.evened
+            if name.startswith("o"):
+                blocks.curve(end[name], equator[name], way, centre)
+            else:
+                blocks.curve(end[name], equator[name], way.halfway)
+        blocks.curve(self.pole, end["axis"], plan.inwards)
+        self._divide(end, _graded, _graded, centre)
         sphere = self._lateral(equator, end, centre)
         symmetry = self._symmetry(equator, end)
         for half in "-+":

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 
 from meshes.blocks import Blocks
+from meshes.grading import Division
 from meshes.o_grid import CORE_SIDE, HINGE_DEPTH, Point, Station, bulge_centre, section_point
 from meshes.plan import PhalanxPlan
 
@@ -67,7 +68,7 @@ class HoledEnd:
         self.edges: list[int] = []
         deep = self._column(90.0, 1.0)
         for layer, inner in enumerate(("axis", "cz", "oz")[: self.layers]):
-            blocks.curve(deep[layer], station[inner], plan.n_hole)
+            blocks.curve(deep[layer], station[inner], Division(plan.n_hole))
         self._rise(deep)
         for half in "-+":
             self._half(half, deep)
@@ -83,27 +84,27 @@ class HoledEnd:
             name: blocks.point(*section_point(name + half, self.x, plan.radius)) for name in names
         }
         for name in names:
-            blocks.curve(near[name], far[name], plan.n_end)
-        centre = blocks.point(self.x, 0.0)
-        blocks.curve(near["oy"], near["cy"], plan.n_radial)
-        blocks.curve(mouth[0], near["cy"], plan.n_hole)
-        blocks.curve(middle[0], far["cy"], plan.n_hole)
+            blocks.curve(near[name], far[name], Division(plan.n_end))
+        centre, outwards = blocks.point(self.x, 0.0), Division(plan.n_hole)
+        blocks.curve(near["oy"], near["cy"], plan.inwards.evened)
+        blocks.curve(mouth[0], near["cy"], outwards)
+        blocks.curve(middle[0], far["cy"], outwards)
         self._around(mouth[0], middle[0], (0.0, 45.0), side, 0, plan.n_end)
-        self._around(middle[0], deep[0], (45.0, 90.0), side, 0, plan.n)
+        self._around(middle[0], deep[0], (45.0, 90.0), side, 0, plan.lower.count)
         if dim == 3:
             bulge = blocks.point(*bulge_centre("cy" + half, self.x, plan.radius))
-            blocks.curve(near["cy"], near["cc"], plan.n, centre=bulge)
-            blocks.curve(near["oc"], near["cc"], plan.n_radial)
-            blocks.curve(near["oy"], near["oc"], plan.n, centre=centre)
-            blocks.curve(mouth[1], near["cc"], plan.n_hole)
-            blocks.curve(middle[1], far["cc"], plan.n_hole)
-            blocks.curve(mouth[2], near["oc"], plan.n_hole, centre=centre)
+            blocks.curve(near["cy"], near["cc"], plan.across.evened, bulge)
+            blocks.curve(near["oc"], near["cc"], plan.inwards.evened)
+            blocks.curve(near["oy"], near["oc"], plan.across.evened, centre)
+            blocks.curve(mouth[1], near["cc"], outwards)
+            blocks.curve(middle[1], far["cc"], outwards)
+            blocks.curve(mouth[2], near["oc"], outwards, centre)
             start = self._on_hole(45.0, side, 2)
             stop = section_point("oc" + half, self.x + self._depth, plan.radius)
             blocks.spline(middle[2], far["oc"], plan.n_hole, self._on_surface(start, stop))
             for layer in (1, 2):
                 self._around(mouth[layer], middle[layer], (0.0, 45.0), side, layer, plan.n_end)
-                self._around(middle[layer], deep[layer], (45.0, 90.0), side, layer, plan.n)
+                self._around(middle[layer], deep[layer], (45.0, 90.0), side, layer, plan.lower.count)
             self._rise(mouth)
             self._rise(middle)
         self._fill(mouth, middle, deep, near, far)
@@ -180,7 +181,7 @@ class HoledEnd:
         """Curve on the hole between two of its points: a circle, or the surface's edge."""
         if layer < 2:
             z = self._on_hole(0.0, side, layer)[2]
-            self.blocks.curve(p, q, count, centre=self.blocks.point(self.x, 0.0, z))
+            self.blocks.curve(p, q, Division(count), self.blocks.point(self.x, 0.0, z))
             return
         first, last = degrees
         steps = [(k + 1) / (SPLINE_POINTS + 1) for k in range(SPLINE_POINTS)]
@@ -198,6 +199,6 @@ class HoledEnd:
 
     def _rise(self, column: list[int]) -> None:
         """Lines from the plane of motion through the core and the ring."""
-        counts = (self.plan.n, self.plan.n_radial)
-        for p, q, count in zip(column, column[1:], counts, strict=False):
-            self.blocks.curve(p, q, count)
+        ways = (self.plan.across.evened, self.plan.inwards.evened)
+        for p, q, way in zip(column, column[1:], ways, strict=False):
+            self.blocks.curve(p, q, way)

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Annotated
+from typing import Annotated, Self
 
 from meshes.bounds import Bound, check_fields
 from meshes.geometry import FingerGeometry
@@ -16,6 +16,7 @@ from meshes.mesh import MeshError
 BYTES_PER_ELEMENT, UPDATES_PER_S, STEPS_A_TAP = 4000.0, 1e7, 20.0
 
 
+LARGEST_GROWTH = 2.0
 EDGE = Bound("m", at_least=1e-9, at_most=100, advice="give a positive length in metres")
 
 
@@ -35,17 +36,21 @@ class Sizing:
     """Edge length along the axis."""
     tip_size: Annotated[float, EDGE]
     """Edge length on the tip's surface where it touches. Equal to or above `section_size`: the tip
-    is meshed evenly. Below: edges grow from `tip_size` at the contact point, in all three
-    directions, by the factor `growth` from one to the next until the block ends. The element count
+    is meshed evenly. Below: edges are `tip_size` within `patch_size` of the contact point and grow
+    beyond, in all three directions, by the factor `growth` from one to the next. The element count
     grows only with ``log(1/tip_size)`` per direction, so 1e-4 is possible."""
     contact_angle: Annotated[float, Bound("rad, from the pole to the shaft", at_least=0,
                                           at_most=0.5 * math.pi)] = math.radians(52.0)  # fmt: skip
     """Angle between the axis (towards the tip) and the contact direction, measured towards the
     lower side. At impact the last phalanx of the paper's finger points 38 degrees below the
-    horizontal, so its lowest point is 52 degrees off the axis. The refinement follows it between
-    40 and 60 degrees (outside, blocks would be too flat) and stays at the limit beyond."""
-    growth: Annotated[float, Bound(above=1, at_most=2)] = 1.25
+    horizontal, so its lowest point is 52 degrees off the axis. The refinement follows it from the
+    pole to the shaft; see `block_angle`."""
+    growth: Annotated[float, Bound(above=1, at_most=LARGEST_GROWTH)] = 1.25
     """Largest ratio of neighbouring edges in the refinement."""
+    patch_size: Annotated[float, Bound("m", at_least=0, at_most=100)] = 0.0
+    """Radius around the contact point in which edges on the surface do not grow: a patch of contact
+    whose rim crosses edges of several lengths makes the peak force noisy. 1.3 of Hertz's radius is
+    enough."""
     max_elements: Annotated[int, Bound(integer=True, at_least=1)] = 2_000_000
     """Meshes with more elements (as built, that is in the half model) are refused before anything
     is allocated."""
@@ -59,8 +64,25 @@ class Sizing:
 
     @property
     def block_angle(self) -> float:
-        """Angle off the axis at which the refined block edge meets the sphere, rad."""
-        return min(max(self.contact_angle, math.radians(40.0)), math.radians(60.0))
+        """Angle off the axis at which the cube's edge meets the sphere, rad.
+
+        At the contact between 40 and 54 degrees. Beyond, blocks would be too flat: the edge stays,
+        and the contact lies inside the cap or inside the ring between edge and equator.
+        """
+        return min(max(self.contact_angle, math.radians(40.0)), math.radians(54.0))
+
+    def coarser(self, factor: float) -> Self:
+        """The same mesh with every edge `factor` times as long.
+
+        Edges that are joined in threes, say, grow by growth³ from one to the next.
+        """
+        return replace(
+            self,
+            section_size=factor * self.section_size,
+            axial_size=factor * self.axial_size,
+            tip_size=factor * self.tip_size,
+            growth=min(self.growth**factor, LARGEST_GROWTH),
+        )
 
 
 SIZINGS: Mapping[str, Sizing] = MappingProxyType(

@@ -104,7 +104,9 @@ class HoledEnd:
             blocks.spline(middle[2], far["oc"], plan.n_hole, self._on_surface(start, stop))
             for layer in (1, 2):
                 self._around(mouth[layer], middle[layer], (0.0, 45.0), side, layer, plan.n_end)
-                self._around(middle[layer], deep[layer], (45.0, 90.0), side, layer, plan.lower.count)
+                self._around(
+                    middle[layer], deep[layer], (45.0, 90.0), side, layer, plan.lower.count
+                )
             self._rise(mouth)
             self._rise(middle)
         self._fill(mouth, middle, deep, near, far)

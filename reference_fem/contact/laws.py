@@ -13,6 +13,7 @@ from reference_fem.contact.impulse import ImpulseContact
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.lumped import LumpedContact, LumpedLaw
 from reference_fem.contact.lumped_point import lumped_point
+from reference_fem.contact.rounding import standing_out
 from reference_fem.contact.stiffness import adjoining_cells, edge_thickness, penalty_contact
 from reference_fem.contact.surface import contact_modulus, surface_contact
 from reference_fem.settings import Material, Settings
@@ -75,4 +76,5 @@ def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
     material = body.material
     modulus = contact_modulus(settings.surface_factor, material.plane_strain_modulus, body.radius)
     impedance = material.density * material.bar_speed
-    return surface_contact(quadrature, modulus, settings.contact_damping * impedance)
+    out = standing_out(body.mesh, body.facets, quadrature.shape)
+    return surface_contact(quadrature, out, modulus, settings.contact_damping * impedance)

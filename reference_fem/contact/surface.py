@@ -31,6 +31,8 @@ class SurfaceContact(ContactLaw):
     ----------
     quadrature
         Facets, shape functions and weights.
+    out : (n_facets, q)
+        How far the body's true surface stands out of the facets (see `rounding`), m.
     modulus
         κ, Pa/m.
     viscosity
@@ -38,6 +40,7 @@ class SurfaceContact(ContactLaw):
     """
 
     quadrature: FacetQuadrature
+    out: Array
     modulus: float
     viscosity: float
 
@@ -51,6 +54,13 @@ class SurfaceContact(ContactLaw):
         """One entry of history per quadrature point."""
         return self.quadrature.weight.size
 
+    def touching_points(self, position: Array) -> Array:
+        """The quadrature points, each lowered to the true surface."""
+        facets = np.searchsorted(self.nodes, self.quadrature.facets)
+        points = np.einsum("qa,fad->fqd", self.quadrature.shape, position[facets])
+        points[..., 1] -= self.out
+        return points.reshape(-1, position.shape[1])
+
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `surface_forces`."""
         surface_forces(
@@ -59,6 +69,7 @@ class SurfaceContact(ContactLaw):
             self.quadrature.facets,
             self.quadrature.shape,
             self.quadrature.weight,
+            self.out,
             self.modulus,
             self.viscosity,
             residual,
@@ -67,15 +78,15 @@ class SurfaceContact(ContactLaw):
 
 
 def surface_contact(
-    quadrature: FacetQuadrature, modulus: float, viscosity: float
+    quadrature: FacetQuadrature, out: Array, modulus: float, viscosity: float
 ) -> SurfaceContact:
-    """Law of modulus κ (Pa/m) and viscosity c (Pa s/m) on the facets.
+    """Law of modulus κ (Pa/m) and viscosity c (Pa s/m) on the facets, `out` short of their surface.
 
     The contact stiffness Σ_q κ w_q N_q N_qᵀ is not diagonal, but as N >= 0 and Σ_i N_i = 1,
     (N_q·x)² <= Σ_i N_qi x_i²: the diagonal of the row sums bounds it (Jensen).
     """
     nodes, area = quadrature.nodal_area()
-    return SurfaceContact(nodes, area, modulus * area, quadrature, modulus, viscosity)
+    return SurfaceContact(nodes, area, modulus * area, quadrature, out, modulus, viscosity)
 
 
 def contact_modulus(factor: float, plane_modulus: float, radius: float) -> float:
@@ -95,6 +106,7 @@ def surface_forces(
     facets: Index,
     shape: Array,
     weight: Array,
+    out: Array,
     modulus: float,
     viscosity: float,
     residual: Array,
@@ -102,13 +114,18 @@ def surface_forces(
 ) -> None:
     """Subtract the contact forces of all facets and commit the friction history.
 
-        x_q = Σ_i N_i(q) (X_i + u_i),   g_q = y_q + H
+        x_q = Σ_i N_i(q) (X_i + u_i),   g_q = y_q - s_q + H
         p_q = max(0, -κ g_q - c g_q')  where g_q < 0
         f_i = Σ_q w_q N_i(q) (p_q e_y + τ_q)
 
     τ_q by return mapping with the same κ, one anchor per point (see `friction`); an anchor starts
-    where the point crossed the surface. w_q are reference areas. A bilinear facet lies between
-    its nodes, so one with all nodes above the surface is passed over.
+    where the point crossed the surface. w_q are reference areas.
+
+    s_q is how far the true surface stands out of the facet (`rounding`). Its normal is taken as
+    the plane's, from which that of a patch of radius a differs by a/R: an error of s (a/R)²/2.
+    Without it a patch grows by whole facets: on a sphere it scatters the peak by up to 1 %.
+    A bilinear facet lies between its nodes, so one with all nodes higher above the surface than
+    any point stands out is passed over.
 
     Parameters
     ----------
@@ -118,6 +135,8 @@ def surface_forces(
     shape : (q, n)
     weight : (n_facets, q)
         m².
+    out : (n_facets, q)
+        s, m.
     modulus, viscosity
         κ, Pa/m, and c, Pa s/m.
     residual : (n_points, dim)
@@ -129,14 +148,14 @@ def surface_forces(
     planar = points.shape[1] == 2
     n_q, n = shape.shape
     row[:] = 0.0
-    lowest = np.inf
+    lowest, reach = np.inf, out.max()
     for f in range(facets.shape[0]):
         low = np.inf
         for a in range(n):
             i = facets[f, a]
             low = min(low, points[i, 1] + displacement[i, 1] + height)
-        lowest = min(lowest, low)
-        if low >= 0.0:
+        if low >= reach:
+            lowest = min(lowest, low)
             held = False
             for q in range(n_q):
                 held = held or touching[f * n_q + q]
@@ -144,13 +163,14 @@ def surface_forces(
                 continue
         for q in range(n_q):
             j = f * n_q + q
-            gap, x, z = height, 0.0, 0.0
+            gap, x, z = height - out[f, q], 0.0, 0.0
             for a in range(n):
                 i = facets[f, a]
                 gap += shape[q, a] * (points[i, 1] + displacement[i, 1])
                 x += shape[q, a] * (points[i, 0] + displacement[i, 0])
                 if not planar:
                     z += shape[q, a] * (points[i, 2] + displacement[i, 2])
+            lowest = min(lowest, gap)
             if gap >= 0.0 and not touching[j]:
                 continue
             v_x, v_y, v_z = 0.0, 0.0, 0.0

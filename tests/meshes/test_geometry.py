@@ -246,6 +246,7 @@ def test_no_inverted_element_whatever_the_finger(data: st.DataObject) -> None:
         data.draw(st.floats(0.02, 0.6)) * small,
         contact_angle=data.draw(st.floats(0.0, math.pi / 2)),
         growth=data.draw(st.floats(1.1, 1.6)),
+        patch_size=data.draw(st.floats(0.0, 0.2)) * small,
         max_elements=60_000,
     )
     geometry = meshes.FingerGeometry(lengths, diameters, tip)

@@ -9,7 +9,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import meshes
-from meshes.plan import count_graded, progression
 from meshes.quality import characteristic_lengths, edge_lengths, scaled_jacobians, volumes
 
 CUBE = np.array(
@@ -77,13 +76,3 @@ def test_volume_of_a_frustum() -> None:
 def test_bad_wave_speed(speed: float) -> None:
     with pytest.raises(meshes.MeshError, match="wave_speed_m_per_s"):
         meshes.critical_step(single(CUBE), speed)
-
-
-@pytest.mark.parametrize(("length", "size", "growth"), [(7.0, 0.1, 1.25), (2.0, 0.3, 1.1)])
-def test_progression_fills_the_length(length: float, size: float, growth: float) -> None:
-    n = count_graded(length, size, growth)
-    q = progression(length, size, n)
-    assert 1.0 < q <= growth
-    assert size * sum(q**k for k in range(n)) == pytest.approx(length, rel=1e-12)
-    assert size * sum(growth**k for k in range(n - 1)) < length  # one fewer would not do
-    assert progression(length, length, 3) == 1.0

@@ -11,29 +11,31 @@ import meshes
 from meshes.finger import snap
 from meshes.phalanx import mesh_phalanx
 from meshes.plan import plan_finger
-from meshes.quality import edge_lengths
+from meshes.quality import edge_lengths, scaled_jacobians
 from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, L, R
 
 
-@pytest.mark.parametrize("angle", [45.0, 52.0])
+@pytest.mark.parametrize("angle", [0.0, 5.0, 20.0, 39.0, 45.0, 52.0, 60.0, 75.0, 83.0, 90.0])
 @pytest.mark.parametrize("dim", [3, 2])
-def test_refinement_is_at_the_contact_point(dim: int, angle: float) -> None:
-    sizing = meshes.Sizing(1.5e-3, 2e-3, 1e-4, contact_angle=math.radians(angle))
+def test_the_patch_is_even_wherever_the_finger_touches(dim: int, angle: float) -> None:
+    patch, fine = 0.9e-3, 2e-4
+    sizing = meshes.Sizing(1.5e-3, 2e-3, fine, contact_angle=math.radians(angle), patch_size=patch)
     mesh = BUILD[dim](PAPER, sizing)
     contact = np.zeros(dim)
     contact[:2] = (
         R - 3 * L - R * math.cos(sizing.contact_angle),
         -R * math.sin(sizing.contact_angle),
     )
-    distance = np.linalg.norm(mesh.points - contact, axis=1)
-    node = int(distance.argmin())
-    assert distance[node] < 1e-12
-    here = edge_lengths(mesh.points, mesh.cells[(mesh.cells == node).any(axis=1)])
-    # The second edge of a neighbouring side is not longer than growth times the first.
-    assert here.min() > 0.9e-4
-    assert here.max() < 1.25e-4
+    facets = mesh.points[mesh.facet_sets["surface"]]
+    inside = facets[(np.linalg.norm(facets - contact, axis=2) < patch).all(axis=1)]
+    edges = np.linalg.norm(inside - np.roll(inside, 1, axis=1), axis=2)
+    # Half a disc of radius 0.9 mm has the area of 32 squares of 0.2 mm, its diameter is 9 edges.
+    assert len(inside) >= (16 if dim == 3 else 7)
+    # Inside a block arcs are up to a fifth longer than on its edges, which share their divisions.
+    assert edges.max() < 1.22 * fine
     shaft = mesh.cells[mesh.cell_sets["phalanx_1"]]
     assert edge_lengths(mesh.points, shaft).min() > 3e-4
+    assert scaled_jacobians(mesh.points, mesh.cells).min() > 0.6
 
 
 def test_refinement_fades_over_the_equator_to_the_hinge() -> None:
@@ -43,12 +45,14 @@ def test_refinement_fades_over_the_equator_to_the_hinge() -> None:
     for x in (R - 3 * L, -2 * L):  # the equator, the last hinge
         ring = mesh.points[surface[np.abs(mesh.points[surface, 0] - x) < 1e-12]]
         lowest = np.sort(np.arctan2(ring[:, 2], -ring[:, 1]))
-        first.append(lowest[1] - lowest[0])
-    even = math.pi / 4 / 13  # 13 edges an eighth turn
-    # gmsh integrates along curves to 1e-9 of their length, here 13 edges.
-    assert first[1] == pytest.approx(even, rel=2e-8)
-    # Half the power of the tip: 13 edges growing by sqrt(1.2045) start at 0.539 of the even one.
-    assert first[0] == pytest.approx(0.539 * even, rel=1e-3)
+        first.append((lowest[1] - lowest[0]) / (math.pi / 4))
+    # 11.7 edges growing by 1.25 from 0.1 mm fill the cube's edge: 12 are taken.
+    arc = R * math.atan(math.sin(FINE_TIP.contact_angle))
+    edges = math.log1p(0.25 * arc / 1e-4) / math.log(1.25)
+    fine = 1e-4 / 0.25 * math.expm1(edges / 12 * math.log(1.25)) / arc
+    # gmsh integrates along curves to 1e-9 of their length, here 12 edges.
+    assert first[1] == pytest.approx(1 / 12, rel=2e-8)
+    assert first[0] == pytest.approx(0.5 * (fine + 1 / 12), rel=1e-6)
 
 
 @pytest.mark.parametrize("dim", [3, 2])

@@ -61,7 +61,10 @@ def half_ball(
             "symmetry": np.flatnonzero(points[:, 2] == 0.0),
             "pole": np.array([np.argmin(points[:, 1])]),
         },
-        {"surface": facets[on_sphere & ((middle[:, 1] < 0.0) | everywhere)]},
+        {
+            "surface": facets[on_sphere & ((middle[:, 1] < 0.0) | everywhere)],
+            "tip": facets[on_sphere],
+        },
         {"phalanx_1": np.arange(len(cells))},
     )
 

@@ -35,7 +35,7 @@ def disc(tip: float, growth: float) -> FingerMesh:
         points,
         cells,
         {"pole": np.array([np.argmin(points[:, 1])])},
-        {"surface": edges[outside & lower]},
+        {"surface": edges[outside & lower], "tip": edges[outside]},
         {"phalanx_1": np.arange(len(cells))},
     )
 

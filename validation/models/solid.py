@@ -57,7 +57,7 @@ def size_scale(tables: Scene) -> float:
 
 
 def _scaled(sizing: Any, tables: Scene) -> Any:
-    names = ("section_size", "axial_size", "tip_size")
+    names = ("section_size", "axial_size", "tip_size", "patch_size")
     sizes = {name: size_scale(tables) * getattr(sizing, name) for name in names}
     return replace(sizing, **sizes)
 

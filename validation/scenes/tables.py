@@ -188,7 +188,7 @@ class FemMeshTable(Table):
 
     @model_validator(mode="after")
     def _mesh_or_sizes(self) -> Self:
-        for key in ("section_size", "axial_size", "tip_size", "growth"):
+        for key in ("section_size", "axial_size", "tip_size", "growth", "patch_size"):
             value = getattr(self, key)
             if self.mesh is not None and value is not None:
                 key = f"solver.fem.{key}"

@@ -1,54 +1,45 @@
-"""Estimated errors of the first tap's numbers, from a second solve of the same scene.
+"""Estimated errors of the first tap's numbers, by what a companion run differs by.
 
-The *companion* takes STEPS times longer steps and half the elements (twice as many where a phalanx
-has few). With time errors ~ h^2 and element errors ~ l^p, p >= 2, it is at least four times as
-wrong as the run, so that
+Two flights (`hcm.companion`: one keeps the vibration that the other damps) differ by d, seen not at
+the touch alone, which may show it in a node, but over the last `FLIGHT_SHARE` of the flight: twice
+its root mean square. On the force acts what lasts for a good part of the contact, the mean of
+d(v_n) over half its duration; a force is as wrong as the speed that causes it, |dF|/F = |dv_n|/v_n,
+and half as wrong as the energy, |dF|/F = |dE|/2E, that the flight has lost or gained.
 
-    |companion - run| >= 3 |run - exact|:
-
-Roache's grid convergence index of two grids, with its safety factor 3 (J. Fluids Eng. 116, 1994).
-With twice the elements it differs by 1 - 2^-p of the run's error, of the stress, whose p may be as
-low as 1, by half: that difference counts double.
-
-Generalized-alpha damps vibrations that its steps do not resolve, and two damped runs agree without
-them. So the companion flies in equal steps with xi = 1, the trapezoidal rule, which keeps a
-vibration's energy at any step though not its phase. What the two flights differ by is then seen not
-at the touch alone, which may show it in a node, but over the last `FLIGHT_SHARE` of the flight:
-twice the root mean square of the difference d. On the force acts what lasts for a good part of the
-contact, the mean of d(v_n) over half its duration; a force is as wrong as the speed that causes it,
-|dF|/F = |dv_n|/v_n.
-
-A chain that folds up multiplies every error by e^(Lambda t), those of its own steps included, and a
-tap that *grazes* ends, or nearly ended before it went on, with a tip that hardly moves away: two
-runs may agree on either by chance or in error. Those are solved once more, `TIGHTER`.
+The companion with more elements differs by 1 - 2^-p of the run's error, of the stress, whose p may
+be as low as 1, by half: that difference counts double.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.parameters import GAUSS, Finger, Settings
+from hcm.companion import (
+    STEPS,
+    TIGHTER,
+    companion_finger,
+    first_contact,
+    first_tap,
+    folded,
+    grazes,
+    stretched,
+    undamped,
+)
+from hcm.parameters import Finger, Settings
 from hcm.result import History, Status, Summary, TapResult
 from hcm.workload import most_steps
 
 Again = Callable[[Finger, Settings], TapResult]
 
-STEPS = 3.0
-# Elements of a phalanx below which halving them would leave too few to tell anything.
-FEW = 10
 FLIGHT_SHARE, SAMPLES = 0.1, 400
-# The peak's time is the vertex of a parabola through three rows: known to this share of a step.
-VERTEX_SHARE = 0.1
-TIGHTER = 0.1
-# A tip that came closer to the fixed hinge than this share of the finger's length has folded up.
-FOLDED = 0.5
-# Share of the peak F_n at which the tip turned back, and of the speed of approach at which it left.
-GRAZE = 0.01
+# The peak's time is the vertex of a parabola through three rows: known to this share of a step
+# (0.3 measured where 23 steps make a tap).
+VERTEX_SHARE = 0.25
 # Relative error beyond which a run carries a caution, and a folded or grazing one is unrepeatable.
 LARGEST_ERROR = 0.01
 
@@ -91,103 +82,6 @@ class Estimate:
     cautions: tuple[str, ...]
     status: Status = Status.COMPLETED
     doubt: str = ""
-
-
-def stretched(settings: Settings, own: Summary, factor: float, most: int) -> Settings:
-    """Settings of a repetition: one tap, steps `factor` times as long, not repeated itself.
-
-    A step's local error is of order 3 in its length. A first tap that an end time cut short is
-    repeated as far as that and a little further, for it may come later; any other gets at least the
-    flight that it took in the run itself, where an end time lifts the limit. Shorter steps may be
-    more, up to the `most` that fit, so that a completed run is never refused for its repetition.
-    """
-    end_time = None
-    if settings.end_time is not None and own.contact_duration_s is None:
-        end_time = settings.end_time * (1.0 + LARGEST_ERROR)
-    more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
-    return replace(
-        settings,
-        flight_step=min(settings.flight_step * factor, 1.0),
-        contact_step=min(settings.contact_step * factor, 1.0),
-        flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),
-        contact_tolerance=min(settings.contact_tolerance * factor**3, 1.0),
-        max_steps=min(more, most),
-        max_flight_time=max(settings.max_flight_time, 2.0 * (own.contact_time_s or 0.0)),
-        taps=1,
-        end_time=end_time,
-        frame_times=(),
-        estimate=False,
-    )
-
-
-def companion_finger(finger: Finger) -> Finger:
-    """Half the elements of each phalanx, or twice where it has few."""
-    phalanges = [
-        replace(p, elements=p.elements // 2 if p.elements >= FEW else 2 * p.elements)
-        for p in finger.phalanges
-    ]
-    return Finger(tuple(phalanges))
-
-
-def undamped(settings: Settings, own: TapResult) -> Settings:
-    """The companion's `settings` with xi = 1 and equal steps, STEPS times the run's mean ones.
-
-    A step that followed each swing of an undamped vibration would cost more than the run.
-    """
-    time, contact = own.history.time_s, first_contact(own)
-    if settings.flight == "elastic" and settings.flight_integrator != GAUSS:
-        step = STEPS * float(time[contact] - time[0]) / max(contact, 1)
-        settings = replace(settings, flight_step=_allowed(step), flight_tolerance=0.0)
-    if own.summary.contact_duration_s is not None:
-        rows = first_tap(own)
-        step = STEPS * own.summary.contact_duration_s / max(rows.stop - rows.start - 1, 1)
-        settings = replace(settings, contact_step=_allowed(step), contact_tolerance=0.0)
-    return replace(settings, spectral_radius=1.0)
-
-
-def _allowed(step: float) -> float:
-    return min(max(step, 1e-300), 1.0)
-
-
-def first_contact(result: TapResult) -> int:
-    """Row of the history at which the tip first touches."""
-    contact = result.summary.contact_time_s
-    assert contact is not None
-    return int(result.history.time_s.searchsorted(contact))
-
-
-def first_tap(result: TapResult) -> slice:
-    """Rows of the history of a first tap that ends."""
-    s = result.summary
-    assert s.contact_time_s is not None
-    assert s.contact_duration_s is not None
-    end = result.history.time_s.searchsorted(s.contact_time_s + s.contact_duration_s, side="right")
-    return slice(first_contact(result), int(end))
-
-
-def folded(result: TapResult, length: float) -> bool:
-    """Whether the tip came close to the fixed hinge before the first contact."""
-    before = result.history.tip_position_m[: first_contact(result) + 1]
-    return bool(np.einsum("ij,ij->i", before, before).min() < (FOLDED * length) ** 2)
-
-
-def grazes(result: TapResult) -> bool:
-    """Whether the first tap barely ended, or barely did not."""
-    history, summary = result.history, result.summary
-    assert summary.contact_time_s is not None
-    assert summary.tip_velocity_at_contact_m_per_s is not None
-    slow = GRAZE * abs(summary.tip_velocity_at_contact_m_per_s[1])
-    weak = GRAZE * (summary.peak_normal_force_N or 0.0)
-    for event in result.events:
-        left, turned_back = event.kind == "separation", event.kind == "restitution_to_compression"
-        if event.time_s < summary.contact_time_s or not (left or turned_back):
-            continue
-        row = int(history.time_s.searchsorted(event.time_s, side="right")) - 1
-        if left:
-            return float(history.tip_velocity_m_per_s[row, 1]) < slow
-        if float(history.normal_force_N[row]) < weak:
-            return True
-    return False
 
 
 def positions(history: History, time: Floats) -> Floats:
@@ -276,7 +170,8 @@ def compare(
     names = [name for name in NAMES if getattr(s, name) is not None]
     names = names if whole else names[:2]
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
-    if theirs is None or velocity is None or (whole and o.contact_duration_s is None):
+    failed = other.status is not Status.COMPLETED or (whole and o.contact_duration_s is None)
+    if theirs is None or velocity is None or failed:
         return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in names}
     band, vn = flight_band(own, other), max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {

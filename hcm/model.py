@@ -168,7 +168,7 @@ def build_model(
         generalized_alpha=plain,
         integrator=integrator,
         undamped=integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),
-        plan=_plan(settings),
+        plan=_plan(settings, surface.height),
         frames=frames,
         start_s=start_s,
         q=q,
@@ -180,14 +180,14 @@ def build_model(
     )
 
 
-def _plan(settings: Settings) -> Plan:
+def _plan(settings: Settings, height: float) -> Plan:
     endless = settings.end_time is not None
     return Plan(
         float(settings.flight_step),
         float(settings.contact_step),
         np.iinfo(np.int64).max if endless else settings.taps,
         float(settings.end_time) if settings.end_time is not None else math.inf,
-        float(settings.flight_tolerance),
+        settings.flight_tolerance * height,
         float(settings.contact_tolerance),
         math.inf if endless else float(settings.max_flight_time),
         float(settings.max_contact_time),

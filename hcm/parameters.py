@@ -119,9 +119,10 @@ class Settings:
     bending and vibration on the way down are left out."""
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4
     """Longest step out of contact."""
-    flight_tolerance: Annotated[float, Bound("m", at_least=0, at_most=1)] = 1e-7
-    """Bound on a flight step's local error, which shortens the steps where vibrations matter; 0
-    keeps all flight steps at `flight_step`."""
+    flight_tolerance: Annotated[float, Bound(at_least=0, at_most=1)] = 1e-6
+    """Bound on a flight step's local error over the surface's depth (surface.height), which
+    shortens the steps where vibrations matter; 0 keeps all flight steps at `flight_step`. The depth
+    is what the tip falls: an error that is small beside a finger is all of a fall of 1 um."""
     contact_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-6
     """Longest step in contact. Any step is shortened to end on an event, and when Newton's method
     fails."""

@@ -34,7 +34,7 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (hcm.Settings(), "contact_step", -1e-7, "a finite number in s, > 0 and <= 1"),
     (hcm.Settings(), "max_flight_time", math.inf, "a finite number in s, > 0"),
     (hcm.Settings(), "max_contact_time", 0.0, "a finite number in s, > 0"),
-    (hcm.Settings(), "flight_tolerance", -1e-9, "a finite number in m, >= 0 and <= 1"),
+    (hcm.Settings(), "flight_tolerance", -1e-9, "a finite number, >= 0 and <= 1"),
     (hcm.Settings(), "spectral_radius", 1.5, "a finite number, >= 0 and <= 1"),
     (hcm.Settings(), "newton_tolerance", 1.0, "a finite number, >= 1e-13 and <= 0.001"),
     (hcm.Settings(), "taps", 0, COUNT),

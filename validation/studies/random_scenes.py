@@ -107,7 +107,9 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
     own_steps = control < 0.7  # steps fitted to the scene, or the defaults, whatever comes of it
     settings = Settings(
         flight_step=min(fall / 200, 1e-2) if own_steps else 1e-4,
-        flight_tolerance=(0.0 if 0.45 < control < 0.5 else 1e-5 * length if own_steps else 1e-7),
+        flight_tolerance=(
+            0.0 if 0.45 < control < 0.5 else min(1e-5 * length / height, 1.0) if own_steps else 1e-6
+        ),
         contact_step=bounce / 100 if own_steps else 1e-6,
         contact_tolerance=0.0 if 0.48 < control < 0.53 else 1e-11,
         spectral_radius=_rare(control, 0.6, 0.8, 2.5 * (control - 0.6)),

@@ -24,7 +24,7 @@ POSTURE_GRID = ("solver.hcm.flight_step=2e-5", *_PAPER)
 # What a scene without a [solver.hcm] table runs with.
 DEFAULTS = (
     "solver.hcm.flight_step=1e-4",
-    "solver.hcm.flight_tolerance=1e-7",
+    "solver.hcm.flight_tolerance=1e-6",
     "solver.hcm.contact_step=1e-6",
     "solver.hcm.contact_tolerance=1e-11",
     "solver.hcm.spectral_radius=0.8",

@@ -16,7 +16,7 @@ from validation.studies.bench.shortcuts import Entry, table
 from validation.studies.bench.work_precision import Point
 
 CHEAP = hcm_settings.hcm_setting(
-    peers.STUDY, "tolerances", 2, hcm_settings.BASE, {"flight_tolerance": 1e-6}
+    peers.STUDY, "tolerances", 2, hcm_settings.BASE, {"flight_tolerance": 1e-5}
 )
 exudyn_is_here = importlib.util.find_spec("exudyn") is not None
 

@@ -1,0 +1,144 @@
+"""Stated errors cover the true ones, and cost nothing where they are not asked for."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.estimate import NAMES, compare, estimate_errors, flight_band, rival_peaks, signed_error
+from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
+
+ONE = hcm.Finger((replace(SOFT, youngs_modulus=65e6, elements=20),))
+LIGHT = finger(SOFT, youngs_modulus=1e8, elements=10)
+COARSE = hcm.Settings(contact_tolerance=0.0, contact_step=1e-4)
+FEW_STEPS = hcm.Settings(contact_tolerance=0.0, contact_step=1e-5)
+TORQUES = hcm.Drive((0.01, 0.008, 0.002112))
+# Finger, surface, tip, drive, settings; the least number with a caution, or none.
+SCENES = {
+    "hard": (finger(HARD, elements=20), SURFACE, HARD_TIP, hcm.Drive(), hcm.Settings(), ""),
+    "one element": (
+        finger(SOFT, elements=1), SURFACE, SOFT_TIP, hcm.Drive(), hcm.Settings(), "normal impulse",
+    ),
+    "two driven elements": (
+        finger(SOFT, youngs_modulus=1e8, elements=2), SURFACE, SOFT_TIP, TORQUES, hcm.Settings(),
+        "contact duration",
+    ),
+    "a vibration that xi damps": (
+        ONE, hcm.Surface(0.03, 0.5), SOFT_TIP, hcm.Drive(), hcm.Settings(), "stress",
+    ),
+    "driven-1": (LIGHT, SURFACE, SOFT_TIP, TORQUES, hcm.Settings(), "tip velocity"),
+    "two steps in the tap": (
+        finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive(), COARSE, "peak normal force",
+    ),
+    "few steps in the tap": (
+        finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive(), FEW_STEPS, "peak normal force",
+    ),
+}  # fmt: skip
+
+
+def _tight(settings: hcm.Settings) -> hcm.Settings:
+    """A hundredth of the tolerances; steps that none controls as their third root."""
+    shorter = 1.0 if settings.contact_tolerance else 100 ** (1 / 3)
+    return replace(
+        settings,
+        flight_tolerance=settings.flight_tolerance / 100,
+        contact_tolerance=settings.contact_tolerance / 100,
+        contact_step=settings.contact_step / shorter,
+        estimate=False,
+    )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_stated_errors_cover_the_true_ones(name: str) -> None:
+    body, surface, tip, drive, settings, doubtful = SCENES[name]
+    result = hcm.simulate(body, surface, tip, drive, settings)
+    assert result.status is hcm.Status.COMPLETED
+    fine = hcm.Finger(tuple(replace(p, elements=2 * p.elements) for p in body.phalanges))
+    truth = hcm.simulate(fine, surface, tip, drive, _tight(settings)).summary
+    assert set(result.errors) == set(NAMES)
+    for key, error in result.errors.items():
+        wrong = np.subtract(getattr(result.summary, key), getattr(truth, key))
+        assert np.abs(wrong).max() <= 2.0 * np.max(error), key
+    assert doubtful in "".join(result.cautions)
+    assert bool(doubtful) == bool(result.cautions)
+
+
+def test_a_run_without_an_estimate_is_the_same_run() -> None:
+    scene = SCENES["driven-1"][:4]
+    asked, plain = (hcm.simulate(*scene, hcm.Settings(estimate=e)) for e in (True, False))
+    assert asked.errors
+    assert plain.errors == {}
+    assert plain.cautions == ()
+    assert plain.summary == asked.summary
+    assert replace(plain.statistics, wall_time_s=0.0) == replace(asked.statistics, wall_time_s=0.0)
+    for field in fields(hcm.History):
+        assert np.array_equal(
+            getattr(plain.history, field.name), getattr(asked.history, field.name)
+        )
+
+
+@pytest.fixture(scope="module")
+def one() -> hcm.TapResult:
+    return hcm.simulate(
+        ONE, hcm.Surface(0.03, 0.5), SOFT_TIP, settings=hcm.Settings(estimate=False)
+    )
+
+
+def test_a_flight_that_vibrates_differs_by_its_amplitude(one: hcm.TapResult) -> None:
+    """v = A cos w t: twice the root mean square is sqrt(2) A; half a contact averages fast ones."""
+    time, amplitude = one.history.time_s, 0.01
+    half = 0.5 * (one.summary.contact_duration_s or 0.0)
+    for omega in (2e3, 2 * np.pi / half):
+        swing = amplitude * np.stack([np.cos(omega * time), np.cos(omega * time)], axis=1)
+        path = amplitude / omega * np.stack([np.sin(omega * time), np.sin(omega * time)], axis=1)
+        history = replace(
+            one.history,
+            tip_velocity_m_per_s=one.history.tip_velocity_m_per_s + swing,
+            tip_position_m=one.history.tip_position_m + path,
+        )
+        band = flight_band(one, replace(one, history=history))
+        if omega == 2e3:
+            assert band.velocity == pytest.approx((2**0.5 * amplitude,) * 2, rel=0.05)
+            lasting = abs(np.sinc(omega * half / (2 * np.pi)))
+            assert band.approach == pytest.approx(2**0.5 * amplitude * lasting, rel=0.05)
+        else:
+            assert band.approach < 0.1 * amplitude
+
+
+def test_extremes_of_either_sign_are_rivals() -> None:
+    own = np.array([0.0, 10.6, -10.5])
+    assert signed_error(own, own) == 0.0
+    assert signed_error(own, np.array([10.6, -10.2])) == pytest.approx(21.1)
+    assert signed_error(np.array([0.0, -5.0]), np.array([0.0, -4.0])) == pytest.approx(1.0)
+    assert signed_error(np.array([0.0, -5.0]), np.array([0.0, -4.0]), 2.0) == pytest.approx(2.0)
+
+
+def test_peaks_that_an_error_may_raise_are_rivals() -> None:
+    force, time = np.array([0.0, 9.0, 5.0, 10.0, 5.0, 8.0, 0.0]), np.arange(7.0)
+    assert rival_peaks(force, time, 10.0, 0.4).tolist() == [3.0]
+    assert rival_peaks(force, time, 10.0, 0.5).tolist() == [1.0, 3.0]
+
+
+def test_a_companion_that_fails_gives_way_to_a_damped_one(one: hcm.TapResult) -> None:
+    """Which is tolerance-controlled as the run is; where that fails too nothing is known."""
+    asked: list[hcm.Settings] = []
+
+    def fails(_: hcm.Finger, settings: hcm.Settings) -> hcm.TapResult:
+        asked.append(settings)
+        return replace(one, status=hcm.Status.UNBALANCED)
+
+    found = estimate_errors(one, fails, ONE, hcm.Settings())
+    assert [(s.spectral_radius, s.flight_tolerance > 0) for s in asked] == [
+        (1.0, False),
+        (0.8, True),
+    ]
+    assert not any(s.estimate for s in asked)
+    assert found.status is hcm.Status.COMPLETED
+    assert {np.max(error) for error in found.errors.values()} == {np.inf}
+    assert "unknown" in found.cautions[0]
+
+
+def test_a_tap_that_is_cut_short_has_an_arrival_only(one: hcm.TapResult) -> None:
+    cut = replace(one, summary=replace(one.summary, contact_duration_s=None))
+    assert list(compare(cut, one)) == ["contact_time_s", "tip_velocity_at_contact_m_per_s"]

@@ -103,7 +103,7 @@ def test_a_flight_that_vibrates_differs_by_its_amplitude(one: hcm.TapResult) -> 
             lasting = abs(np.sinc(omega * half / (2 * np.pi)))
             assert band.approach == pytest.approx(2**0.5 * amplitude * lasting, rel=0.05)
         else:
-            assert band.approach < 0.1 * amplitude
+            assert band.approach < 0.2 * amplitude  # as far as the steps resolve it
 
 
 def test_extremes_of_either_sign_are_rivals() -> None:

@@ -93,7 +93,7 @@ def test_the_papers_fingers_stay_stretched(
 
 
 def test_what_changes_is_what_is_uncertain(one: hcm.TapResult) -> None:
-    assert max(relative_errors(one.summary, compare(one, one)).values()) < 1e-4
+    assert max(relative_errors(one.summary, compare(one, one)).values()) < 1e-3
     summary = one.summary
     vx, vy = summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     faster = replace(one, summary=replace(summary, tip_velocity_at_contact_m_per_s=(vx, 1.1 * vy)))

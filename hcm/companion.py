@@ -34,21 +34,15 @@ TIGHTER = 0.1
 FOLDED = 0.5
 # Share of the peak F_n at which the tip turned back, and of the speed of approach at which it left.
 GRAZE = 0.01
-# Share by which a tap that an end time cut short may come later.
-LATER = 0.01
 
 
 def stretched(settings: Settings, own: Summary, factor: float, most: int) -> Settings:
     """Settings of a repetition: one tap, steps `factor` times as long, not repeated itself.
 
-    A step's local error is of order 3 in its length. A first tap that an end time cut short is
-    repeated as far as that and a little further, for it may come later; any other gets at least the
-    flight that it took in the run itself, where an end time lifts the limit. Shorter steps may be
-    more, up to the `most` that fit, so that a completed run is never refused for its repetition.
+    A step's local error is of order 3 in its length. The tap gets at least the flight that it took
+    in the run itself, where an end time lifts the limit. Shorter steps may be more, up to the
+    `most` that fit, so that a completed run is never refused for its repetition.
     """
-    end_time = None
-    if settings.end_time is not None and own.contact_duration_s is None:
-        end_time = settings.end_time * (1.0 + LATER)
     more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
     return replace(
         settings,
@@ -59,7 +53,7 @@ def stretched(settings: Settings, own: Summary, factor: float, most: int) -> Set
         max_steps=min(more, most),
         max_flight_time=max(settings.max_flight_time, 2.0 * (own.contact_time_s or 0.0)),
         taps=1,
-        end_time=end_time,
+        end_time=None,
         frame_times=(),
         estimate=False,
     )
@@ -83,11 +77,11 @@ def undamped(settings: Settings, own: TapResult) -> Settings:
     if settings.flight == "elastic" and settings.flight_integrator != GAUSS:
         step = STEPS * float(time[contact] - time[0]) / max(contact, 1)
         settings = replace(settings, flight_step=_allowed(step), flight_tolerance=0.0)
-    if own.summary.contact_duration_s is not None:
-        rows = first_tap(own)
-        step = STEPS * own.summary.contact_duration_s / max(rows.stop - rows.start - 1, 1)
-        settings = replace(settings, contact_step=_allowed(step), contact_tolerance=0.0)
-    return replace(settings, spectral_radius=1.0)
+    rows = first_tap(own)
+    step = STEPS * float(time[rows.stop - 1] - time[contact]) / max(rows.stop - contact - 1, 1)
+    return replace(
+        settings, contact_step=_allowed(step), contact_tolerance=0.0, spectral_radius=1.0
+    )
 
 
 def _allowed(step: float) -> float:

@@ -61,6 +61,8 @@ DECISIVE = (
     "normal_impulse_N_s",
 )
 """Those that make a run unrepeatable where a tighter one changes them."""
+WHOLE = (Status.COMPLETED, Status.UNRESOLVED)
+"""Statuses of a companion whose first tap is whole: its steps are longer than a run's may be."""
 FROM_SPEED = (
     "peak_normal_force_N",
     "peak_normal_force_time_s",
@@ -160,19 +162,11 @@ def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Float
 def compare(
     own: TapResult, other: TapResult, stress_factor: float = 1.0
 ) -> dict[str, float | tuple[float, float]]:
-    """Estimated errors by what two completed runs differ by; inf where the other has no tap.
-
-    Of a tap that an end time cut short only the arrival counts: what of its force falls before a
-    given time changes with any delay.
-    """
+    """Estimated errors by what two completed runs differ by; inf where the other has no tap."""
     s, o = own.summary, other.summary
-    whole = s.contact_duration_s is not None
-    names = [name for name in NAMES if getattr(s, name) is not None]
-    names = names if whole else names[:2]
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
-    failed = other.status is not Status.COMPLETED or (whole and o.contact_duration_s is None)
-    if theirs is None or velocity is None or failed:
-        return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in names}
+    if theirs is None or velocity is None or other.status not in WHOLE:
+        return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in NAMES}
     band, vn = flight_band(own, other), max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {
         "contact_time_s": max(_apart(s, o, "contact_time_s"), band.height / vn),
@@ -181,8 +175,6 @@ def compare(
             max(abs(velocity[1] - theirs[1]), band.velocity[1]),
         ),
     }
-    if not whole:
-        return errors
     row, mine, its = first_contact(own), first_tap(own), first_tap(other)
     a, b = own.history, other.history
     lost = abs(float(a.energy_balance_J[row])) / max(float(a.kinetic_energy_J[row]), 1e-300)
@@ -251,7 +243,7 @@ def estimate_errors(own: TapResult, again: Again, finger: Finger, settings: Sett
     half, most = companion_finger(finger), most_steps(finger)
     coarse = stretched(settings, own.summary, STEPS, min(most, most_steps(half)))
     other = again(half, undamped(coarse, own))
-    if other.status not in (Status.COMPLETED, Status.INTERRUPTED):
+    if other.status not in (*WHOLE, Status.INTERRUPTED):
         # equal steps may be too long for some moment of a flight, and its energy then grows
         other = again(half, coarse)
     if other.status is Status.INTERRUPTED:

@@ -31,7 +31,7 @@ def fake_model(monkeypatch: Patch, make_record: Make) -> Use:
                 raise error
             return Outcome(replace(record or make_record(), scene=scene.name))
 
-        module = SimpleNamespace(warm_up=lambda: None, run=run)
+        module = SimpleNamespace(refusal=lambda scene: "", warm_up=lambda: None, run=run)
         monkeypatch.setattr(execute, "adapter", lambda name: module)
 
     return use

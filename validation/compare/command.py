@@ -10,7 +10,6 @@ from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities
 from validation.harness.record import RunRecord
-from validation.models import ModelName
 from validation.runs.execute import keep, solve
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 
@@ -48,7 +47,7 @@ def compare(
     scene: str,
     /,
     *,
-    model: ModelName,
+    model: str,
     overrides: Overrides = (),
     out: Path = Path("out"),
     no_estimate: NoEstimate = False,
@@ -95,7 +94,7 @@ def compare(
     output(f"files in {folder}")
 
 
-def _run(scene: NamedScene, model: ModelName, folder: Path) -> RunRecord:
+def _run(scene: NamedScene, model: str, folder: Path) -> RunRecord:
     with progress_bar(f"{scene.name} {model} {folder.name}") as progress:
         outcome = solve(scene, model, folder, progress)
     keep(folder, outcome)

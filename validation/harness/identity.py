@@ -5,11 +5,14 @@ their imports, those in functions included, within this project's packages. Of e
 is imported on the way, the version counts; so do Python, the processor, and the environment of
 the compiler and of linear algebra (another ``OPENBLAS_CORETYPE`` gives other bits).
 
+A model of somebody else's package counts with all of that package's files, whatever its version.
+
 An import of `importlib.import_module` is followed where its argument is written out. A name that is
 put together (`validation.models.adapter`) is not: who calls it gives the adapter's module as well.
 """
 
 import hashlib
+import importlib.util
 import os
 import platform
 import re
@@ -77,6 +80,16 @@ def module_file(name: str, root: Path = ROOT) -> tuple[str, str]:
     raise ModuleNotFoundError(f"{name}: no such module below {root}")
 
 
+def _files_of(name: str) -> Iterator[tuple[str, Path]]:
+    """All modules of somebody else's package, or the one module, and their files."""
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(f"{name}: no such module is installed")
+    file = Path(spec.origin)
+    for path in sorted(file.parent.rglob("*.py")) if spec.submodule_search_locations else [file]:
+        yield f"{name}/{path.relative_to(file.parent)}", path
+
+
 def closure(
     modules: Collection[str],
     without: Collection[str] = (),
@@ -100,6 +113,10 @@ def closure(
     sources: dict[str, bytes] = {}
     libraries = set()
     names, seen = list(modules), set[str]()
+    for name in modules:
+        if name.partition(".")[0] not in packages:
+            sources |= {member: path.read_bytes() for member, path in _files_of(name)}
+    names += [name for text in sources.values() for name in imports(text.decode())]
     while names:
         name = names.pop()
         if name in seen:

@@ -88,11 +88,11 @@ class RunRecord:
 
     def to_json(self) -> dict[str, Any]:
         """The object that ``fingertap run --json`` prints."""
-        keys = SUMMARY_KEYS + (SOLID_KEYS if self.model != "hcm" else ())
+        values = {key: plain(self.summary.get(key)) for key in SUMMARY_KEYS + SOLID_KEYS}
         return {
             "scene": self.scene,
             "model": self.model,
-            **{key: plain(self.summary.get(key)) for key in keys},
+            **{k: v for k, v in values.items() if v is not None or k not in SOLID_KEYS},
             "error_estimates": plain(self.errors),
         }
 

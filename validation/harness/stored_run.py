@@ -22,9 +22,10 @@ from validation.harness.store import Inputs, Store
 
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
+FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
-def write_record(folder: Path, record: RunRecord) -> None:
-    """Write a record; its floats and arrays come back bit for bit."""
+
+def _json(record: RunRecord) -> str:
     values = {
         "scene": record.scene,
         "model": record.model,
@@ -38,7 +39,30 @@ def write_record(folder: Path, record: RunRecord) -> None:
         "statistics": record.statistics,
         "provenance": record.provenance,
     }
-    (folder / RECORD).write_text(json.dumps(plain(values), allow_nan=False), encoding="utf-8")
+    return json.dumps(plain(values), allow_nan=False)
+
+
+def check_run(record: RunRecord) -> None:
+    """Check what a model gave back, before anything is made of it.
+
+    Raises
+    ------
+    ValueError
+        A scalar or a force is no finite number, or it is no record; names what is wrong.
+    """
+    for key, value in record.summary.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"{key} = {value} is not finite")
+    check_record(_json(record).encode())
+    check_arrays(record.history, ("time_s",))
+    check_arrays(record.forces, FORCE_COLUMNS)
+    if record.ok and not np.isfinite(record.contact_forces["normal_force_N"]).all():
+        raise ValueError("normal_force_N is not finite")
+
+
+def write_record(folder: Path, record: RunRecord) -> None:
+    """Write a record; its floats and arrays come back bit for bit."""
+    (folder / RECORD).write_text(_json(record), encoding="utf-8")
     for name, arrays in ((HISTORY, record.history), (FORCES, record.forces)):
         with (folder / name).open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
@@ -57,7 +81,7 @@ def read_record(folder: Path) -> RunRecord:
     values: Mapping[str, Any] = json.loads(content)
     history, forces = (_read_arrays(folder / name) for name in (HISTORY, FORCES))
     check_arrays(history, ("time_s",))
-    check_arrays(forces, ("time_s", "normal_force_N", "tangential_force_N"))
+    check_arrays(forces, FORCE_COLUMNS)
     summary = {key: _scalar(value, None) for key, value in values["summary"].items()}
     errors = {key: _scalar(value, math.inf) for key, value in values["errors"].items()}
     events = tuple(Event(float(time), kind) for time, kind in values["events"])

@@ -1,21 +1,57 @@
-"""One adapter per model: scene in, `Outcome` out. The contract is `adapter.Adapter`."""
+"""Models by name: scene in, `Outcome` out. The contract is `adapter.Adapter`.
 
-import importlib
-from typing import Any, Literal, get_args
+A model is an entry point of the group ``fingertap.models``: the built-in ones are named there in
+this project's ``pyproject.toml``, those of others in theirs. An installed package that names one
+has its model in every command.
+"""
 
+import difflib
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+
+from validation.errors import RunFailedError, UserError
 from validation.models.adapter import Adapter
 
-ModelName = Literal["hcm", "fem3d", "fem2d"]
-MODEL_NAMES: tuple[ModelName, ...] = get_args(ModelName)
+GROUP = "fingertap.models"
+MEMBERS = (*Adapter.__annotations__, "refusal", "warm_up", "run")
 
 
-def adapter_module(name: str) -> str:
-    """Where a model's adapter is: the solid models, which differ by their dimension, share one."""
-    return "validation.models.hcm" if name == "hcm" else "validation.models.solid"
+@cache  # what is installed does not change while a program runs
+def _doors() -> dict[str, EntryPoint]:
+    return {door.name: door for door in entry_points(group=GROUP)}
 
 
-def adapter(name: ModelName) -> Adapter:
-    """The adapter of a model."""
-    module: Any = importlib.import_module(adapter_module(name))
-    found: Adapter = module if name == "hcm" else module.Solid(name)
-    return found
+def model_names() -> tuple[str, ...]:
+    """Names of the models that are installed."""
+    return tuple(_doors())
+
+
+def adapter(name: str) -> Adapter:
+    """The adapter of a model.
+
+    Raises
+    ------
+    UserError
+        No installed model has that name.
+    RunFailedError
+        The package of that model can't be loaded, or what it names is no adapter.
+    """
+    door = _doors().get(name)
+    if door is None:
+        near = difflib.get_close_matches(name, _doors(), n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise UserError(
+            f"--model {name!r}: unknown; {hint}installed models are {', '.join(_doors())}"
+        )
+    try:
+        found = door.load()
+    except Exception as error:  # whatever another's package does when it is imported
+        raise RunFailedError(
+            f"model {name} ({door.value}): cannot be loaded: {type(error).__name__}: {error}"
+        ) from error
+    missing = [member for member in MEMBERS if not hasattr(found, member)]
+    if missing or found.name != name:
+        what = f"lacks {', '.join(missing)}" if missing else f"calls itself {found.name!r}"
+        raise RunFailedError(f"model {name} ({door.value}): is no adapter: it {what}")
+    model: Adapter = found
+    return model

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,33 @@ class Outcome:
     fields: Fields | None = None
 
 
+Kind = Literal["reduced", "reference"]
+
+
 class Adapter(Protocol):
-    """What a model's adapter does; its package is imported inside these functions."""
+    """A model as every command sees it; its package is imported inside these functions.
+
+    Attributes
+    ----------
+    name : as the command line and the tables call it.
+    kind : whether it is compared, or what others are compared with.
+    settings : the scene's table ``[solver.NAME]`` that it reads, hcm or fem; empty for none.
+    sources : dotted names of the modules whose code makes its results: a result in the store is
+        one of this code. Packages of ours are followed along their imports.
+    resumable : whether it leaves a restart file at the checkpoint as it goes.
+    independent_of : packages of ours that have no part in its results, though a scene's reading
+        imports them.
+    """
+
+    name: str
+    kind: Kind
+    settings: str
+    resumable: bool
+    sources: tuple[str, ...]
+    independent_of: tuple[str, ...]
+
+    def refusal(self, scene: NamedScene) -> str:
+        """Why it can't take this scene, with the remedy; empty if it can."""
 
     def warm_up(self) -> None:
         """Run a tiny scene, so that compiled code is loaded before anything is timed."""

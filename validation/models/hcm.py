@@ -1,15 +1,22 @@
-"""Adapter of the reduced model."""
+"""The reduced model: this module is its `adapter.Adapter`."""
 
 import time
 from typing import Any
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
+from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 
+name = "hcm"
+kind: Kind = "reduced"
+settings = "hcm"
+resumable = False
+sources: tuple[str, ...] = (__name__,)
+independent_of: tuple[str, ...] = ("reference_fem", "meshes")
+
 WARM_UP = (
-    *without_estimate("hcm"),
+    *without_estimate(name),
     "finger.phalanges=1",
     "finger.elements=2",
     "surface.height=0.01",
@@ -61,6 +68,12 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
         raise UserError(f"scene {scene.name}: {error}") from error
 
 
+def refusal(scene: NamedScene) -> str:
+    """What it can't take its own package says, when the scene is translated."""
+    del scene
+    return ""
+
+
 def warm_up() -> None:
     """Tap once with one phalanx of two elements: every kernel is loaded."""
     unless_interrupted(run(load_scene("soft", WARM_UP)).record)
@@ -85,4 +98,4 @@ def run(
         result = hcm.simulate(**arguments, progress=progress)
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
-    return Outcome(to_record(result, scene, "hcm", "", time.perf_counter() - start))
+    return Outcome(to_record(result, scene, name, "", time.perf_counter() - start))

@@ -6,19 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from validation.harness.identity import program
-from validation.models import adapter_module
+from validation.models import adapter
 from validation.scenes.tables import Scene
-
-# The models are independent: where a scene's reading imports the other one, for a bound or a
-# default, a run takes nothing from there that is not among the tables' values.
-OTHERS = {"hcm": ("reference_fem", "meshes"), "fem3d": ("hcm",), "fem2d": ("hcm",)}
 
 
 def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
     """The tables that a model reads, canonical: defaults filled in, the other models' left out."""
     document: dict[str, Any] = tables.model_dump(mode="json")
-    own = "hcm" if model == "hcm" else "fem"
-    document["solver"] = {own: getattr(tables.solver, own).model_dump(mode="json")}
+    own = adapter(model).settings
+    document["solver"] = {own: getattr(tables.solver, own).model_dump(mode="json")} if own else {}
     mesh = tables.solver.fem.mesh if own == "fem" else None
     return {"tables": document, "mesh_sha256": None if mesh is None else _content(Path(mesh))}
 
@@ -42,5 +38,6 @@ def run_inputs(tables: Scene, model: str, *modules: str, **more: Any) -> dict[st
     modules : further ones whose code makes the result.
     more : what else the result depends on, as JSON values: a start state, wanted times.
     """
-    made_by = program(adapter_module(model), *modules, without=OTHERS[model])
+    found = adapter(model)
+    made_by = program(*found.sources, *modules, without=found.independent_of)
     return {"model": model, "program": made_by, **scene_inputs(tables, model), **more}

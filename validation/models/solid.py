@@ -8,7 +8,7 @@ from typing import Any, Literal
 from validation.errors import UserError
 from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
+from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 from validation.scenes.tables import Scene
 
@@ -158,11 +158,26 @@ class Solid:
     """The adapter of ``fem3d`` or of ``fem2d`` (plane stress)."""
 
     name: str
+    kind: Kind = "reference"
+    settings: str = "fem"
+    resumable: bool = True
+    sources: tuple[str, ...] = (__name__,)
+    independent_of: tuple[str, ...] = ("hcm",)
 
     @property
     def dimension(self) -> Dimension:
         """3 or 2."""
         return DIMENSIONS[self.name]
+
+    def refusal(self, scene: NamedScene) -> str:
+        """Why no finite elements take this scene, empty if they do."""
+        tables = scene.tables
+        if tables.drive.reaction:
+            return (
+                f"drive.reaction = true: {self.name} applies torques without a "
+                "reaction on the neighbour; set drive.reaction to false or use --model hcm"
+            )
+        return ""
 
     def warm_up(self) -> None:
         """Tap once with a coarse mesh from 52.5 mm: every kernel is loaded."""
@@ -178,7 +193,6 @@ class Solid:
         import reference_fem
 
         tables = scene.tables
-        _require_possible(scene, self.name)
         try:  # bad sizes, geometry or settings are ValueErrors that name the key
             start = time.perf_counter()
             mesh = build_mesh(tables, self.dimension)
@@ -197,11 +211,4 @@ class Solid:
         return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
 
 
-def _require_possible(scene: NamedScene, model: str) -> None:
-    """Refuse what the solid models cannot take."""
-    tables = scene.tables
-    if tables.drive.reaction:
-        raise UserError(
-            f"scene {scene.name}: drive.reaction = true: {model} applies torques without a "
-            "reaction on the neighbour; set drive.reaction to false or use --model hcm"
-        )
+FEM3D, FEM2D = Solid("fem3d"), Solid("fem2d")

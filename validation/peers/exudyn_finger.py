@@ -19,7 +19,9 @@ points for the axial force instead of five. A Jacobian made anew in every step t
 time where the flight's steps are 1 ms, and up to twice the time where they are short.
 """
 
+import contextlib
 import importlib
+import io
 import math
 import sys
 from dataclasses import dataclass
@@ -27,6 +29,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from validation.compare.tap_errors import TapQuantities
 
@@ -44,10 +47,13 @@ class PeerFailedError(Exception):
 
 @dataclass(frozen=True)
 class PeerTap:
-    """What a tap found, and its steps."""
+    """What a tap found, its steps, and its force over time (n,) from a step before contact."""
 
     quantities: TapQuantities
     steps: int
+    time_s: NDArray[np.float64]
+    normal_force_N: NDArray[np.float64]
+    tip_velocity_m_per_s: tuple[float, float]
 
 
 class _Finger:
@@ -57,8 +63,9 @@ class _Finger:
         self, given: dict[str, Any], adaptive: bool, spectral_radius: float, jacobian_a_step: bool
     ) -> None:
         sys.exudynFast = True  # type: ignore[attr-defined]  # before the import: no range checks
-        exudyn: Any = importlib.import_module("exudyn")
-        items: Any = importlib.import_module("exudyn.itemInterface")
+        with contextlib.redirect_stdout(sys.stderr if sys.stderr.isatty() else io.StringIO()):
+            exudyn: Any = importlib.import_module("exudyn")  # prints which variant it is
+            items: Any = importlib.import_module("exudyn.itemInterface")
 
         self.exu = exudyn
         self.container = exudyn.SystemContainer()
@@ -111,12 +118,16 @@ class _Finger:
             node, hinge_x = nodes[-1], hinge_x - phalanx.length
         return int(node)
 
+    def velocity(self) -> tuple[float, float]:
+        """Of the tip, m/s."""
+        speed = self.system.GetNodeOutput(self.tip, self.exu.OutputVariableType.Velocity)
+        return float(speed[0]), float(speed[1])
+
     def gap(self) -> tuple[float, float]:
         """The tip's height above the surface, m, and its velocity, m/s."""
         kind = self.exu.OutputVariableType
         place = self.system.GetNodeOutput(self.tip, kind.Position)[1]
-        speed = self.system.GetNodeOutput(self.tip, kind.Velocity)[1]
-        return float(place) + self.given["surface"].height, float(speed)
+        return float(place) + self.given["surface"].height, self.velocity()[1]
 
     def touch(self) -> None:
         """Switch the contact on, as linear terms in the tip's displacement from rest."""
@@ -205,6 +216,7 @@ def tap(
     """
     finger = _Finger(given, adaptive, spectral_radius, jacobian_a_step)
     contact = finger.fly(flight_step, contact_step, located, until)
+    velocity = finger.velocity()
     finger.touch()
     steps = round(window / contact_step)
     finger.advance(contact, steps * contact_step, steps, CONTACT_RELATIVE)
@@ -212,7 +224,18 @@ def tap(
     rows = rows[-(steps + 1) :]  # the contact's own, its start included
     time = rows[:, 0] - contact
     force = -given["tip"].normal_stiffness * (rows[:, 2] + given["surface"].height)
-    return PeerTap(_quantities(contact, time, force, located), finger.steps)
+    quantities = _quantities(contact, time, force, located)
+    tap_rows = time <= quantities.duration_s  # beyond it the linear terms pull the tip back
+    if (np.diff(rows[tap_rows, 1]) < 0.0).any():
+        raise PeerFailedError("the tip turns back while it touches, which this peer does not carry")
+    ends = contact - contact_step, contact + quantities.duration_s
+    return PeerTap(
+        quantities,
+        finger.steps,
+        np.concatenate([ends[:1], rows[tap_rows, 0], ends[1:]]),
+        np.concatenate([[0.0], np.maximum(force[tap_rows], 0.0), [0.0]]),
+        velocity,
+    )
 
 
 def _quantities(contact: float, time: Any, force: Any, located: bool) -> TapQuantities:

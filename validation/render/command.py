@@ -10,7 +10,6 @@ from validation.harness.command_line import Overrides
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
-from validation.models import ModelName
 from validation.render.off_screen import PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
 from validation.runs.execute import keep, solve
@@ -68,7 +67,7 @@ def render(
         output(f"{what:<12}{path}")
 
 
-def _run(source: str, model: ModelName, overrides: Sequence[str], out: Path) -> Path:
+def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
     """The folder of a new run, kept as ``fingertap run`` keeps it."""
     if model == "hcm":
         raise UserError("--model hcm: beams have no fields to draw; use fem3d or fem2d")

@@ -13,7 +13,7 @@ from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
-from validation.models import ModelName
+from validation.models import adapter
 from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
@@ -29,7 +29,7 @@ def run_scene(
     scene: str,
     /,
     *,
-    model: ModelName,
+    model: str,
     overrides: Overrides = (),
     as_json: AsJson = False,
     out: Path | None = None,
@@ -47,7 +47,7 @@ def run_scene(
     scene
         A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
     model
-        hcm: the reduced model. fem3d, fem2d: finite elements.
+        hcm: the reduced model. fem3d, fem2d: finite elements. Or an installed plug-in's name.
     overrides
         KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
     as_json
@@ -68,14 +68,15 @@ def run_scene(
     RunFailedError
         The run did not complete; the message says where what it had is.
     """
-    if resume and model == "hcm":
-        raise UserError("--resume: hcm runs in seconds and has nothing to resume; leave it out")
+    resumable = adapter(model).resumable
+    if resume and not resumable:
+        raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
     named = load_scene(scene, (*overrides, *without_estimate(model, no_estimate)))
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
     checkpoint = None
     if out is not None or not as_json or resume:
         output_folder(folder)
-        if model != "hcm":
+        if resumable:
             checkpoint = Checkpoint(folder / "restart.npz", resume)
         store = Store((out or DEFAULT_OUT) / "store", fresh)
         kept = _stored_or_solved(named, model, folder, store, checkpoint)
@@ -119,7 +120,7 @@ class Kept:
 
 
 def _stored_or_solved(
-    scene: NamedScene, model: ModelName, folder: Path, store: Store, checkpoint: Checkpoint | None
+    scene: NamedScene, model: str, folder: Path, store: Store, checkpoint: Checkpoint | None
 ) -> Kept:
     """The run, its files in its folder; the restart file goes once the result is kept."""
     inputs = run_inputs(scene.tables, model, execute.__name__, process="command")
@@ -143,9 +144,7 @@ def _stored_or_solved(
     return kept
 
 
-def _solved(
-    scene: NamedScene, model: ModelName, folder: Path, checkpoint: Checkpoint | None
-) -> Outcome:
+def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None) -> Outcome:
     """The run, solved now."""
     if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():
         say(f"nothing to resume in {folder}: the run starts from the beginning")

@@ -2,7 +2,7 @@
 
 import contextlib
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,8 +20,8 @@ from validation.harness.files import (
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
-from validation.harness.stored_run import keep_run, relabelled, restore_run
-from validation.models import MODEL_NAMES, ModelName, adapter
+from validation.harness.stored_run import check_run, keep_run, relabelled, restore_run
+from validation.models import adapter
 from validation.models.adapter import Checkpoint, Outcome, Progress
 from validation.models.inputs import run_inputs
 from validation.scenes.load import NamedScene, load_scene
@@ -32,7 +32,7 @@ class Job:
     """A run to be made: scene, model, overrides, and a name for what was changed."""
 
     scene: str
-    model: ModelName
+    model: str
     overrides: tuple[str, ...] = ()
     variant: str | None = None
     keep_fields: bool = False
@@ -45,7 +45,7 @@ class Job:
 
 def solve(
     scene: NamedScene,
-    model: ModelName,
+    model: str,
     folder: Path | None,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
@@ -63,12 +63,17 @@ def solve(
 
     try:
         module = adapter(model)
+        if refused := module.refusal(scene):
+            raise UserError(f"scene {scene.name}: {refused}")
         if progress is not None:
             progress(0.0, "loading compiled code")
         # a solver that leaves what is finite says so itself; numpy's words would stand before it
         with compiling_reported(progress), np.errstate(all="ignore"):
             module.warm_up()
             outcome = module.run(scene, progress, checkpoint)
+        if not isinstance(outcome, Outcome):
+            raise TypeError(f"its run gave a {type(outcome).__name__}, not an Outcome")
+        check_run(outcome.record)
     except (UserError, KeyboardInterrupt):
         raise
     except Exception as error:
@@ -166,20 +171,23 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
     return records
 
 
-def _warm_up(name: ModelName) -> None:
+def _warm_up(name: str) -> None:
     """Compile what is not compiled yet; a model that cannot says so when it runs."""
     with contextlib.suppress(Exception):
         adapter(name).warm_up()
 
 
-def compile_in_fresh_process(say: Callable[[str], None] = lambda what: None) -> None:
+def compile_in_fresh_process(
+    models: Iterable[str], say: Callable[[str], None] = lambda what: None
+) -> None:
     """Fill the compiled code's cache, so that no measured run pays for a compiler's memory.
 
     Parameters
     ----------
+    models : that are to be run.
     say : told what is loaded, or compiled the first time.
     """
-    for name in MODEL_NAMES:
+    for name in models:
         say(f"loading the compiled code of {name}; the first time it is compiled")
         with contextlib.suppress(CrashedError):  # the run that crashes reports it
             call_isolated(_warm_up, name)

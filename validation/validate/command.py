@@ -30,7 +30,8 @@ def run_all(folder: Path, progress: Progress, store: Store, estimate: bool = Tru
     work = [group for scene in SCENES for group in groups(scene, estimate)]
     records = []
     if not all(stored(group, store) for group in work):
-        compile_in_fresh_process(lambda what: progress(0.0, what))
+        models = dict.fromkeys(job.model for group in work for job in group)
+        compile_in_fresh_process(models, lambda what: progress(0.0, what))
     for number, group in enumerate(work):
         progress(number / len(work), group[0].name)
         records += in_fresh_process(group, folder, store)

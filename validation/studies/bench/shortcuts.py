@@ -19,7 +19,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.harness.timing import shortest, shortest_in_turns
-from validation.models import ModelName, adapter
+from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.inputs import run_inputs
 from validation.models.solid import DIMENSIONS, build_mesh, inputs
@@ -32,7 +32,7 @@ from validation.studies.bench.work_precision import simulation
 BUDGET_S = 1.5
 SEARCH_STEPS = 200
 UNCHANGED = TapErrors(0.0, 0.0, 0.0, 0.0)  # to the bit
-STORED: tuple[ModelName, ...] = ("hcm", "fem3d")
+STORED: tuple[str, ...] = ("hcm", "fem3d")
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ def measure_contact_search(model: str, budget_s: float) -> Entry:
     )  # fmt: skip
 
 
-def measure_stored_run(model: ModelName, budget_s: float) -> Entry:
+def measure_stored_run(model: str, budget_s: float) -> Entry:
     """A run of the soft scene against finding it in a store: its name, its files, their digests."""
     scene = load_scene("soft")
     module = adapter(model)

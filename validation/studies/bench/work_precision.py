@@ -14,10 +14,9 @@ from validation.harness.console import say
 from validation.harness.identity import program
 from validation.harness.store import Store, json_format
 from validation.harness.timing import LEAST_RUNS, Timed, shortest
-from validation.models import adapter_module
+from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.hcm import translate
-from validation.models.inputs import OTHERS
 from validation.models.solid import DIMENSIONS, build_mesh, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench.truths import Truth
@@ -152,11 +151,13 @@ def measure_settings(
     points, read_back = [], 0
     for number, setting in enumerate(settings):
         progress(number / len(settings), f"{setting.solver}, {setting.series}, {setting.name}")
-        modules = adapter_module(setting.solver), solver.prepare.__module__
+        model = adapter(setting.solver)
         inputs = {
             "point": asdict(setting),
             "truth": asdict(truths[setting.study].values),
-            "program": program(*modules, without=OTHERS[setting.solver]),
+            "program": program(
+                *model.sources, solver.prepare.__module__, without=model.independent_of
+            ),
         }
         read_back += store.has(inputs)
         points.append(store.obtain(inputs, POINT, partial(measured, setting)))

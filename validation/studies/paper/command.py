@@ -13,7 +13,6 @@ from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
-from validation.models import ModelName
 from validation.models.adapter import Progress
 from validation.runs.execute import Job, in_fresh_process
 from validation.studies.paper.case_runs import solve_cases
@@ -31,7 +30,7 @@ from validation.studies.paper.validation_findings import validation_findings
 
 
 def run_scenes(
-    folder: Path, model: ModelName, overrides: tuple[str, ...], variant: str, store: Store
+    folder: Path, model: str, overrides: tuple[str, ...], variant: str, store: Store
 ) -> dict[str, RunRecord]:
     """A model on both scenes, each in a process of its own; failures left out."""
     records = {}

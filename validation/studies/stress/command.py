@@ -107,7 +107,7 @@ def run_stress(
     with progress_bar("stress") as progress:
         # a cell's time is one of its checks, and it must not pay for the compiler
         progress(0.0, "loading compiled code, compiling it the first time")
-        compile_in_fresh_process()
+        compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_flights)
         with workers(os.cpu_count() or 1) as pool:

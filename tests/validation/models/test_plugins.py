@@ -1,0 +1,164 @@
+"""Models that come through the entry points: used as the built-in ones, and never trusted."""
+
+import importlib.util
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.validation.commands import call, one_line
+from validation import models
+from validation.harness.identity import program
+from validation.models.adapter import Outcome
+from validation.models.curves import Curves, record_of, tap_scalars
+from validation.scenes.load import load_scene
+
+EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example" / "rigid_rod.py"
+
+
+@pytest.fixture
+def example() -> ModuleType:
+    """The example of the documentation, as if it were installed."""
+    spec = importlib.util.spec_from_file_location("rigid_rod", EXAMPLE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], None]:
+    """Put a model behind the entry point ``mine``, beside the built-in ones."""
+
+    def door(load: Callable[[], Any]) -> None:
+        doors = {**models._doors(), "mine": SimpleNamespace(load=load, value="rigid_rod")}
+        monkeypatch.setattr(models, "_doors", lambda: doors)
+
+    return door
+
+
+def half_sine() -> Curves:
+    time = np.linspace(0.0, 1e-3, 1001)
+    force = 5.0 * np.sin(np.pi * (time - 2e-4) / 4e-4)
+    force[(time < 2e-4) | (time > 6e-4)] = 0.0
+    return Curves(time, force, -0.5 * force)
+
+
+def test_scalars_of_a_half_sine_are_its_own() -> None:
+    # trapezoid of a half sine over n = 400 steps: 1 - pi^2/(12 n^2) of 2 F T/pi; ends to a step
+    found = tap_scalars(half_sine())
+    assert found["peak_normal_force_N"] == pytest.approx(5.0, rel=1e-12)
+    assert found["peak_tangential_force_N"] == pytest.approx(-2.5, rel=1e-12)
+    assert found["normal_impulse_N_s"] == pytest.approx(2 * 5.0 * 4e-4 / np.pi, rel=1e-5)
+    assert found["contact_duration_s"] == pytest.approx(4e-4, abs=1e-6)
+    assert found["contact_time_s"] == pytest.approx(2e-4, abs=1e-6)
+
+
+def test_example_runs_as_a_model_by_its_equations(
+    example: ModuleType,
+    install: Callable[[Callable[[], Any]], None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    install(lambda: example)
+    assert call("run", "soft", "--model", "mine", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    # energy of the impact returns all its momentum: impulse = 2 m_eff v, duration = pi sqrt(m/k)
+    duration, speed = found["contact_duration_s"], -found["tip_velocity_at_contact_m_per_s"][1]
+    mass = 0.78e6 * (duration / np.pi) ** 2
+    assert found["normal_impulse_N_s"] == pytest.approx(2 * mass * speed, rel=1e-4)
+    assert call("run", "driven-1", "--model", "mine") == 2
+    assert "torques are not carried" in one_line(capsys)
+
+
+def _changed(**changes: Any) -> Callable[..., Any]:
+    """A run whose record is the half sine's with changes."""
+
+    def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
+        return Outcome(replace(record_of(half_sine(), scene, "mine"), **changes))
+
+    return run
+
+
+def _no_number() -> dict[str, Any]:
+    history = record_of(half_sine(), load_scene("soft"), "mine").history
+    return {**history, "normal_force_N": np.full_like(history["time_s"], np.nan)}
+
+
+def _raises(*_: Any, **__: Any) -> Outcome:
+    raise ZeroDivisionError("of its own\nin two lines")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"run": _raises}, "ZeroDivisionError: of its own in two lines"),
+        ({"run": lambda *_: None}, "gave a NoneType"),
+        ({"run": _changed(summary={"peak_normal_force_N": float("nan")})}, "peak_normal_force_N"),
+        ({"run": _changed(summary={})}, "summary"),
+        ({"run": _changed(history=_no_number())}, "normal_force_N is not finite"),
+        ({"run": _changed(history={"time_s": np.zeros((3, 2))})}, "time_s"),
+        ({"run": _changed(status="FINE")}, "status"),
+        ({"name": "yours"}, "calls itself 'yours'"),
+        ({"run": None}, "not callable"),
+    ],
+)
+def test_model_that_fails_is_named_in_one_line(
+    changes: dict[str, Any],
+    words: str,
+    example: ModuleType,
+    install: Callable[[Callable[[], Any]], None],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    broken = SimpleNamespace(**{**vars(example), **changes})
+    install(lambda: broken)
+    assert call("run", "soft", "--model", "mine", "--out", str(tmp_path)) == 1
+    said = one_line(capsys)
+    assert words in said
+    assert "mine" in said
+
+
+def test_model_that_cannot_be_loaded_or_is_none_is_named(
+    install: Callable[[Callable[[], Any]], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(lambda: importlib.import_module("no_such_package"))
+    assert call("run", "soft", "--model", "mine") == 1
+    assert "model mine (rigid_rod): cannot be loaded: ModuleNotFoundError" in one_line(capsys)
+    install(SimpleNamespace)
+    assert call("run", "soft", "--model", "mine") == 1
+    assert "lacks name, kind" in one_line(capsys)
+    assert call("run", "soft", "--model", "mime") == 2
+    assert "did you mean mine?" in one_line(capsys)
+
+
+def test_result_is_of_the_code_that_a_model_has_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "its_package").mkdir()
+    (tmp_path / "its_package" / "__init__.py").write_text("import numpy\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    from validation.harness import identity
+
+    before = identity.source_digest(identity.closure(["its_package"])[0])
+    (tmp_path / "its_package" / "part.py").write_text("x = 1\n")
+    assert identity.source_digest(identity.closure(["its_package"])[0]) != before
+    assert "numpy" in program("its_package")["versions"]
+
+
+@pytest.mark.skipif(importlib.util.find_spec("exudyn") is None, reason="extra bench")
+def test_exudyn_agrees_on_the_soft_finger(capsys: pytest.CaptureFixture[str]) -> None:
+    found = {}
+    for model in ("hcm", "exudyn"):
+        assert call("run", "soft", "--model", model, "--json") == 0
+        found[model] = json.loads(capsys.readouterr().out)
+    # two beam codes; half a contact step of 0.5 us is 1e-3 of what Exudyn samples
+    for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
+        assert found["exudyn"][key] == pytest.approx(found["hcm"][key], rel=1e-3)
+    assert call("run", "driven-1", "--model", "exudyn") == 2
+    assert "drive.torques" in one_line(capsys)

@@ -1,0 +1,139 @@
+"""A run's record from force curves alone: of a plug-in model, of measured or foreign data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.harness.provenance import provenance
+from validation.harness.quantities import QUANTITIES
+from validation.harness.record import RunRecord, Scalar
+from validation.scenes.load import NamedScene
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Contact force over time.
+
+    Attributes
+    ----------
+    time_s : (n,), rising.
+    normal_force_N : (n,), pushing the tip up; zero out of contact.
+    tangential_force_N : (n,), along +X; None: not known.
+    scalars : further ones by their keys (`quantities.QUANTITIES`), such as the tip's velocity.
+    errors : estimated absolute errors of scalars, by the same keys.
+    """
+
+    time_s: Floats
+    normal_force_N: Floats
+    tangential_force_N: Floats | None = None
+    scalars: Mapping[str, Any] = field(default_factory=dict)
+    errors: Mapping[str, Any] = field(default_factory=dict)
+
+
+def tap_scalars(curves: Curves) -> dict[str, Any]:
+    """Scalars of the first tap: from where F_n leaves zero to where it is back, linear between.
+
+    - contact time, duration: of those two places
+    - peaks: of the samples in between, that of F_t signed, of the largest magnitude
+    - impulse: the integral of F_n in between, trapezoid over the samples
+
+    Raises
+    ------
+    ValueError
+        The arrays are no curves (shapes, order of time, finite numbers), there is no force, or
+        they begin or end in contact.
+    """
+    time, normal = curves.time_s, curves.normal_force_N
+    tangential = np.zeros_like(normal) if curves.tangential_force_N is None else (
+        curves.tangential_force_N
+    )  # fmt: skip
+    for name, array in (("normal_force_N", normal), ("tangential_force_N", tangential)):
+        if array.ndim != 1 or array.shape != time.shape:
+            raise ValueError(f"{name} has the shape {array.shape}, time_s {time.shape}")
+    if time.size < 3 or not all(np.isfinite(a).all() for a in (time, normal, tangential)):
+        raise ValueError("the curves need three samples or more, all of them finite numbers")
+    if (np.diff(time) <= 0.0).any():
+        raise ValueError("time_s does not rise from sample to sample")
+    touched = np.flatnonzero(normal > 0.0)
+    if not touched.size:
+        raise ValueError("the normal force is nowhere positive")
+    first = int(touched[0])
+    ended = np.flatnonzero(normal[first:] <= 0.0)
+    if first == 0 or not ended.size:
+        where = "begin" if first == 0 else "end"
+        raise ValueError(f"the curves {where} in contact: they need a sample without force there")
+    last = first + int(ended[0])
+    start, end = (_zero(time, normal, step) for step in (first, last))
+    inside = slice(first, last)
+    knots = np.concatenate([[start], time[inside], [end]])
+    top = first + int(np.argmax(normal[inside]))
+    scalars = {
+        "contact_time_s": start,
+        "peak_normal_force_N": float(normal[top]),
+        "peak_normal_force_time_s": float(time[top] - start),
+        "contact_duration_s": end - start,
+        "normal_impulse_N_s": float(np.trapezoid([0.0, *normal[inside], 0.0], knots)),
+    }
+    if curves.tangential_force_N is not None:
+        most = int(np.argmax(np.abs(tangential[inside])))
+        scalars["peak_tangential_force_N"] = float(tangential[inside][most])
+    return scalars
+
+
+def _zero(time: Floats, force: Floats, step: int) -> float:
+    """Where the force passes zero between samples step - 1 and step."""
+    before, after = float(force[step - 1]), float(force[step])
+    share = before / (before - after) if before != after else 0.0
+    return float(time[step - 1] + share * (time[step] - time[step - 1]))
+
+
+def record_of(
+    curves: Curves,
+    scene: NamedScene,
+    model: str,
+    *,
+    variant: str = "",
+    wall_time_s: float | None = None,
+    statistics: Mapping[str, Scalar] | None = None,
+) -> RunRecord:
+    """The curves as the record of a completed run.
+
+    Parameters
+    ----------
+    model, variant : as tables call it.
+    wall_time_s : duration of the solve; None for data.
+
+    Raises
+    ------
+    ValueError
+        As `tap_scalars`, or a scalar has a key that no quantity has.
+    """
+    unknown = set(curves.scalars) - {entry.key for entry in QUANTITIES}
+    if unknown:
+        raise ValueError(f"unknown scalars: {', '.join(sorted(unknown))}")
+    found = {**tap_scalars(curves), "wall_time_s": wall_time_s, **curves.scalars}
+    tangential = curves.tangential_force_N
+    return RunRecord(
+        scene=scene.name,
+        model=model,
+        variant=variant,
+        status="COMPLETED",
+        ok=True,
+        message="",
+        summary={entry.key: found.get(entry.key) for entry in QUANTITIES},
+        history={
+            "time_s": curves.time_s,
+            "normal_force_N": curves.normal_force_N,
+            "tangential_force_N": np.full_like(curves.time_s, np.nan)
+            if tangential is None
+            else tangential,
+        },
+        statistics=statistics or {},
+        errors=curves.errors,
+        provenance=provenance(scene.document),
+    )

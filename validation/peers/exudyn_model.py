@@ -1,0 +1,70 @@
+"""Exudyn as a model: this module is its `validation.models.adapter.Adapter` (extra ``bench``).
+
+The finger of `peers.exudyn_finger`: falls undriven and slides in +X through its whole tap. Which
+scenes slide nobody knows beforehand: one that turns back ends as failed, and says so.
+"""
+
+import importlib.util
+import time
+
+from validation.errors import RunFailedError
+from validation.models.adapter import Checkpoint, Kind, Outcome, Progress
+from validation.models.curves import Curves, record_of
+from validation.models.hcm import translate
+from validation.models.impact import impact_of
+from validation.scenes.load import NamedScene, load_scene
+
+name = "exudyn"
+kind: Kind = "reduced"
+settings = ""
+resumable = False
+sources: tuple[str, ...] = (__name__,)
+independent_of: tuple[str, ...] = ("reference_fem", "meshes")
+
+# 1e-4 of its own converged peak on the soft finger, as the benchmark's tables show.
+FLIGHT_STEP_S, CONTACT_STEP_S = 1e-4, 5e-7
+SHORTLY_BEFORE = 0.98  # of a rigid finger's fall, which tells Exudyn only from when to look
+
+
+def refusal(scene: NamedScene) -> str:
+    """Why it can't take this scene, with the remedy; empty if it can."""
+    tables = scene.tables
+    if importlib.util.find_spec("exudyn") is None:
+        return "exudyn is not installed: pip install 'fingertap[bench]'"
+    for key, value, needed in (
+        ("drive.torques", any(tables.torques), False),
+        ("tip.restitution", tables.tip.restitution, 1.0),
+        ("surface.friction > 0", tables.surface.friction > 0.0, True),
+    ):
+        if value != needed:
+            return f"exudyn takes undriven, elastic, sliding taps alone: {key}; use --model hcm"
+    return ""
+
+
+def warm_up() -> None:
+    """Tap once with two elements a phalanx: the library is loaded."""
+    run(load_scene("soft", ("finger.elements=2",)))
+
+
+def run(
+    scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
+) -> Outcome:
+    """Fall and tap; nothing of it can be resumed, and Exudyn tells no progress."""
+    from validation.peers.exudyn_finger import PeerFailedError, tap
+
+    del progress, checkpoint
+    given = translate(scene, estimate=False)
+    until = SHORTLY_BEFORE * impact_of(scene).time_s
+    start = time.perf_counter()
+    try:
+        found = tap(given, FLIGHT_STEP_S, CONTACT_STEP_S, True, until)
+    except PeerFailedError as error:
+        raise RunFailedError(f"scene {scene.name}, model {name}: {error}") from error
+    wall_time = time.perf_counter() - start
+    forces = found.normal_force_N, -scene.tables.surface.friction * found.normal_force_N
+    scalars = {
+        "tip_velocity_at_contact_m_per_s": found.tip_velocity_m_per_s,
+        "steps": found.steps,
+    }
+    record = record_of(Curves(found.time_s, *forces, scalars), scene, name, wall_time_s=wall_time)
+    return Outcome(record)

@@ -10,13 +10,13 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from tests.faults.commands import LONG, ROOT, RUN, finish, start
 from tests.hostile.test_surroundings import command
+from tests.validation.commands import fake_adapter
 from validation.cli import main
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome
@@ -70,8 +70,7 @@ def test_a_full_disk_names_what_goes_on(
         restart.touch()
         return Outcome(replace(make_record(model="fem3d"), scene=scene.name))
 
-    module = SimpleNamespace(warm_up=lambda: None, run=run)
-    monkeypatch.setattr(execute, "adapter", lambda name: module)
+    monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
     monkeypatch.setattr(execute, "write_history", full_disk)
     if not stored:
         monkeypatch.setattr("validation.harness.stored_run.write_record", full_disk)

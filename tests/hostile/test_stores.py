@@ -6,13 +6,13 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.hostile.stores import NAMED, any_forgery, seal
+from tests.validation.commands import fake_adapter
 from validation.cli import main
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome
@@ -32,8 +32,7 @@ def whole(
     def run(scene: Any, progress: Any, checkpoint: Any) -> Outcome:
         return Outcome(replace(record, scene=scene.name))
 
-    module = SimpleNamespace(warm_up=lambda: None, run=run)
-    monkeypatch.setattr(execute, "adapter", lambda name: module)
+    monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
     main(["run", "soft", "--model", "hcm", "--out", str(tmp_path / "out")])
     return tmp_path / "out"
 

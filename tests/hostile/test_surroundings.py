@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from tests.faults.commands import CODE, ROOT
+from tests.validation.commands import fake_adapter
 from validation.cli import main
 from validation.harness.files import write_run
 from validation.harness.record import RunRecord
@@ -130,7 +131,6 @@ def test_numpys_warnings_do_not_stand_before_an_error(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Where a solver leaves what is finite it says so; numpy's words about it are noise."""
-    from types import SimpleNamespace
 
     from validation.errors import RunFailedError
     from validation.runs import execute
@@ -138,7 +138,6 @@ def test_numpys_warnings_do_not_stand_before_an_error(
     def run(*_: object) -> None:
         raise ZeroDivisionError(f"ends in {np.array([1e308]) * 10} {np.zeros(1) / 0}")
 
-    module = SimpleNamespace(warm_up=lambda: None, run=run)
-    monkeypatch.setattr(execute, "adapter", lambda name: module)
+    monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
     with pytest.raises(RunFailedError, match="ends in"):  # a warning would be an error here
         execute.solve(load_scene("soft"), "hcm", None)

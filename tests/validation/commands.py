@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import pytest
 
 from validation.cli import main
 from validation.harness.record import RunRecord
+from validation.models.adapter import Outcome
 
 Make = Callable[..., RunRecord]
 Patch = pytest.MonkeyPatch
@@ -50,3 +52,8 @@ def call(*arguments: object) -> int:
     except SystemExit as end:
         return int(end.code or 0)
     return 0
+
+
+def fake_adapter(run: Callable[..., Outcome]) -> SimpleNamespace:
+    """A model that takes every scene and runs as told."""
+    return SimpleNamespace(resumable=True, refusal=lambda scene: "", warm_up=lambda: None, run=run)

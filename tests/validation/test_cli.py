@@ -1,15 +1,13 @@
 import json
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from tests.processes import COMMAND, ROOT, python
-from tests.validation.commands import Capture, Make, Patch, Run
+from tests.validation.commands import Capture, Make, Patch, Run, fake_adapter
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say_error
 from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS
@@ -31,8 +29,7 @@ def fake_model(monkeypatch: Patch, make_record: Make) -> Use:
                 raise error
             return Outcome(replace(record or make_record(), scene=scene.name))
 
-        module = SimpleNamespace(refusal=lambda scene: "", warm_up=lambda: None, run=run)
-        monkeypatch.setattr(execute, "adapter", lambda name: module)
+        monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
 
     return use
 
@@ -62,11 +59,11 @@ def test_json_is_the_contracts_object_and_nothing_else(
 def test_json_has_null_for_what_a_model_does_not_have(
     fake_model: Use, make_record: Make, fingertap: Run
 ) -> None:
-    run = make_record(model="fem3d", variant="fast")
+    run = make_record(model="fem3d", variant="fast", ok=False, status="UNSTABLE")
     odd = run.with_summary(peak_stress_R_Pa=float("nan"), energy_residual=float("inf"), steps=None)
     fake_model(odd)
     ended = fingertap("run", "soft", "--model", "fem3d", "--json")
-    assert ended.code == 0
+    assert ended.code == 1
     result = read(ended.out)
     assert tuple(result) == ("scene", "model", *SUMMARY_KEYS, *SOLID_KEYS, "error_estimates")
     lacking = ("peak_stress_R_Pa", "energy_residual", "steps")

@@ -48,10 +48,11 @@ def check_run(record: RunRecord) -> None:
     Raises
     ------
     ValueError
-        A scalar or a force is no finite number, or it is no record; names what is wrong.
+        A scalar or a force of a completed run is no finite number, or it is no record; names what
+        is wrong.
     """
     for key, value in record.summary.items():
-        if isinstance(value, float) and not math.isfinite(value):
+        if record.ok and isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"{key} = {value} is not finite")
     check_record(_json(record).encode())
     check_arrays(record.history, ("time_s",))

@@ -10,7 +10,7 @@ from hcm.beam.equations import residual, tangent
 from hcm.contact.law import COMPRESSION, RESTITUTION, SLIP, STICK, Contact, ContactLaw
 from hcm.integrators.generalized_alpha import solve_linear
 from hcm.integrators.workspace import Integrator, coefficients, workspace
-from tests.hcm.cases import dense_of
+from tests.hcm.cases import SOFT, dense_of, finger
 
 W = HALF_BANDWIDTH
 LAW = ContactLaw(1e6, 0.8, 0.75, 0.5, 0.1)
@@ -52,16 +52,12 @@ def test_random_matrices(n: int) -> None:
     assert np.abs(solved(dense, b) - expected).max() <= bound * np.abs(expected).max()
 
 
-def body(phalanges: int, elements: int) -> hcm.Finger:
-    return hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements),) * phalanges)
-
-
 @pytest.mark.parametrize("elements", [1, 4, 40])
 @pytest.mark.parametrize("phalanges", [1, 3])
 @pytest.mark.parametrize("weight", [0.0, 1e-14, 1e-9, 1e-6])
 def test_bordered_matrix_of_a_finger(elements: int, phalanges: int, weight: float) -> None:
     """The hinges' rows have a zero diagonal, which elimination from the tip fills in time."""
-    chain, q = build_chain(body(phalanges, elements), hcm.Drive())
+    chain, q = build_chain(finger(SOFT, phalanges, elements=elements), hcm.Drive())
     contact = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
     rows = storage(q.size)
     assert tangent(q, weight, chain, contact, LAW, rows) == 0.0
@@ -82,7 +78,8 @@ def test_bordered_matrix_of_a_finger(elements: int, phalanges: int, weight: floa
 ])  # fmt: skip
 def test_solution_is_newtons_step_for_the_residual(contact: Contact) -> None:
     """A bent, driven finger in contact: differences of the residual, friction's row included."""
-    chain, q = build_chain(body(2, 3), hcm.Drive(torques=(2e-3, 1e-3), reaction=True))
+    drive = hcm.Drive(torques=(2e-3, 1e-3), reaction=True)
+    chain, q = build_chain(finger(SOFT, 2, elements=3), drive)
     rng, n, weight = np.random.default_rng(3), q.size, 1e-10
     q = q + 1e-3 * rng.standard_normal(n) * chain.scale
     integrator = Integrator(coefficients(0.8, 1e-9), chain, LAW, workspace(n))

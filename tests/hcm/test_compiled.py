@@ -1,11 +1,7 @@
 """What the step's kernels ask of numba beyond what it promises: to be noticed with its versions."""
 
 import importlib
-import os
 import pkgutil
-import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -60,60 +56,6 @@ def test_a_kernel_that_allocates_is_refused() -> None:
 
     with pytest.raises(numba.TypingError, match="empty"):
         allocating(3)
-
-
-CALLEE = """from typing import NamedTuple
-
-from pair.compiled import kernel
-
-
-class {name}(NamedTuple):
-    x: float
-
-
-GIVEN = {name}(1.0)
-
-
-@kernel
-def inner(given):
-    return {factor} * given.x
-"""
-CALLER = """from pair.compiled import kernel
-from pair.callee import GIVEN, inner
-
-
-@kernel
-def outer(given):
-    return inner(given) + 1.0
-
-
-print(outer(GIVEN), sum(outer.stats.cache_hits.values()))
-"""
-
-
-@pytest.mark.parametrize("folder", ["beside the source", "NUMBA_CACHE_DIR"])
-def test_the_cache_notices_an_edited_callee(tmp_path: Path, folder: str) -> None:
-    package = tmp_path / "pair"
-    package.mkdir()
-    shutil.copy(hcm.compiled.__file__, package)
-    (package / "__init__.py").touch()
-    (package / "caller.py").write_text(CALLER)
-    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
-    environment["PYTHONPATH"] = str(tmp_path)
-    if folder == "NUMBA_CACHE_DIR":
-        environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
-
-    def result(factor: float, name: str = "Given") -> list[str]:
-        (package / "callee.py").write_text(CALLEE.format(factor=factor, name=name))
-        command = [sys.executable, "-m", "pair.caller"]
-        return subprocess.check_output(command, env=environment, text=True).split()
-
-    assert result(2.0) == ["3.0", "0"]
-    assert result(2.0) == ["3.0", "1"]
-    assert result(5.0) == ["6.0", "0"]
-    # the cached index names a type that is gone
-    assert result(5.0, "Renamed") == ["6.0", "0"]
-    assert result(5.0, "Renamed") == ["6.0", "1"]
 
 
 def test_every_kernel_is_stamped_with_the_files_that_it_is_compiled_from() -> None:

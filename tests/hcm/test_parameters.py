@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -65,31 +66,30 @@ def test_numpy_integers_count_and_are_kept_as_plain_ones() -> None:
     assert type(hcm.Settings(taps=np.int32(2)).taps) is int  # type: ignore[arg-type]
 
 
-def test_torques_must_be_finite() -> None:
-    with pytest.raises(hcm.ParameterError, match=r"torques = nan: must be a finite number in N m"):
-        hcm.Drive((0.0, math.nan, 1.0))
+def tap(surface: hcm.Surface = SURFACE, **drive: Any) -> hcm.TapResult:
+    return hcm.simulate(finger(SOFT), surface, SOFT_TIP, hcm.Drive(**drive))
 
 
-def test_frame_times_rise_from_zero() -> None:
-    with pytest.raises(hcm.ParameterError, match=r"frame_times = -0\.1: .* in s, >= 0"):
-        hcm.Settings(frame_times=(-0.1, 0.2))
-    with pytest.raises(hcm.ParameterError, match=r"frame_times = 0\.1: must be in rising order"):
-        hcm.Settings(frame_times=(0.2, 0.1))
-
-
-def test_a_finger_needs_a_phalanx() -> None:
-    with pytest.raises(hcm.ParameterError, match="at least one phalanx"):
-        hcm.Finger(())
-
-
-def test_one_torque_per_phalanx() -> None:
-    with pytest.raises(hcm.ParameterError, match=r"torques has 2 values.*one per phalanx \(3\)"):
-        hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive((1.0, 2.0)))
-
-
-def test_surface_out_of_reach() -> None:
-    with pytest.raises(hcm.ParameterError, match=r"height = 0\.12.*0\.12 m"):
-        hcm.simulate(finger(SOFT), hcm.Surface(0.12, 0.5), SOFT_TIP)
+@pytest.mark.parametrize(
+    ("make", "given", "refusal"),
+    [
+        (
+            hcm.Drive,
+            {"torques": (0.0, math.nan, 1.0)},
+            "torques = nan: must be a finite number in N m",
+        ),
+        (hcm.Settings, {"frame_times": (-0.1, 0.2)}, r"frame_times = -0\.1: .* in s, >= 0"),
+        (hcm.Settings, {"frame_times": (0.2, 0.1)}, r"frame_times = 0\.1: must be in rising order"),
+        (hcm.Finger, {"phalanges": ()}, "at least one phalanx"),
+        (tap, {"torques": (1.0, 2.0)}, r"torques has 2 values.*one per phalanx \(3\)"),
+        (tap, {"surface": hcm.Surface(0.12, 0.5)}, r"height = 0\.12.*0\.12 m"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(
+    make: Callable[..., Any], given: dict[str, Any], refusal: str
+) -> None:
+    with pytest.raises(hcm.ParameterError, match=refusal):
+        make(**given)
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ import pytest
 import hcm
 from hcm.beam.chain import build_chain
 from hcm.model import rigid_motion
+from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
-SOFT = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 5),) * 3)
-SURFACE, TIP = hcm.Surface(0.1, 0.5), hcm.Tip(0.78e6)
+FINGER = finger(SOFT)
 # The thin-rod chain's state 2 us before it touches (angles in rad, rates in rad/s).
 IMPACT = hcm.RigidStart(
     (1.2251485, 1.2230944, 0.6673452), (10.6411766, 8.3001715, 44.4682055), 0.136105036
@@ -18,15 +18,15 @@ IMPACT = hcm.RigidStart(
 
 
 def test_rest_is_the_start_at_zero_angles() -> None:
-    chain, rest = build_chain(SOFT, hcm.Drive())
-    q, v = rigid_motion(SOFT, chain, hcm.RigidStart((0.0,) * 3, (0.0,) * 3))
+    chain, rest = build_chain(FINGER, hcm.Drive())
+    q, v = rigid_motion(FINGER, chain, hcm.RigidStart((0.0,) * 3, (0.0,) * 3))
     assert np.allclose(q, rest, rtol=0, atol=1e-17)
     assert not v.any()
 
 
 def test_phalanges_are_unstrained_and_the_hinges_hold() -> None:
-    chain, _ = build_chain(SOFT, hcm.Drive())
-    q, v = rigid_motion(SOFT, chain, IMPACT)
+    chain, _ = build_chain(FINGER, hcm.Drive())
+    q, v = rigid_motion(FINGER, chain, IMPACT)
     for inner, outer in zip(chain.hinge_inner[1:], chain.hinge_outer[1:], strict=True):
         assert np.array_equal(q[inner : inner + 2], q[outer : outer + 2])
         assert np.array_equal(v[inner : inner + 2], v[outer : outer + 2])
@@ -39,8 +39,8 @@ def test_phalanges_are_unstrained_and_the_hinges_hold() -> None:
 
 
 def test_an_impact_state_gives_the_tap_of_the_whole_fall() -> None:
-    fall = hcm.simulate(SOFT, SURFACE, TIP).summary
-    skipped = hcm.simulate(SOFT, SURFACE, TIP, start=IMPACT).summary
+    fall = hcm.simulate(FINGER, SURFACE, SOFT_TIP).summary
+    skipped = hcm.simulate(FINGER, SURFACE, SOFT_TIP, start=IMPACT).summary
     assert skipped.contact_time_s == pytest.approx(0.136107036, abs=1e-7)
     # Vibrations that the fall excites move the peak by less than 1e-3.
     assert skipped.peak_normal_force_N == pytest.approx(fall.peak_normal_force_N, rel=1e-3)
@@ -59,4 +59,4 @@ def test_impossible_starts_are_refused(
     start: tuple[tuple[float, ...], tuple[float, ...]], named: str
 ) -> None:
     with pytest.raises(hcm.ParameterError, match=named):
-        hcm.simulate(SOFT, SURFACE, TIP, start=hcm.RigidStart(*start))
+        hcm.simulate(FINGER, SURFACE, SOFT_TIP, start=hcm.RigidStart(*start))

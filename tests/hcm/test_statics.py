@@ -13,7 +13,7 @@ from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual, tangent
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.contact.law import IN_FLIGHT, ContactLaw
-from tests.hcm.cases import dense_of
+from tests.hcm.cases import SOFT, dense_of, finger
 
 LAW = ContactLaw(1.0, 1.0, 0.75, 0.0, 10.0)
 
@@ -120,8 +120,8 @@ def test_work_of_a_torque_through_a_full_turn() -> None:
 
 @pytest.mark.parametrize("reaction", [False, True])
 def test_torques_act_on_first_nodes_and_react_only_when_asked(reaction: bool) -> None:
-    body = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 2),) * 2)
-    chain, q = build_chain(body, hcm.Drive((0.3, 0.5), gravity=0.0, reaction=reaction))
+    drive = hcm.Drive((0.3, 0.5), gravity=0.0, reaction=reaction)
+    chain, q = build_chain(finger(SOFT, 2, elements=2), drive)
     out = np.zeros(q.size)
     residual(q, np.zeros(q.size), chain, IN_FLIGHT, LAW, out)
     # slopes (-1, 0): the generalized force of tau is (0, -tau), and the residual its negative

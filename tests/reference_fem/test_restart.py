@@ -1,11 +1,9 @@
 """Restart files: killed runs resume to the same bits; damaged and foreign files are refused."""
 
 import dataclasses
-import os
 import random
 import signal
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +15,9 @@ import reference_fem as rf
 from reference_fem.dynamics import restart
 from reference_fem.dynamics.restart import arithmetic
 from reference_fem.settings import CONTACTS
+from tests.processes import printed, started
 from tests.reference_fem.boxes import boxes
 
-ROOT = Path(__file__).parents[2]
 MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 2
 SURFACE = rf.Surface(0.02, 0.5)
 DRIVE = rf.Drive(torques=(0.0, 1e-4))
@@ -49,13 +47,15 @@ def tap(restart: rf.Restart | None = None, progress: Any = None, **changes: Any)
 
 
 class Counter:
-    """Counts a run's reports."""
+    """Counts a run's reports, and interrupts it at one of them."""
 
-    def __init__(self) -> None:
-        self.reports = 0
+    def __init__(self, last: int = 0) -> None:
+        self.reports, self.last = 0, last
 
     def __call__(self, share: float, what: str) -> None:
         self.reports += 1
+        if self.reports == self.last:
+            raise KeyboardInterrupt
 
 
 @pytest.fixture(scope="module")
@@ -66,20 +66,9 @@ def undisturbed() -> tuple[rf.TapResult, int]:
     return tap(None, counter), counter.reports
 
 
-def environment(**changes: str) -> dict[str, str]:
-    """That of a child process."""
-    return {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1", **changes}
-
-
 def killed(path: Path, calls: int, **changes: str) -> None:
     """A run killed while it reports for the `calls`-th time, in a changed environment."""
-    child = subprocess.Popen(
-        [sys.executable, "-c", CHILD, str(path), str(calls)],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=environment(**changes),
-    )
-    with child:
+    with started("-c", CHILD, path, calls, env=changes, stdout=subprocess.PIPE) as child:
         assert child.stdout.readline() == "ready\n"
         child.kill()
     assert child.returncode == -signal.SIGKILL
@@ -145,15 +134,8 @@ def test_every_contact_law_resumes_in_the_midst_of_contact(contact: Any, tmp_pat
     assert whole.status is rf.Status.COMPLETED
     assert counter.reports > 15
     # Stopped at the middle of the contact, and again after resuming.
-    for reports in (counter.reports // 2, counter.reports // 4):
-
-        class Stop(Counter):
-            def __call__(self, share: float, what: str, last: int = reports) -> None:
-                super().__call__(share, what)
-                if self.reports == last:
-                    raise KeyboardInterrupt
-
-        stopped = tap(rf.Restart(path, resume=True, every_s=0.0), Stop(), **given)
+    for last in (counter.reports // 2, counter.reports // 4):
+        stopped = tap(rf.Restart(path, resume=True, every_s=0.0), Counter(last), **given)
         assert stopped.status is rf.Status.INTERRUPTED
         assert stopped.history.normal_force_N.max() > 0
         assert path.exists()
@@ -192,15 +174,18 @@ def test_truncated_file(left: Path, kept: float) -> None:
     assert "is truncated or no restart file" in refusal(left)
 
 
+def saved(path: Path, **arrays: Any) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **arrays)
+
+
 def test_every_kind_of_foreign_file(left: Path) -> None:
     left.write_text("not numpy\n")
     assert "is truncated or no restart file" in refusal(left)
-    with left.open("wb") as file:
-        np.savez(file, a=np.zeros(3))
-    assert "is truncated or no restart file" in refusal(left)
-    with left.open("wb") as file:  # what numpy would have to unpickle
-        np.savez(file, identity=np.array([{}], dtype=object), checksum=np.zeros(1))
-    assert "is truncated or no restart file" in refusal(left)
+    unpickled = {"identity": np.array([{}], dtype=object), "checksum": np.zeros(1)}
+    for arrays in ({"a": np.zeros(3)}, unpickled):
+        saved(left, **arrays)
+        assert "is truncated or no restart file" in refusal(left)
 
 
 def test_flipped_bit(left: Path) -> None:
@@ -214,8 +199,7 @@ def test_altered_number_with_a_whole_archive(left: Path) -> None:
     with np.load(left) as file:
         content = dict(file)
     content["state.displacement"][0, 0] += 1e-9
-    with left.open("wb") as out:
-        np.savez(out, **content)
+    saved(left, **content)
     assert "was altered after it was written" in refusal(left)
 
 
@@ -236,8 +220,7 @@ def test_forged_arrays_with_a_right_checksum(left: Path) -> None:
         forged = {key: content[key] for key in names} | {name: value}
         forged = {key: array for key, array in forged.items() if array is not None}
         checksum = np.array(restart._digest(forged))
-        with left.open("wb") as out:
-            np.savez(out, identity=content[restart.IDENTITY], checksum=checksum, **forged)
+        saved(left, identity=content[restart.IDENTITY], checksum=checksum, **forged)
         message = refusal(left)
         assert "is none of this run: " in message, (name, value)
         assert name.split(".")[0] in message, (name, value)
@@ -274,10 +257,7 @@ def test_a_file_from_other_kernels_of_blas_is_refused(tmp_path: Path) -> None:
     # OpenBLAS takes the kernels of a processor that it is told of; the oldest of all run anywhere.
     other = {"OPENBLAS_CORETYPE": "Prescott"}
     show = "from reference_fem.dynamics.restart import arithmetic; print(arithmetic())"
-    found = subprocess.check_output(
-        [sys.executable, "-c", show], env=environment(**other), text=True
-    )
-    if found.strip() == arithmetic():
+    if printed("-c", show, env=other).strip() == arithmetic():
         pytest.skip("this BLAS has one set of kernels")
     path = tmp_path / "restart.npz"
     killed(path, 2, **other)

@@ -149,7 +149,7 @@ def signed_error(own: Floats, other: Floats, factor: float = 1.0) -> float:
         abs(high - max(float(other.max()), 0.0)), abs(low - min(float(other.min()), 0.0))
     )  # fmt: skip
     large, small = max(high, -low), min(high, -low)
-    return error if small + error < large - error else large + small
+    return error if small + error < large - error else max(error, large + small)
 
 
 def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Floats:

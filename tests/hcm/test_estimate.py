@@ -112,6 +112,7 @@ def test_extremes_of_either_sign_are_rivals() -> None:
     assert signed_error(own, np.array([10.6, -10.2])) == pytest.approx(21.1)
     assert signed_error(np.array([0.0, -5.0]), np.array([0.0, -4.0])) == pytest.approx(1.0)
     assert signed_error(np.array([0.0, -5.0]), np.array([0.0, -4.0]), 2.0) == pytest.approx(2.0)
+    assert signed_error(np.array([0.0, 1.0]), np.array([0.0, 6.0])) == pytest.approx(5.0)
 
 
 def test_peaks_that_an_error_may_raise_are_rivals() -> None:

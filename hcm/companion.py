@@ -24,7 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from hcm.parameters import GAUSS, Finger, Settings
-from hcm.result import Summary, TapResult
+from hcm.result import TapResult
 
 STEPS = 3.0
 # Elements of a phalanx below which halving them would leave too few to tell anything.
@@ -36,11 +36,11 @@ FOLDED = 0.5
 GRAZE = 0.01
 
 
-def stretched(settings: Settings, own: Summary, factor: float, most: int) -> Settings:
+def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
     """Settings of a repetition: one tap, steps `factor` times as long, not repeated itself.
 
-    A step's local error is of order 3 in its length. The tap gets at least the flight that it took
-    in the run itself, where an end time lifts the limit. Shorter steps may be more, up to the
+    A step's local error is of order 3 in its length. A flight may last as long as the run did,
+    where an end time lifts the limit. Shorter steps may be more, up to the
     `most` that fit, so that a completed run is never refused for its repetition.
     """
     more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
@@ -51,7 +51,7 @@ def stretched(settings: Settings, own: Summary, factor: float, most: int) -> Set
         flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),
         contact_tolerance=min(settings.contact_tolerance * factor**3, 1.0),
         max_steps=min(more, most),
-        max_flight_time=max(settings.max_flight_time, 2.0 * (own.contact_time_s or 0.0)),
+        max_flight_time=max(settings.max_flight_time, 2.0 * float(own.history.time_s[-1])),
         taps=1,
         end_time=None,
         frame_times=(),

@@ -4,7 +4,7 @@ Two flights (`hcm.companion`: one keeps the vibration that the other damps) diff
 the touch alone, which may show it in a node, but over the last `FLIGHT_SHARE` of the flight: twice
 its root mean square. On the force acts what lasts for a good part of the contact, the mean of
 d(v_n) over half its duration; a force is as wrong as the speed that causes it, |dF|/F = |dv_n|/v_n,
-and half as wrong as the energy, |dF|/F = |dE|/2E, that the flight has lost or gained.
+and half as wrong as the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
 
 The companion with more elements differs by 1 - 2^-p of the run's error, of the stress, whose p may
 be as low as 1, by half: that difference counts double.
@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -177,7 +177,8 @@ def compare(
     }
     row, mine, its = first_contact(own), first_tap(own), first_tap(other)
     a, b = own.history, other.history
-    lost = abs(float(a.energy_balance_J[row])) / max(float(a.kinetic_energy_J[row]), 1e-300)
+    lost = float(np.abs(a.energy_balance_J[: mine.stop]).max())
+    lost /= max(float(a.kinetic_energy_J[row]), 1e-300)
     share = max(band.approach / vn, 0.5 * lost)
     of: dict[str, float] = {
         name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
@@ -229,6 +230,29 @@ def caution(shares: Mapping[str, float], settings: Settings) -> tuple[str, ...]:
     )
 
 
+def tap_peaks(result: TapResult) -> Floats:
+    """Largest F_n of each tap that ended, N."""
+    time, force = result.history.time_s, result.history.normal_force_N
+    begins = [e.time_s for e in result.events if e.kind == "contact"]
+    ends = [e.time_s for e in result.events if e.kind == "separation"]
+    rows = zip(time.searchsorted(begins), time.searchsorted(ends, side="right"), strict=False)
+    return np.array([force[begin:end].max() for begin, end in rows])
+
+
+def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
+    """A caution of peaks after the first tap's, which the estimates leave out."""
+    common = min(own.size, other.size)
+    shares = np.full(own.size, math.inf)
+    shares[:common] = np.abs(other[:common] - own[:common]) / np.maximum(own[:common], 1e-300)
+    if not (shares[1:] > LARGEST_ERROR).any():
+        return ()
+    worst = 1 + int(shares[1:].argmax())
+    return (
+        "estimated errors are the first tap's: later ones depend on the vibration that it leaves"
+        f" (peak normal force of tap {worst + 1}: {_percent(float(shares[worst]))})",
+    )
+
+
 def _percent(share: float) -> str:
     if share == math.inf:
         return "unknown"
@@ -241,23 +265,27 @@ def estimate_errors(own: TapResult, again: Again, finger: Finger, settings: Sett
     again : solves the same scene with another finger and settings.
     """
     half, most = companion_finger(finger), most_steps(finger)
-    coarse = stretched(settings, own.summary, STEPS, min(most, most_steps(half)))
-    other = again(half, undamped(coarse, own))
-    if other.status not in (*WHOLE, Status.INTERRUPTED):
-        # equal steps may be too long for some moment of a flight, and its energy then grows
-        other = again(half, coarse)
+    coarse = stretched(settings, own, STEPS, min(most, most_steps(half)))
+    steady = undamped(coarse, own)
+    taps = max(tap_peaks(own).size, 1)
+    # equal steps may be too long for some moment of a flight, and its energy then grows
+    for changed in [replace(steady, taps=taps), *([steady] if taps > 1 else []), coarse]:
+        other = again(half, changed)
+        if other.status in (*WHOLE, Status.INTERRUPTED):
+            break
     if other.status is Status.INTERRUPTED:
         return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
     errors = compare(own, other, 2.0 if few else 1.0)
     if folded(own, finger.length) or grazes(own):
-        other = again(finger, stretched(settings, own.summary, TIGHTER ** (1 / 3), most))
-        if other.status is Status.INTERRUPTED:
+        tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
+        if tight.status is Status.INTERRUPTED:
             return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
-        changes = relative_errors(own.summary, compare(own, other))
+        changes = relative_errors(own.summary, compare(own, tight))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > LARGEST_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {NAMES[what]}"
             by = f" by {_percent(changes[what])}" if changes[what] < math.inf else ""
             return Estimate({}, (), Status.UNREPEATABLE, doubt + by)
-    return Estimate(errors, caution(relative_errors(own.summary, errors), settings))
+    cautions = caution(relative_errors(own.summary, errors), settings)
+    return Estimate(errors, (*cautions, *later_taps(tap_peaks(own), tap_peaks(other))))

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.estimate import NAMES, estimate_errors, flight_band, rival_peaks, signed_error
+from hcm.estimate import (
+    NAMES,
+    estimate_errors,
+    flight_band,
+    later_taps,
+    rival_peaks,
+    signed_error,
+    tap_peaks,
+)
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 ONE = hcm.Finger((replace(SOFT, youngs_modulus=65e6, elements=20),))
@@ -138,3 +146,15 @@ def test_a_companion_that_fails_gives_way_to_a_damped_one(one: hcm.TapResult) ->
     assert found.status is hcm.Status.COMPLETED
     assert {np.max(error) for error in found.errors.values()} == {np.inf}
     assert "unknown" in found.cautions[0]
+
+
+def test_later_taps_are_left_out_and_named() -> None:
+    """The second tap depends on the vibration that the first leaves."""
+    taps = hcm.simulate(finger(SOFT, elements=10), SURFACE, SOFT_TIP, settings=hcm.Settings(taps=2))
+    assert "tap 2" in taps.cautions[-1]
+    peaks = tap_peaks(taps)
+    assert peaks[0] == pytest.approx(taps.summary.peak_normal_force_N, rel=1e-3)
+    assert peaks.size == 2
+    assert later_taps(peaks, peaks) == ()
+    assert "unknown" in later_taps(peaks, peaks[:1])[0]
+    assert later_taps(peaks[:1], peaks) == ()

@@ -10,6 +10,7 @@
 
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
+from reference_fem.estimate import Companion
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
 from reference_fem.rigid_flight import impact_state, touch_angle
@@ -18,6 +19,7 @@ from reference_fem.simulate import simulate
 
 __all__ = [
     "ChainState",
+    "Companion",
     "Drive",
     "ForceRecord",
     "History",

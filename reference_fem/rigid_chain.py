@@ -148,16 +148,19 @@ def fly(
     start: ChainState,
     gap: Callable[[Array], float],
     end_time_s: float,
+    tolerance: float = 1e-11,
+    longest_step_s: float = 5e-3,
 ) -> tuple[Callable[[float], ChainState], float | None]:
     """Integrate from `start` until the gap of the rigidly moved surface closes.
 
-    Dormand-Prince 8(5,3), relative tolerance 1e-11; steps of at most 5 ms, so that the closing
-    is not stepped over.
+    Dormand-Prince 8(5,3); steps are bounded so that the closing is not stepped over.
 
     Parameters
     ----------
     gap
         Of the angles (P,): height of the lowest surface node above the plane, m.
+    tolerance
+        Relative, of a step.
 
     Returns
     -------
@@ -178,9 +181,9 @@ def fly(
         (start.time_s, end_time_s),
         np.concatenate([start.angles, start.rates]),
         method="DOP853",
-        rtol=1e-11,
-        atol=1e-13,
-        max_step=5e-3,
+        rtol=tolerance,
+        atol=1e-2 * tolerance,
+        max_step=longest_step_s,
         dense_output=True,
         events=closing,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,19 +28,30 @@ def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
     return gap
 
 
-def landing(
+@dataclass(frozen=True)
+class Descent:
+    """A rigid flight down to the surface: its start, when it touches, and its states until then."""
+
+    start: ChainState
+    touch_s: float
+    state_at: Callable[[float], ChainState]
+
+    def before(self, seconds: float) -> ChainState:
+        """The state so long before the touch, at most the start's."""
+        return self.state_at(max(self.start.time_s, self.touch_s - seconds))
+
+
+def descent(
     model: Model, chain: RigidChain, start: ChainState, settings: Settings
-) -> ChainState | None:
-    """Rigid state `lead_steps` before the surface is reached; None if it never is."""
+) -> Descent | None:
+    """Rigid flight until the surface is reached; None if it never is."""
     end = start.time_s + settings.max_flight_time_s
     if settings.end_time_s is not None:
         end = min(end, settings.end_time_s)
     if end <= start.time_s:
         return None
     state_at, contact = fly(chain, start, surface_gap(model, chain), end)
-    if contact is None:
-        return None
-    return state_at(max(start.time_s, contact - settings.lead_steps * model.step_s))
+    return None if contact is None else Descent(start, contact, state_at)
 
 
 def impact_state(

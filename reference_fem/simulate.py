@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numba
 
@@ -17,10 +17,11 @@ from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
+from reference_fem.estimate import Companion, Given, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
-from reference_fem.rigid_flight import landing, surface_gap
+from reference_fem.rigid_flight import Descent, descent, surface_gap
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.workload import check_work
 
@@ -37,6 +38,7 @@ def simulate(
     progress: Progress | None = None,
     start: ChainState | None = None,
     restart: Restart | None = None,
+    companion: Companion | None = None,
 ) -> TapResult:
     """Let the finger of `mesh` fall and tap the surface.
 
@@ -56,6 +58,8 @@ def simulate(
     restart
         Where the explicit run leaves what it needs to be resumed after a kill, and whether to
         resume; None: nowhere.
+    companion
+        What `Settings.estimate` takes beside the run itself; without it estimates tell less.
 
     Returns
     -------
@@ -69,6 +73,43 @@ def simulate(
         or another run's is a `RestartError`.
     """
     settings = Settings() if settings is None else settings
+    solved = _solve(mesh, materials, surface, drive, settings, progress, start, restart)
+    run = solved.result
+    if not settings.estimate or run.status is not Status.COMPLETED:
+        return run
+    once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
+
+    def again(other: meshes.FingerMesh, state: ChainState) -> TapResult:
+        return _solve(other, materials, surface, drive, once, None, state, None).result
+
+    given = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)
+    try:
+        if progress is not None:
+            progress(0.99, "estimate of errors")
+        return estimated(run, given, companion, again)
+    except KeyboardInterrupt:
+        message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
+        return replace(run, status=Status.INTERRUPTED, message=message)
+
+
+@dataclass(frozen=True)
+class _Solved:
+    model: Model
+    result: TapResult
+    flown: Descent | None = None
+
+
+def _solve(
+    mesh: meshes.FingerMesh,
+    materials: Sequence[Material],
+    surface: Surface,
+    drive: Drive,
+    settings: Settings,
+    progress: Progress | None,
+    start: ChainState | None,
+    restart: Restart | None,
+) -> _Solved:
+    """The run itself."""
     with _threads(settings.threads, len(mesh.cells)):
         started = time.perf_counter()
         if progress is not None:
@@ -76,7 +117,7 @@ def simulate(
         file = None
         if restart is not None:
             # The same bits at every number of threads is not promised: what counts is the number.
-            given = replace(settings, threads=numba.get_num_threads())
+            given = replace(settings, threads=numba.get_num_threads(), estimate=False)
             inputs = {"mesh": mesh, "materials": materials, "surface": surface, "drive": drive}
             file = RestartFile(restart, identity(**inputs, settings=given, start=start))
         archive = None if file is None else file.read()
@@ -89,7 +130,8 @@ def simulate(
                 raise file.refused(f"is none of this run: {error}") from error
             recorder = Recorder(settings)
             recorder.restore(archive)
-            return explicit_tap(model, settings, unpack(archive), reporting, recorder)
+            result = explicit_tap(model, settings, unpack(archive), reporting, recorder)
+            return _Solved(model, result)
         chain, rigid = chain_and_start(model.chain, start)
         clearance = surface_gap(model, chain)(rigid.angles)
         if clearance <= 0.0:
@@ -98,28 +140,29 @@ def simulate(
                 "at the start; it must lie below it"
             )
         origin = chain.energy(rigid) * model.copies
+        flown = None
         if settings.flight == "rigid":
             if progress is not None:
                 progress(0.0, "rigid flight")
             try:
-                landed = landing(model, chain, rigid, settings)
+                flown = descent(model, chain, rigid, settings)
             except KeyboardInterrupt:
                 how = Status.INTERRUPTED, "interrupted in the rigid flight"
-                return _without_contact_window(model, settings, started, *how)
-            if landed is None:
+                return _Solved(model, _without_contact_window(model, settings, started, *how))
+            if flown is None:
                 longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
                 message = (
                     f"height = {surface.height}: the surface is not reached within {longest:.6g} s"
                 )
                 how = Status.NOT_REACHED, message
-                return _without_contact_window(model, settings, started, *how)
-            rigid = landed
+                return _Solved(model, _without_contact_window(model, settings, started, *how))
+            rigid = flown.before(settings.lead_steps * model.step_s)
         check_work(model, settings, rigid.time_s)
         displacement, velocity = pose(chain, rigid, model.points, model.body_of_point)
         loop_state = first_loop_state(
             model, displacement, velocity, rigid.time_s, origin, rigid.angles
         )
-        return explicit_tap(model, settings, loop_state, reporting)
+        return _Solved(model, explicit_tap(model, settings, loop_state, reporting), flown)
 
 
 def _without_contact_window(

@@ -17,6 +17,8 @@ DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
 CONTACT = {"converged": "impulse"}  # by preset, where it isn't the solver's own default
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
+COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
+FEW = 600  # elements
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
 WARM_UP = (
@@ -28,18 +30,55 @@ WARM_UP = (
 )
 
 
-def build_mesh(tables: Scene, dimension: Dimension) -> Any:
-    """The finger's mesh: the preset's sizes, scaled with the diameter, then the scene's own.
+def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
+    """The finger's mesh, of the sizes that `sizing_of` finds unless they are given.
 
-    A tip finer than the section is refined where the rigid finger touches the surface.
     ``solver.fem.symmetry = false`` meshes both halves of the body in 3D.
     ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
+    """
+    fem = tables.solver.fem
+    if fem.mesh is not None:
+        return _read_mesh(tables, fem.mesh, dimension)
+    return _mesh(tables, dimension, sizing or sizing_of(tables, dimension))
+
+
+def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
+    """What a run on `build_mesh` is compared with: see `reference_fem.estimate`.
+
+    A mesh of `COARSER` edges; where so `FEW` elements are in blocks that cannot spare half of them,
+    one of edges so fine that it has 2^dimension as many. A mesh that is read has none.
+    """
+    import meshes
+    import reference_fem
+
+    geometry = finger_geometry(tables)
+    if sizing is None:
+        return reference_fem.Companion(geometry)
+    other = sizing.coarser(COARSER)
+    other = replace(
+        other,
+        section_size=min(other.section_size, *geometry.diameters),
+        axial_size=min(other.axial_size, *geometry.lengths),
+        tip_size=min(other.tip_size, *geometry.diameters),
+    )
+    own, its = (meshes.count_elements(geometry, s, dimension) for s in (sizing, other))
+    if own <= FEW and 2 * its > own:
+        other = sizing
+        while meshes.count_elements(geometry, other, dimension) < 2**dimension * own:
+            other = other.coarser(FINER)
+    return reference_fem.Companion(geometry, _mesh(tables, dimension, other))
+
+
+def sizing_of(tables: Scene, dimension: Dimension) -> Any:
+    """The preset's sizes, scaled with the diameter, then the scene's own; None of a mesh file.
+
+    A tip finer than the section is refined where the rigid finger touches the surface.
     """
     import meshes
 
     fem = tables.solver.fem
     if fem.mesh is not None:
-        return _read_mesh(tables, fem.mesh, dimension)
+        return None
     preset = meshes.SIZINGS[fem.preset]
     sizing = replace(_scaled(preset, tables), **fem.stated(meshes.Sizing))
     if sizing.tip_size < sizing.section_size:
@@ -48,7 +87,7 @@ def build_mesh(tables: Scene, dimension: Dimension) -> Any:
         state = impact_state(tables, dimension)
         if state is not None:
             sizing = replace(sizing, contact_angle=reference_fem.touch_angle(state))
-    return _mesh(tables, dimension, sizing)
+    return sizing
 
 
 def size_scale(tables: Scene) -> float:
@@ -195,19 +234,27 @@ class Solid:
         tables = scene.tables
         try:  # bad sizes, geometry or settings are ValueErrors that name the key
             start = time.perf_counter()
-            mesh = build_mesh(tables, self.dimension)
+            sizing = sizing_of(tables, self.dimension)
+            mesh = build_mesh(tables, self.dimension, sizing)
             mesh_time = time.perf_counter() - start
             given_inputs = inputs(tables)
+            beside = None
+            if given_inputs[-1].estimate:
+                beside = companion(tables, self.dimension, sizing)
             start = time.perf_counter()
             restart = None
             if checkpoint is not None:
                 restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
-            result = reference_fem.simulate(mesh, *given_inputs, progress=progress, restart=restart)
-            wall_time = time.perf_counter() - start
+            result = reference_fem.simulate(
+                mesh, *given_inputs, progress=progress, restart=restart, companion=beside
+            )
+            estimate_time = time.perf_counter() - start - result.summary.wall_time_s
         except ValueError as error:
             raise UserError(f"scene {scene.name}: {error}") from error
-        record = to_record(result, scene, self.name, variant(tables), wall_time)
-        record = replace(record, statistics={**record.statistics, "mesh_time_s": mesh_time})
+        solve_time = result.summary.wall_time_s
+        record = to_record(result, scene, self.name, variant(tables), solve_time)
+        times = {"mesh_time_s": mesh_time, "estimate_time_s": max(estimate_time, 0.0)}
+        record = replace(record, statistics={**record.statistics, **times})
         return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
 
 

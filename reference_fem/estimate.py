@@ -1,0 +1,181 @@
+"""Estimated errors of a completed run's numbers, of the first tap.
+
+- Arrival and speed: the rigid chain of the true shape (`true_body`) flies as well. What a mesh cuts
+  off a round body makes it lighter and its ends less so.
+- The tap: a `Companion` of other edges taps from the run's own impact state (`mesh_error`). A force
+  follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import meshes
+from reference_fem.mesh_error import Other, Resolution, hertz_radius, spacing, tap_errors
+from reference_fem.model import Model
+from reference_fem.result import Status, Summary, TapResult
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
+from reference_fem.rigid_flight import Descent, descent, surface_gap
+from reference_fem.settings import Drive, Material, Settings
+from reference_fem.true_body import true_chain
+
+Errors = dict[str, float | tuple[float, float]]
+Again = Callable[[meshes.FingerMesh, ChainState], TapResult]
+
+VELOCITY = "tip_velocity_at_contact_m_per_s"
+NAMES = {
+    "contact_time_s": "time of contact",
+    VELOCITY: "tip velocity at contact",
+    "peak_normal_force_N": "peak normal force",
+    "peak_normal_force_time_s": "time of the peak",
+    "peak_tangential_force_N": "peak tangential force",
+    "contact_duration_s": "contact duration",
+    "normal_impulse_N_s": "normal impulse",
+    "peak_stress_R_Pa": "peak stress at R",
+}
+"""The numbers with an estimate, by the summary's fields."""
+OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
+"""Powers of the speed at contact that numbers follow; others follow 6/5."""
+
+# Share of a number beyond which a run carries a caution.
+LARGEST_ERROR = 0.02
+# The companion starts with this share of the tip's radius below it, more than the lowest nodes of
+# any mesh lie above the round end.
+CLEARANCE = 0.05
+# Of the true shape's flight, whose arrival is compared to 1e-5.
+TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True)
+class Companion:
+    """The finger's true shape, and another mesh of it: coarser, or finer where none is coarser."""
+
+    geometry: meshes.FingerGeometry
+    mesh: meshes.FingerMesh | None = None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a run was made from, and its rigid flight if it had one."""
+
+    mesh: meshes.FingerMesh
+    model: Model
+    materials: Sequence[Material]
+    drive: Drive
+    settings: Settings
+    start: ChainState | None
+    flown: Descent | None
+
+    @property
+    def radius(self) -> float:
+        """Of the touching end, m."""
+        touching = self.model.body_of_point == self.model.touching_body
+        return float(np.abs(self.model.points[touching, 1]).max())
+
+
+def estimated(run: TapResult, given: Given, companion: Companion | None, again: Again) -> TapResult:
+    """A completed run with estimates of its errors, and a caution where one is large.
+
+    Parameters
+    ----------
+    again
+        Taps with another mesh from a rigid state.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        The companion was interrupted.
+    """
+    chain, first = chain_and_start(given.model.chain, given.start)
+    flown = given.flown or descent(given.model, chain, first, given.settings)
+    speed = run.summary.tip_velocity_at_contact_m_per_s
+    if run.summary.contact_time_s is None or speed is None or flown is None:
+        return run
+    if companion is None and not isinstance(given.settings.contact, str):
+        return run  # a lumped law has no patch to resolve
+    touch = flown.state_at(flown.touch_s)
+    angle, fall = float(touch.angles[-1]), max(abs(speed[1]), 1e-300)
+    resolution = Resolution(
+        spacing(given.mesh, angle),
+        hertz_radius(
+            run.summary.peak_normal_force_N or 0.0, given.radius, given.materials[-1], angle,
+            given.mesh.dim,
+        ),
+    )  # fmt: skip
+    errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
+    of_speed, other = 0.0, None
+    if companion is not None:
+        late, apart = _of_flight(given, chain, touch, first, companion.geometry)
+        sagitta = resolution.edge**2 / (8.0 * given.radius)
+        errors = {"contact_time_s": late + sagitta / fall, VELOCITY: apart}
+        of_speed = max(apart) / fall
+        if companion.mesh is not None:
+            tap = again(companion.mesh, flown.before(CLEARANCE * given.radius / fall))
+            if tap.status is Status.INTERRUPTED:
+                raise KeyboardInterrupt
+            own, its = given.model.copies * len(given.model.cells), tap.summary.elements
+            ratios = (
+                spacing(companion.mesh, angle) / resolution.edge,
+                (own / its) ** (1.0 / given.mesh.dim),
+            )
+            other = Other(tap, ratios)
+    if run.summary.contact_duration_s is not None:
+        for name, error in tap_errors(run, other, resolution).items():
+            more = of_speed * OF_SPEED.get(name, 1.2) * abs(getattr(run.summary, name))
+            errors[name] = error + more
+    return replace(
+        run,
+        errors=errors,
+        cautions=(*run.cautions, *caution(run.summary, errors, resolution.coarse)),
+    )
+
+
+def _of_flight(
+    given: Given,
+    chain: RigidChain,
+    touch: ChainState,
+    first: ChainState,
+    geometry: meshes.FingerGeometry,
+) -> tuple[float, tuple[float, float]]:
+    """Errors of arrival (s) and of the pole's velocity; inf where the true shape never arrives."""
+    true = true_chain(geometry, given.materials, given.drive, given.mesh.dim)
+    gap = surface_gap(given.model, true)
+    flight = touch.time_s - first.time_s
+    end = touch.time_s + 0.5 * flight
+    state_at, arrival = fly(true, first, gap, end, TOLERANCE, max(0.1 * flight, 5e-3))
+    if arrival is None:
+        return math.inf, (math.inf, math.inf)
+    pole = np.array([given.model.pole])
+    place = given.model.points[pole], given.model.body_of_point[pole]
+    own = pose(chain, touch, *place)[1][0]
+    its = pose(true, state_at(arrival), *place)[1][0]
+    apart = np.abs(own - its)
+    return abs(touch.time_s - arrival), (float(apart[0]), float(apart[1]))
+
+
+def caution(
+    summary: Summary, errors: Mapping[str, float | tuple[float, float]], coarse: float
+) -> tuple[str, ...]:
+    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy."""
+    shares = {
+        name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
+        for name, error in errors.items()
+    }
+    poor = sorted((n for n in shares if shares[n] > LARGEST_ERROR), key=shares.__getitem__)
+    if not poor:
+        return ()
+    known = ", ".join(f"{NAMES[name]} {_percent(shares[name])}" for name in reversed(poor))
+    return (
+        f"estimated errors beyond {_percent(LARGEST_ERROR)}: {known}; an edge where it touches is "
+        f"{coarse:.2g} of the patch's radius: refine the mesh, first there (solver.fem.tip_size)",
+    )
+
+
+def _percent(share: float) -> str:
+    if share == math.inf:
+        return "unknown"
+    return f"{100 * share:.2g} %" if share < 1.0 else f"{100 * share:.0f} %"

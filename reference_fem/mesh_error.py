@@ -1,0 +1,154 @@
+"""What mesh, contact springs and steps leave wrong in a tap's numbers.
+
+- *Mesh*. A companion's edges are r times as long. Errors C h^p make its number q' differ from the
+  run's q by (r^p - 1) C h^p, so that |q - q'| / |r^p - 1| is the run's error: p = 2 where the patch
+  is resolved (linear elements, a smooth pressure), else 1 (a node's force on a patch smaller than
+  an edge). Two meshes may agree by chance: the least is a share of `resolution`.
+- *Springs* of the contact law in series with the body that hold the share s of the elastic energy:
+  F_true / F = (1 - s)^-1/2 and t_true / t = (1 - s)^1/2 (two springs, one mass). Both runs' numbers
+  are corrected by it before they are compared.
+- *Steps*. A node arrives and leaves within a step: times are known to some Δt.
+
+They add up.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+import meshes
+from reference_fem.result import TapResult
+from reference_fem.settings import Material
+
+POWERS = {  # of (1 - s)
+    "peak_normal_force_N": -0.5,
+    "peak_tangential_force_N": -0.5,
+    "peak_stress_R_Pa": -0.5,
+    "peak_normal_force_time_s": 0.5,
+    "contact_duration_s": 0.5,
+    "normal_impulse_N_s": 0.0,
+}
+# d ln(impulse) / d ln(duration) between springs of any stiffness, measured: 0.2 at most.
+IMPULSE_OF_TIME = 0.2
+# Largest edge over the patch's radius at which its pressure is resolved.
+RESOLVED = 0.5
+# Relative error of forces and durations where an edge is as long as the patch's radius, and the
+# power of the edge that it goes with (measured: 25 % at 2.3, 2.5 % at 0.7, 0.5 % at 0.4); of the
+# impulse a quarter.
+AT_RADIUS, POWER, OF_IMPULSE = 0.06, 1.5, 0.25
+# Share of it that is left where two meshes agree and both resolve the patch.
+LEAST = 1.0 / 3.0
+# Ratio of edges below which a companion tells next to nothing.
+LEAST_RATIO = 1.2
+# Steps by which a touch or a separation may be off.
+STEPS = 2.0
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How finely a run resolves its contact.
+
+    Attributes
+    ----------
+    edge
+        Where it touches, m.
+    patch
+        Hertz's radius at the run's peak force, m.
+    """
+
+    edge: float
+    patch: float
+
+    @property
+    def coarse(self) -> float:
+        """Edges in the patch's radius, inverted."""
+        return self.edge / self.patch
+
+    @property
+    def allowance(self) -> float:
+        """Relative error of forces and durations that such an edge may leave."""
+        return AT_RADIUS * self.coarse**POWER
+
+
+@dataclass(frozen=True)
+class Other:
+    """The companion's run, and its edges over the run's: at the contact, and on the average."""
+
+    run: TapResult
+    ratios: tuple[float, float]
+
+    def weight(self, order: float) -> float:
+        """1 / |r^p - 1|, r the ratio nearest to 1."""
+        low, high = min(self.ratios), max(self.ratios)
+        ratio = max(low, LEAST_RATIO) if self.ratios[1] > 1.0 else min(high, 1.0 / LEAST_RATIO)
+        return 1.0 / abs(ratio**order - 1.0)
+
+
+def tap_errors(run: TapResult, other: Other | None, resolution: Resolution) -> dict[str, float]:
+    """Absolute errors of what the contact gives; inf where the companion has no such number.
+
+    Parameters
+    ----------
+    other
+        Without one the resolution alone says what the mesh leaves wrong.
+    """
+    soft, softer = springs(run), 0.0 if other is None else springs(other.run)
+    coarse, allowance = resolution.coarse, resolution.allowance
+    least = allowance if other is None else allowance * min(max(coarse, LEAST), 1.0)
+    order = 2.0 if coarse < RESOLVED else 1.0
+    errors = {}
+    for name, power in POWERS.items():
+        value = getattr(run.summary, name)
+        if value is None:
+            continue
+        stiff = value * (1.0 - soft) ** power
+        mesh = least * abs(value)
+        if power == 0.0:
+            mesh *= OF_IMPULSE
+            contact = IMPULSE_OF_TIME * abs(value) * (1.0 - math.sqrt(1.0 - soft))
+        else:
+            contact = abs(stiff - value)
+        if other is not None:
+            its = getattr(other.run.summary, name)
+            ended = its is not None and other.run.summary.contact_duration_s is not None
+            apart = abs(stiff - its * (1.0 - softer) ** power) if ended else math.inf
+            mesh = max(mesh, other.weight(order) * apart)
+        steps = STEPS * run.summary.time_step_s if power > 0.0 else 0.0
+        errors[name] = mesh + contact + steps
+    # a smooth maximum is flat: where it lies goes with the root of what disturbs it
+    late, whole = "peak_normal_force_time_s", run.summary.contact_duration_s
+    if late in errors and whole is not None:
+        errors[late] = max(errors[late], whole / math.pi * math.sqrt(2.0 * least))
+    return errors
+
+
+def springs(run: TapResult) -> float:
+    """Largest share of the elastic energy that the contact law's springs hold, below 1."""
+    held = run.history.contact_energy_J
+    elastic = run.history.strain_energy_J + held
+    if not held.size or not elastic.max() > 0.0:
+        return 0.0
+    return min(max(float(held.max() / elastic.max()), 0.0), 0.99)
+
+
+def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
+    """Edge where the last phalanx, turned by `angle`, is lowest, m."""
+    points = mesh.points[np.unique(mesh.facet_sets["surface"])]
+    low = np.argmin(math.sin(angle) * points[:, 0] + math.cos(angle) * points[:, 1])
+    apart = np.linalg.norm(points - points[low], axis=1)
+    return float(np.sort(apart)[1 : mesh.dim + 1].mean())
+
+
+def hertz_radius(force: float, radius: float, material: Material, angle: float, dim: int) -> float:
+    """Radius of Hertz's patch, m: a³ = 3 F R / 4 E*.
+
+    In plane stress half the width of a line's: a² = 4 F R / π E t, on the chord t of the round
+    section where a phalanx at this angle below the horizontal touches.
+    """
+    if dim == 3:
+        return (0.75 * force * radius / material.plane_strain_modulus) ** (1.0 / 3.0)
+    chord = 2.0 * radius * max(abs(math.sin(angle)), 0.1)
+    return math.sqrt(4.0 * force * radius / (math.pi * material.youngs_modulus * chord))

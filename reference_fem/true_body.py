@@ -1,0 +1,94 @@
+"""The rigid chain of the finger's true shape, which a mesh of flat facets cuts corners off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import meshes
+from reference_fem.arrays import Array
+from reference_fem.rigid_chain import RigidChain, build_chain
+from reference_fem.settings import Drive, Material
+
+POINTS = 64
+"""Of each quadrature rule: exact for round shafts and balls, to 1e-6 for holes and discs."""
+
+
+def true_chain(
+    geometry: meshes.FingerGeometry, materials: Sequence[Material], drive: Drive, dim: int
+) -> RigidChain:
+    """Chain of phalanges with the masses, centres and inertias of the shape itself.
+
+    Round shafts and a half-ball in 3D; in 2D the plane-stress body, whose end is half a disc and
+    whose thickness is the chord 2 sqrt(R² - y²) of the round section. Holes for shafts are taken
+    out. Masses are quadrature weights times density.
+    """
+    points, masses, bodies, first = [], [], [], 0
+    last = geometry.phalanges - 1
+    for w, (hinge, length, radius) in enumerate(
+        zip(geometry.hinges, geometry.lengths, geometry.radii, strict=True)
+    ):
+        rounded = w == last and geometry.tip == "hemisphere"
+        end = hinge - length + radius * rounded
+        parts = [_shaft(hinge, end, radius)]
+        if rounded:
+            x, weights = _ball(radius) if dim == 3 else _half_disc(radius, radius)
+            parts.append((np.array([end, 0.0]) - x, weights))
+        if geometry.shaft_radius is not None:
+            x, weights = _half_disc(geometry.shaft_radius, radius)
+            parts.append((np.array([hinge, 0.0]) - x, -weights))
+            if w < last:
+                parts.append((np.array([end, 0.0]) + x, -weights))
+        points += [x for x, _ in parts]
+        masses += [materials[w].density * weights for _, weights in parts]
+        count = sum(weights.size for _, weights in parts)
+        bodies.append(np.arange(first, first + count))
+        first += count
+    return build_chain(
+        np.concatenate(points),
+        np.concatenate(masses),
+        bodies,
+        np.stack([geometry.hinges, np.zeros(last + 1)], axis=1),
+        np.array(drive.torques_for(last + 1)),
+        drive.gravity,
+    )
+
+
+def _gauss(low: float, high: float) -> tuple[Array, Array]:
+    x, weights = np.polynomial.legendre.leggauss(POINTS)
+    return low + 0.5 * (high - low) * (x + 1.0), 0.5 * (high - low) * weights
+
+
+def _chebyshev() -> tuple[Array, Array]:
+    """Nodes and weights of ∫ f(y) sqrt(1 - y²) dy over -1..1."""
+    angle = np.arange(1, POINTS + 1) * np.pi / (POINTS + 1)
+    return np.cos(angle), np.pi / (POINTS + 1) * np.sin(angle) ** 2
+
+
+def _sections(x: Array, dx: Array, radii: Array) -> tuple[Array, Array]:
+    """Round sections at `x`: ∫ f dV = ∫ dx ∫ f(x, y) 2 sqrt(r² - y²) dy."""
+    y, dy = _chebyshev()
+    points = np.stack([np.repeat(x, POINTS), np.outer(radii, y).ravel()], axis=1)
+    return points, np.outer(dx * 2.0 * radii**2, dy).ravel()
+
+
+def _shaft(hinge: float, end: float, radius: float) -> tuple[Array, Array]:
+    x, dx = _gauss(end, hinge)
+    return _sections(x, dx, np.full(POINTS, radius))
+
+
+def _ball(radius: float) -> tuple[Array, Array]:
+    """The half-ball x >= 0."""
+    x, dx = _gauss(0.0, radius)
+    return _sections(x, dx, np.sqrt(radius**2 - x**2))
+
+
+def _half_disc(radius: float, section: float) -> tuple[Array, Array]:
+    """The half-disc x >= 0 of a section's thickness 2 sqrt(R² - y²)."""
+    y, dy = _chebyshev()
+    share, dx = _gauss(0.0, 1.0)
+    wide = radius * np.sqrt(1.0 - y**2)
+    thick = 2.0 * np.sqrt(section**2 - (radius * y) ** 2)
+    points = np.stack([np.outer(wide, share).ravel(), np.repeat(radius * y, POINTS)], axis=1)
+    return points, np.outer(radius**2 * dy * thick, dx).ravel()

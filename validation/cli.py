@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import cyclopts
 
-from validation.errors import RunFailedError, UserError
+from validation.errors import OutsideToleranceError, RunFailedError, UserError
 
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
 
@@ -36,7 +36,7 @@ app.command(
 app.command(
     "validation.validate.command:run_validation",
     name="validate",
-    help="Run all models on the paper's hard and soft scenes; tables, figures, renders, one page.",
+    help="Compare models on scenes, by default the paper's: tables, figures, renders, one page.",
 )
 app.command(
     "validation.scenes.command:new_scene",
@@ -87,7 +87,7 @@ app.register_install_completion_command(help="Let the shell complete commands an
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; ends with exit code 0 done, 1 a run failed, 2 bad input."""
+    """Run the command line; exit code 0 done, 1 a run failed, 2 bad input, 3 outside."""
     from validation.harness.console import say_error
     from validation.harness.interrupts import heard_interrupts
     from validation.harness.surroundings import refuse_unusable_surroundings
@@ -100,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         refuse_unusable_surroundings()
         with heard_interrupts():
             app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
-    except (UserError, RunFailedError) as error:
+    except (UserError, RunFailedError, OutsideToleranceError) as error:
         say_error(str(error))
         sys.exit(error.exit_code)
     except cyclopts.CycloptsError as error:

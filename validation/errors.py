@@ -11,3 +11,9 @@ class RunFailedError(Exception):
     """A run did not complete; what it had is kept and the message says where."""
 
     exit_code = 1
+
+
+class OutsideToleranceError(Exception):
+    """All runs completed, and a number is outside the tolerance that was asked for."""
+
+    exit_code = 3

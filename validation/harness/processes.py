@@ -179,13 +179,19 @@ def _answer(pipe: Connection, function: Callable[..., Any], arguments: tuple[Any
         os._exit(INTERRUPTED)
 
 
-def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
+def call_isolated(
+    function: Callable[..., Any], *arguments: Any, limit_s: float | None = None
+) -> Any:
     """Call a module-level function in a process started from nothing.
+
+    Parameters
+    ----------
+    limit_s : after which the process is killed; None: never.
 
     Raises
     ------
     CrashedError
-        The process was killed, crashed, or raised.
+        The process was killed, crashed, raised, or took longer than its limit.
     UserError, RunFailedError, OSError
         As the function raised it.
     """
@@ -203,6 +209,9 @@ def call_isolated(function: Callable[..., Any], *arguments: Any) -> Any:
         # one that has waited comes now, and never came to the process: `_end` sends it another
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()  # so that the pipe ends when the process does
+        if not ours.poll(limit_s):
+            process.kill()
+            raise CrashedError(f"it did not end within {limit_s:g} s")
         done, answer = ours.recv()
     except EOFError:
         process.join()

@@ -26,6 +26,12 @@ def model_names() -> tuple[str, ...]:
     return tuple(_doors())
 
 
+def is_own(name: str) -> bool:
+    """Whether a model is one of this project's solvers."""
+    door = _doors().get(name)
+    return door is not None and door.value.startswith(__name__)
+
+
 def adapter(name: str) -> Adapter:
     """The adapter of a model.
 

@@ -21,15 +21,17 @@ from validation.harness.processes import CrashedError, call_isolated, peak_memor
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import check_run, keep_run, relabelled, restore_run
-from validation.models import adapter
+from validation.models import adapter, is_own
 from validation.models.adapter import Checkpoint, Outcome, Progress
 from validation.models.inputs import run_inputs
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, load_scene, scene_name
+
+PLUG_IN_LIMIT_S = 600.0  # of a process that runs somebody else's model beside others
 
 
 @dataclass(frozen=True)
 class Job:
-    """A run to be made: scene, model, overrides, and a name for what was changed."""
+    """A run to be made: a scene's source, model, overrides, and a name for what was changed."""
 
     scene: str
     model: str
@@ -40,7 +42,7 @@ class Job:
     @property
     def name(self) -> str:
         """The job's name before it has run."""
-        return " ".join(filter(None, (self.scene, self.model, self.variant)))
+        return " ".join(filter(None, (scene_name(self.scene), self.model, self.variant)))
 
 
 def solve(
@@ -106,7 +108,8 @@ def keep(folder: Path, outcome: Outcome) -> None:
 
 def failed(job: Job, status: str, message: str) -> RunRecord:
     """The record of a run that gave nothing."""
-    return RunRecord(job.scene, job.model, job.variant or "", status, False, message, summary={})
+    name = scene_name(job.scene)
+    return RunRecord(name, job.model, job.variant or "", status, False, message, summary={})
 
 
 @dataclass(frozen=True)
@@ -133,7 +136,8 @@ def _task(job: Job, folder: Path, store: Store, first: bool) -> Task:
 
 def _named(record: RunRecord, job: Job) -> RunRecord:
     """The record under the job's names: one stored result may serve several jobs."""
-    return relabelled(record, job.scene, job.variant, load_scene(job.scene, job.overrides).document)
+    scene = load_scene(job.scene, job.overrides)
+    return relabelled(record, scene.name, job.variant, scene.document)
 
 
 def _read_back(task: Task) -> RunRecord | None:
@@ -218,7 +222,8 @@ def _run(tasks: Sequence[Task]) -> list[RunRecord]:
     rest = [n for n in range(len(tasks)) if n not in records]
     if rest:
         try:
-            new: list[RunRecord] = call_isolated(_work, [tasks[n] for n in rest])
+            limit = None if all(is_own(tasks[n].job.model) for n in rest) else PLUG_IN_LIMIT_S
+            new: list[RunRecord] = call_isolated(_work, [tasks[n] for n in rest], limit_s=limit)
         except CrashedError as error:
             if len(rest) == 1:
                 new = [failed(tasks[rest[0]].job, "CRASHED", str(error))]

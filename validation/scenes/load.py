@@ -37,6 +37,14 @@ class NamedScene:
     document: dict[str, Any]
 
 
+def scene_name(source: str) -> str:
+    """What a scene is called: a built-in one by its name, a file by its stem."""
+    if source in BUILT_IN:
+        return source
+    # a file's name may be no UTF-8, which no result file could hold
+    return Path(source).stem.encode("utf-8", "backslashreplace").decode()
+
+
 def read_document(source: str) -> tuple[str, dict[str, Any]]:
     """Name and raw tables of a built-in scene or a TOML file."""
     if source in BUILT_IN:
@@ -59,9 +67,7 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
         if path.stat().st_size > MAX_BYTES:
             raise UserError(f"scene {source}: larger than {MAX_BYTES} bytes, not a scene file")
         # Windows' editors put a byte order mark before the text
-        # a file's name may be no UTF-8, which no result file could hold
-        name = path.stem.encode("utf-8", "backslashreplace").decode()
-        return name, tomllib.loads(path.read_text("utf-8-sig"))
+        return scene_name(source), tomllib.loads(path.read_text("utf-8-sig"))
     except OSError as error:
         raise UserError(
             f"scene {source}: cannot be read ({error.strerror}); check the path"
@@ -108,6 +114,11 @@ def validate(document: dict[str, Any], origin: str) -> Scene:
         return Scene.model_validate(document)
     except ValidationError as error:
         raise UserError(f"scene {origin}: {one_line(error)}") from error
+
+
+def read_scene(text: str, origin: str) -> Scene:
+    """The validated tables of a scene's TOML text, such as a record's provenance holds."""
+    return validate(tomllib.loads(text), origin)
 
 
 def load_scene(source: str, overrides: Iterable[str] = ()) -> NamedScene:

@@ -1,11 +1,11 @@
-"""``fingertap validate``: all models on the paper's hard and soft scenes, and what they say."""
+"""``fingertap validate``: models compared on scenes, by default the paper's, and what they say."""
 
 from pathlib import Path
 from typing import Any
 
-from validation.errors import RunFailedError
+from validation.errors import OutsideToleranceError, RunFailedError
 from validation.harness.command_line import Flag, NoEstimate
-from validation.harness.console import output, progress_bar
+from validation.harness.console import output, progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import CrashedError, call_isolated
@@ -13,10 +13,11 @@ from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
+from validation.validate.check import plan_of, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
 from validation.validate.page import draw_fields, draw_figures, page_context
-from validation.validate.plan import REDUCED, SCENES, Runs, groups
+from validation.validate.plan import PAPER, Plan, Runs, work
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
     EFFICIENCY_COLUMNS,
@@ -25,23 +26,26 @@ from validation.validate.tables import (
 )
 
 
-def run_all(folder: Path, progress: Progress, store: Store, estimate: bool = True) -> Runs:
+def run_all(
+    folder: Path, plan: Plan, progress: Progress, store: Store, estimate: bool = True
+) -> Runs:
     """Run every job that is not stored, one process at a time: each has the machine to itself."""
-    work = [group for scene in SCENES for group in groups(scene, estimate)]
+    jobs = work(plan, estimate)
     records = []
-    if not all(stored(group, store) for group in work):
-        models = dict.fromkeys(job.model for group in work for job in group)
+    if not all(stored(group, store) for group in jobs):
+        models = dict.fromkeys(job.model for group in jobs for job in group)
         compile_in_fresh_process(models, lambda what: progress(0.0, what))
-    for number, group in enumerate(work):
-        progress(number / len(work), group[0].name)
+    for number, group in enumerate(jobs):
+        progress(number / len(jobs), group[0].name)
         records += in_fresh_process(group, folder, store)
-    return Runs(tuple(records))
+    return Runs(tuple(records), plan)
 
 
-def isolated_ladder(out: Path, full: bool, store: Store) -> Ladder:
+def isolated_ladder(plan: Plan, out: Path, full: bool, store: Store) -> Ladder:
     """Rungs 2 and 3, in a process of their own; a crash is a failure among the others."""
+    sources = tuple(plan.scenes.values()) if plan.in_full else ()
     try:
-        ladder: Ladder = call_isolated(compute_ladder, SCENES, full, out / "converge", store)
+        ladder: Ladder = call_isolated(compute_ladder, sources, full, out / "converge", store)
     except CrashedError as error:
         ladder = Ladder(full, failures=[f"rungs 2 and 3: {error}"])
     return ladder
@@ -51,13 +55,15 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
     """Write all tables, figures, renders and the page; returns what the page names."""
     accuracy = [
         row
-        for scene in SCENES
-        if (reduced := runs.find(scene, REDUCED)) is not None
-        for row in accuracy_rows(reduced, runs.references(scene), runs.spread_over(scene))
+        for scene in runs.scenes
+        for run in runs.compared(scene)
+        for row in accuracy_rows(
+            run, runs.references(scene), runs.spread_over(scene), runs.plan.tolerances
+        )
     ]
     title = "Reduced model against the references (the paper's Table 2)"
     write_table(folder, "accuracy", table_of(accuracy, ACCURACY_COLUMNS), title)
-    efficiency = efficiency_rows(runs.measured())
+    efficiency = efficiency_rows(runs.measured(), runs.plan.models)
     title = "Time and memory of each run, alone in its process (the paper's Table 3)"
     write_table(folder, "efficiency", table_of(efficiency, EFFICIENCY_COLUMNS), title)
     rungs = ladder_rows(ladder, runs)
@@ -71,7 +77,10 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
 
 
 def run_validation(
-    *,
+    *scenes: str,
+    models: str = PAPER.models[0],
+    reference: str = PAPER.reference,
+    tolerance: str = "",
     out: Path = Path("out"),
     ladder: Flag = False,
     fresh: Flag = False,
@@ -81,9 +90,20 @@ def run_validation(
 
     Parameters
     ----------
+    scenes
+        Built-in scenes or paths of TOML files; by default the paper's hard and soft.
+    models
+        Names of the models that are compared, with commas between them: hcm,exudyn
+    reference
+        The model that they are compared with. With hcm and fem3d, the default, the whole of the
+        paper's comparison is made; with another reference, the models alone are run.
+    tolerance
+        Largest differences in percent, peak=5,impulse=3: a difference beyond its tolerance, or one
+        that is too uncertain to tell, ends with exit code 3. Further names: duration, arrival,
+        tangential, stress, or a key of summary.json.
     out
-        Folder for validate/: index.html, accuracy.csv, efficiency.csv, ladder.csv, figures,
-        renders, runs.
+        Folder for validate/: index.html, accuracy.csv, efficiency.csv, ladder.csv, validate.json,
+        junit.xml, figures, renders, runs.
     ladder
         Compare with the converged reference on the ladder's third rung: minutes longer.
     fresh
@@ -94,27 +114,35 @@ def run_validation(
     Raises
     ------
     UserError
-        The output folder cannot be written: nothing was run.
+        A scene, a model, a tolerance is refused, or the output folder: nothing was run.
     RunFailedError
         A run did not complete; the page shows it and all the others.
+    OutsideToleranceError
+        A difference is not inside its tolerance.
     """
+    plan = plan_of(scenes, models, reference, tolerance)
     folder = output_folder(out / "validate")
     for name in ("runs", "figures", "renders"):
         output_folder(folder / name)
     store = Store(out / "store", fresh)
     with progress_bar("validate") as progress:
-        runs = run_all(folder / "runs", progress, store, not no_estimate)
+        runs = run_all(folder / "runs", plan, progress, store, not no_estimate)
         progress(0.8, "ladder: structure and contact")
-        rungs = isolated_ladder(out, ladder, store)
+        rungs = isolated_ladder(plan, out, ladder, store)
         progress(0.95, "tables, figures, renders")
         context = report(folder, runs, rungs)
+    failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
+    failures += rungs.failures
+    checks = write_checks(folder, runs, failures)
     page = folder / "index.html"
     output("\n".join([*context["sentences"], *context["ladder_sentences"]]))
     output(f"page: {page}")
     for problem in context["render_problems"]:
         output(f"renders: {problem}")
-    failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
-    failures += rungs.failures
+    for note in context["unit_notes"]:
+        say(f"caution: {note}")
     if failures:
         names = "; ".join(failures)
         raise RunFailedError(f"{len(failures)} runs failed ({names}); the page {page} has the rest")
+    if wrong := [check.text for check in checks if check.outcome != "inside"]:
+        raise OutsideToleranceError(f"{len(wrong)} of {len(checks)} checks: {'; '.join(wrong)}")

@@ -1,35 +1,45 @@
-"""The page's first screen: how far apart the models are, and how sure the reference is."""
+"""The page's first screen: how far apart the models are, and how sure that is."""
 
 from dataclasses import dataclass
 
 from validation.compare.differences import Spread, error_percent, spread
-from validation.harness.quantities import OF_A_TAP, Quantity
-from validation.validate.plan import REDUCED, REFERENCE, SCENES, Runs
+from validation.compare.verdict import Verdict, judge, unit_slip
+from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
+from validation.validate.plan import REDUCED, Runs
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One headline number of one scene.
+    """One number of a model on a scene, beside the reference's.
 
     Attributes
     ----------
     reduced, reference : values in the quantity's unit; None where a run is missing.
-    reduced_error, reference_error : what the runs state as their own errors.
     band : spread of the three-dimensional runs.
+    reduced_error, reference_error : what the runs state as their own errors.
+    tolerance : percent; None where none was asked for.
     """
 
     scene: str
+    model: str
     quantity: Quantity
     reduced: float | None
     reference: float | None
     band: Spread | None
     reduced_error: float | None = None
     reference_error: float | None = None
+    tolerance: float | None = None
 
     @property
     def error_percent(self) -> float | None:
         """Signed, relative to the reference."""
         return error_percent(self.reduced, self.reference)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """What the difference says."""
+        errors = self.reduced_error, self.reference_error
+        return judge(self.reduced, self.reference, *errors, self.tolerance)
 
     @property
     def band_percent(self) -> float | None:
@@ -44,40 +54,62 @@ class Difference:
         return self.band.low <= self.reduced <= self.band.high
 
 
-def differences(runs: Runs) -> list[Difference]:
-    """Peak force, impulse and duration of every scene."""
+def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
+    """Those quantities of every model on every scene."""
     rows = []
-    for scene in SCENES:
-        reduced, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
-        for entry in OF_A_TAP:
-            value = entry.read(reduced) if reduced else None
-            target = entry.read(reference) if reference else None
-            band = spread(runs.spread_over(scene), entry)
-            errors = (entry.error(run) if run else None for run in (reduced, reference))
-            rows.append(Difference(scene, entry, value, target, band, *errors))
+    for scene in runs.scenes:
+        reference = runs.reference(scene)
+        for model in runs.plan.models:
+            reduced = runs.of_model(scene, model)
+            for entry in wanted:
+                value = entry.read(reduced) if reduced else None
+                target = entry.read(reference) if reference else None
+                band = spread(runs.spread_over(scene), entry) if runs.plan.in_full else None
+                reduced_error = entry.error(reduced) if reduced else None
+                reference_error = entry.error(reference) if reference else None
+                errors = reduced_error, reference_error
+                asked = runs.plan.tolerances.get(entry.key)
+                rows.append(Difference(scene, model, entry, value, target, band, *errors, asked))
     return rows
 
 
+def unit_notes(runs: Runs) -> list[str]:
+    """Numbers that seem to be in another unit than their name says."""
+    return [
+        f"{row.scene}, {row.model}: {row.quantity.key} = {row.reduced:.4g} {row.quantity.unit} is "
+        f"some {1000.0**power:g} times the reference's: is it in the unit of its name?"
+        for row in differences(runs, COMPARED)
+        if row.reduced is not None
+        and row.reference is not None
+        and (power := unit_slip(row.reduced, row.reference))
+    ]
+
+
 def sentences(rows: list[Difference]) -> list[str]:
-    """One sentence per scene on the peak force, in words that the numbers bear out."""
+    """One sentence per scene and model on the peak force, in words that the numbers bear out."""
     result = []
     for row in rows:
         if row.quantity != OF_A_TAP[0]:
             continue
-        if row.error_percent is None:
-            result.append(f"{row.scene.capitalize()} finger: no comparison, a run is missing.")
+        whose = "the reduced model" if row.model == REDUCED[0] else row.model
+        if row.error_percent is None or row.verdict is None:
+            missing = "no comparison, a run is missing"
+            result.append(f"{row.scene.capitalize()} finger: {missing} ({row.model}).")
             continue
         side = "above" if row.error_percent > 0 else "below"
         text = (
-            f"{row.scene.capitalize()} finger: the reduced model's peak force lies "
+            f"{row.scene.capitalize()} finger: {whose}'s peak force lies "
             f"{abs(row.error_percent):.1f} % {side} the reference's"
         )
+        u = row.verdict.uncertainty
+        if u is not None:
+            text += f" (known to {u:.2g} %: {row.verdict.judgement})"
         if row.band is not None and row.band_percent is not None:
             place = "inside" if row.inside else "outside"
             text += (
                 f"; over {row.band.count} meshes and penalty factors the reference itself ranges "
                 f"from {row.band.low:.0f} to {row.band.high:.0f} {row.quantity.unit}, "
-                f"a spread of {row.band_percent:.0f} %, and the reduced model lies {place} it"
+                f"a spread of {row.band_percent:.0f} %, and {whose} lies {place} it"
             )
         result.append(text + ".")
     return result

@@ -7,11 +7,11 @@ from validation.compare.figures import mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
 from validation.render.off_screen import STILL, Renders, render_run
-from validation.validate.headline import differences, sentences
-from validation.validate.plan import ALONE, MESHES, PENALTIES, REFERENCE, SCENES, Runs
+from validation.validate.headline import differences, sentences, unit_notes
+from validation.validate.plan import MESHES, PENALTIES, Runs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
-HIDDEN = ("reduced_model", "reference_model", "scene")  # said once above the page's table
+HIDDEN = ("reference_model", "scene")  # said once above the page's table
 CAPTIONS = {
     "stress": "von Mises stress at peak force, cut along the plane of motion",
     "velocity": "Speed at peak force",
@@ -23,28 +23,31 @@ CAPTIONS = {
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     """Figs. 7 and 9; returns paths and captions."""
     forces, meshes = folder / "forces.png", folder / "elements.png"
-    lines = [r for s in SCENES for r in runs.several(s, ALONE)]
-    overlay_figure(forces, lines, [r for s in SCENES for r in runs.spread_over(s)], SCENES)
+    lines = [r for s in runs.scenes for r in runs.lines(s)]
+    band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
+    overlay_figure(forces, lines, band, runs.scenes)
     counted = [
         (title, run)
-        for scene in SCENES
+        for scene in runs.scenes
         for variant, title in MESHES.items()
         if (run := runs.find(scene, ("hcm", variant))) is not None
     ]
-    mesh_figure(meshes, counted, SCENES)
-    captions = {
-        forces: "Reduced model and references (the paper's fig. 9). Source: our own runs.",
-        meshes: "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs.",
-    }
-    return list(captions.items())
+    found = [(forces, "Models and references (as the paper's fig. 9). Source: the runs below.")]
+    if runs.plan.in_full:
+        mesh_figure(meshes, counted, runs.scenes)
+        text = "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs."
+        found.append((meshes, text))
+    return found
 
 
 def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Renders]:
     """Renders of the reference on every scene that it completed."""
     result = {}
-    for scene in SCENES:
+    for scene in runs.scenes:
+        if scene in runs.plan.data:
+            continue
         result[scene] = Renders({}, "no completed run to draw")
-        if (run := runs.find(scene, REFERENCE)) is not None:
+        if (run := runs.reference(scene)) is not None:
             source = runs_folder / safe_name(run.folder_name)
             result[scene] = render_run(source, folder, scene, (*STILL, "pressure"))
     return result
@@ -76,10 +79,13 @@ def page_context(
         for what, path in pictures.pictures.items()
     ]
     factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *PENALTIES))
-    shown = [row for row in accuracy if row["reference_model"] == " ".join(REFERENCE)]
-    by_scene = {scene: [row for row in shown if row["scene"] == scene] for scene in SCENES}
+    first = {s: run.label for s in runs.scenes if (run := runs.reference(s)) is not None}
+    shown = [row for row in accuracy if row["reference_model"] == first.get(row["scene"])]
+    by_scene = {scene: [row for row in shown if row["scene"] == scene] for scene in runs.scenes}
     return {
+        "plan": runs.plan,
         "failures": runs.failures(),
+        "unit_notes": unit_notes(runs),
         "sentences": sentences(headline),
         "differences": headline,
         "spread_text": f"two meshes (penalty 0.1) and penalty factors {factors} (coarse mesh)",

@@ -9,7 +9,7 @@ from typing import Any
 from validation.compare.claims import Claim, find
 from validation.compare.differences import error_percent
 from validation.harness.quantities import quantity
-from validation.validate.plan import REDUCED, REFERENCE, SCENES, Runs
+from validation.validate.plan import REDUCED, REFERENCE, Runs
 
 # The quantities of each table, as its claims call them.
 TABLE_2 = {
@@ -33,7 +33,7 @@ def printed(scene: str, key: str) -> dict[str, Claim]:
 def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
     """Rows of Table 2 or 3, by its quantities; the paper's error is a magnitude, ours is signed."""
     rows = []
-    for scene in SCENES:
+    for scene in runs.scenes:
         ran = {"hcm": runs.find(scene, REDUCED), "reference": runs.find(scene, REFERENCE)}
         for key in names:
             entry = quantity(key)

@@ -1,13 +1,12 @@
 """What ``fingertap validate`` runs, and how its runs are found again."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from validation.harness.record import RunRecord
 from validation.runs.execute import Job
 from validation.scenes.load import without_estimate
 
-SCENES = ("hard", "soft")
 REFERENCE = ("fem3d", "ls-dyna-like")
 FAST = ("fem3d", "fast")
 HOLES = ("fem3d", "ls-dyna-like shaft holes")
@@ -20,8 +19,52 @@ PENALTY = "solver.fem.penalty_factor"
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
 
 
+@dataclass(frozen=True)
+class Plan:
+    """Who is compared with whom, and on what.
+
+    Attributes
+    ----------
+    scenes : what each scene is read from, by its name.
+    models : the ones that are compared, the first of them the headline's.
+    reference : the model that they are compared with.
+    data : by the scene's name, a record in the place of that model's.
+    tolerances : largest difference by a quantity's key, percent.
+    """
+
+    scenes: Mapping[str, str] = field(default_factory=lambda: {"hard": "hard", "soft": "soft"})
+    models: tuple[str, ...] = (REDUCED[0],)
+    reference: str = REFERENCE[0]
+    data: Mapping[str, RunRecord] = field(default_factory=dict)
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def in_full(self) -> bool:
+        """Whether the paper's comparison is made: its ladder, meshes, penalties and holes."""
+        return self.reference == REFERENCE[0] and REDUCED[0] in self.models and not self.data
+
+
+PAPER = Plan()
+
+
+def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
+    """Jobs of all scenes; each group shares a process, whose memory is its first job's."""
+    jobs = []
+    for source in plan.scenes.values():
+        if plan.in_full:
+            jobs += groups(source, estimate)
+        done = {job.model for group in jobs for job in group if job.scene == source}
+        wanted = [*plan.models, *([] if plan.data else [plan.reference])]
+        jobs += [
+            [Job(source, model, without_estimate(model, not estimate), None, True)]
+            for model in dict.fromkeys(wanted)
+            if model not in done
+        ]
+    return jobs
+
+
 def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
-    """Jobs of one scene; each group shares a process, whose memory is its first job's.
+    """Jobs of one scene in the paper's comparison; the first of a group is measured.
 
     Parameters
     ----------
@@ -57,6 +100,12 @@ class Runs:
     """All runs of a validation."""
 
     records: tuple[RunRecord, ...]
+    plan: Plan = PAPER
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(self.plan.scenes)
 
     def find(self, scene: str, which: tuple[str, str]) -> RunRecord | None:
         """The completed run of a scene with that model and variant."""
@@ -69,9 +118,29 @@ class Runs:
         """Those of the named runs that completed."""
         return [run for one in which if (run := self.find(scene, one)) is not None]
 
+    def of_model(self, scene: str, model: str) -> RunRecord | None:
+        """A model's own run of a scene: the first of its jobs, if it completed."""
+        found = next((r for r in self.records if (r.scene, r.model) == (scene, model)), None)
+        return found if found is not None and found.ok else None
+
+    def reference(self, scene: str) -> RunRecord | None:
+        """The run, or the data, that the first screen compares with."""
+        return self.plan.data.get(scene) or self.of_model(scene, self.plan.reference)
+
+    def compared(self, scene: str) -> list[RunRecord]:
+        """The completed runs of the models that are compared."""
+        runs = (self.of_model(scene, model) for model in self.plan.models)
+        return [run for run in runs if run is not None]
+
     def references(self, scene: str) -> list[RunRecord]:
-        """The runs that the reduced model is compared with."""
-        return self.several(scene, ALONE[1:])
+        """The runs that the models are compared with, the first screen's first."""
+        first = self.reference(scene)
+        others = self.several(scene, ALONE[1:]) if self.plan.in_full else []
+        return ([] if first is None else [first]) + [run for run in others if run is not first]
+
+    def lines(self, scene: str) -> list[RunRecord]:
+        """The runs whose forces are drawn."""
+        return self.compared(scene) + self.references(scene)
 
     def spread_over(self, scene: str) -> list[RunRecord]:
         """The three-dimensional runs over meshes and penalty factors, all with plain hinges."""
@@ -80,7 +149,8 @@ class Runs:
 
     def measured(self) -> list[RunRecord]:
         """The runs that had a process to themselves when their memory was read."""
-        return [run for run in self.records if (run.model, run.variant) in ALONE]
+        own = (*((model, "") for model in self.plan.models), *ALONE)
+        return [run for run in self.records if (run.model, run.variant) in own]
 
     def failures(self) -> list[RunRecord]:
         """The runs that did not complete."""

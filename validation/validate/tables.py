@@ -1,11 +1,13 @@
 """The page's tables of accuracy and efficiency (the paper's Tables 2 and 3), with sources."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from validation.compare.differences import error_percent, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
+from validation.compare.verdict import judge
 from validation.harness.quantities import COMPARED, quantities
 from validation.harness.record import RunRecord
 from validation.validate.paper_tables import TABLE_2, TABLE_3, printed
@@ -21,7 +23,8 @@ ACCURACY_COLUMNS = (
     *("scene", "quantity", "unit"),
     *("reduced_model", "reduced", "reduced_error", "reduced_source"),
     *("reference_model", "reference", "reference_error", "reference_source"),
-    *("error_percent", "reference_low", "reference_high", "reference_runs"),
+    *("error_percent", "uncertainty_percent", "verdict", "tolerance_percent", "check"),
+    *("reference_low", "reference_high", "reference_runs"),
     *("paper_reduced", "paper_reference", "paper_error_percent", "paper_source"),
 )
 EFFICIENCY_COLUMNS = (
@@ -32,7 +35,10 @@ EFFICIENCY_COLUMNS = (
 
 
 def accuracy_rows(
-    reduced: RunRecord, references: list[RunRecord], spread_over: list[RunRecord]
+    reduced: RunRecord,
+    references: list[RunRecord],
+    spread_over: list[RunRecord],
+    tolerances: Mapping[str, float] = MappingProxyType({}),
 ) -> list[dict[str, Any]]:
     """Rows of one scene: every compared quantity against every completed reference.
 
@@ -42,6 +48,7 @@ def accuracy_rows(
     references : runs of the reference, each compared with the reduced run.
     spread_over : three-dimensional runs over meshes and penalty factors, whose spread is quoted
         beside every three-dimensional number.
+    tolerances : largest difference by a quantity's key, percent.
     """
     rows: list[dict[str, Any]] = []
     for reference in references:
@@ -54,20 +61,26 @@ def accuracy_rows(
         }
         for entry in COMPARED:
             value, target = entry.read(reduced), entry.read(reference)
+            errors = entry.error(reduced), entry.error(reference)
+            verdict = judge(value, target, *errors, tolerances.get(entry.key))
             band = spread(spread_over, entry) if reference.model == "fem3d" else None
             row = common | {
                 "quantity": entry.title,
                 "unit": entry.unit,
                 "reduced": value,
-                "reduced_error": entry.error(reduced),
+                "reduced_error": errors[0],
                 "reference": target,
-                "reference_error": entry.error(reference),
+                "reference_error": errors[1],
                 "error_percent": error_percent(value, target),
+                "uncertainty_percent": verdict and verdict.uncertainty,
+                "verdict": verdict and verdict.judgement,
+                "tolerance_percent": verdict and verdict.tolerance,
+                "check": verdict and verdict.check,
                 "reference_low": band and band.low,
                 "reference_high": band and band.high,
                 "reference_runs": band and band.count,
             }
-            rows.append(row | _of_table_2(entry.key, reference))
+            rows.append(row | _of_table_2(entry.key, reduced, reference))
         for name, title in FORCES.items():
             metrics = compare_forces(reduced, reference, name)
             for part in ("magnitude", "phase", "combined"):
@@ -77,24 +90,34 @@ def accuracy_rows(
     return rows
 
 
-def _of_table_2(key: str, reference: RunRecord) -> dict[str, Any]:
+def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str, Any]:
     """What Table 2 prints of a quantity, beside the reference that stands in for LS-DYNA."""
-    if key not in TABLE_2 or reference.variant != REFERENCE[1]:
+    pair = (reduced.model, reference.model, reference.variant)
+    if key not in TABLE_2 or pair != (REDUCED[0], *REFERENCE):
         return {}
     claims = printed(reference.scene, key)
+    if not claims:
+        return {}
     columns = {"hcm": "reduced", "reference": "reference", "error": "error_percent"}
     values = {f"paper_{columns[who]}": claim.number for who, claim in claims.items()}
     ids = " ".join(claim.id for claim in claims.values())
     return {**values, "paper_source": f"{PAPER}: Table 2 ({ids})"}
 
 
-def efficiency_rows(runs: Sequence[RunRecord]) -> list[dict[str, Any]]:
-    """One row per run, each measured alone in a fresh process with its compiled code warm."""
+def efficiency_rows(
+    runs: Sequence[RunRecord], models: Sequence[str] = (REDUCED[0],)
+) -> list[dict[str, Any]]:
+    """One row per run, each measured alone in a fresh process with its compiled code warm.
+
+    Parameters
+    ----------
+    models : that are compared; the others are what they are compared with.
+    """
     return [
         {
             "scene": run.scene,
             "model": run.label,
-            "source": SELF if run.model == "hcm" else OTHER,
+            "source": SELF if run.model in models else OTHER,
             "status": run.status,
             **{entry.key: run.summary.get(entry.key) for entry in MEASURED},
             "processor": run.provenance.get("processor"),
@@ -110,7 +133,9 @@ def _of_table_3(run: RunRecord) -> dict[str, Any]:
     who = {REDUCED: "hcm", REFERENCE: "reference"}.get((run.model, run.variant))
     if who is None:
         return {}
-    time, memory = (printed(run.scene, key)[who] for key in TABLE_3)
+    time, memory = (printed(run.scene, key).get(who) for key in TABLE_3)
+    if time is None or memory is None:
+        return {}
     return {
         "paper_time_s": time.number,
         "paper_memory_MB": memory.number,

@@ -76,7 +76,7 @@ def validated(monkeypatch: Patch, make_record: Make, tmp_path: Path) -> Callable
 
         monkeypatch.setattr(validate_command, "in_fresh_process", run)
         monkeypatch.setattr(validate_command, "compile_in_fresh_process", lambda models, say: None)
-        monkeypatch.setattr(validate_command, "isolated_ladder", lambda out, full, store: ladder)
+        monkeypatch.setattr(validate_command, "isolated_ladder", lambda plan, *rest: ladder)
         monkeypatch.setattr(
             validate_page, "render_run", lambda *a: Renders({}, problem or "not drawn in tests")
         )

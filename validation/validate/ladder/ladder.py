@@ -10,7 +10,7 @@ from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Store
 from validation.identify.contact import MESHES, ContactIdentification
 from validation.models.impact import impact_of
-from validation.scenes.load import load_scene
+from validation.scenes.load import load_scene, scene_name
 from validation.validate.ladder.causes import Cause, causes
 from validation.validate.ladder.comparison import Comparison
 from validation.validate.ladder.reference_checks import ReferenceCheck, explicit_flight
@@ -63,7 +63,7 @@ def compute_ladder(
             ladder.rows.extend(structure_rung(scene, impact, full, runs))
             tip = runs.identify(scene, MESHES if full else MESHES[:1])
             ladder.identified.append(tip)
-            stored = preset_uncertainties(studies / f"{source}-fem3d" / "convergence.csv")
+            stored = preset_uncertainties(studies / f"{scene.name}-fem3d" / "convergence.csv")
             compared, reference, own, predicted = contact_rung(
                 source, scene, impact, tip, stored, full, runs
             )
@@ -74,5 +74,5 @@ def compute_ladder(
             if full and source == EXPLICIT_FLIGHT:
                 ladder.checks.append(explicit_flight(source, runs))
         except (UserError, RunFailedError) as error:
-            ladder.failures.append(f"{source}: {error}")
+            ladder.failures.append(f"{scene_name(source)}: {error}")
     return ladder

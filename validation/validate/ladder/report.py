@@ -19,7 +19,7 @@ from validation.validate.ladder.run_tables import (
 )
 from validation.validate.ladder.rungs import paper_rung
 from validation.validate.paper_tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
-from validation.validate.plan import SCENES, Runs
+from validation.validate.plan import Runs
 
 RUNGS = {
     2: "Rung 2, structure: the same lumped law on both bodies",
@@ -50,13 +50,13 @@ Rows = Mapping[str, Sequence[Any]]  # of each of TABLES
 def ladder_rows(ladder: Ladder, runs: Runs) -> Rows:
     """Rows of all tables, from the validation's own runs and the ladder's."""
     return {
-        "ladder": [*ladder.rows, *paper_rung(runs, SCENES)],
+        "ladder": [*ladder.rows, *paper_rung(runs, runs.scenes)],
         "ladder_causes": ladder.causes,
         "table_2": paper_rows(runs, TABLE_2),
         "table_3": paper_rows(runs, TABLE_3),
-        "reference_checks": [*shaft_holes(runs, SCENES), *ladder.checks],
+        "reference_checks": [*shaft_holes(runs, runs.scenes), *ladder.checks],
         "accuracy_cost": accuracy_against_cost(runs, ladder.predictions, ladder.references),
-        "contact_patch": contact_patches(runs, ladder.references, SCENES),
+        "contact_patch": contact_patches(runs, ladder.references, runs.scenes),
     }
 
 

@@ -8,7 +8,7 @@ from validation.compare.differences import error_percent
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.models import solid
-from validation.scenes.load import load_scene
+from validation.scenes.load import read_scene
 from validation.validate.plan import FAST, PLANE, REDUCED, REFERENCE, Runs
 
 NAMES = {REDUCED: "hcm, the paper's k"}
@@ -82,7 +82,7 @@ def contact_patch(run: RunRecord) -> ContactPatch | None:
         return None
     top = int(history["normal_force_N"].argmax())
     force, area = (float(history[k][top]) for k in ("normal_force_N", "contact_area_m2"))
-    tables = load_scene(run.scene).tables
+    tables = read_scene(run.provenance["scene_toml"], run.scene)
     materials, *_ = solid.inputs(tables)
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     hertz = (0.75 * force * radius / materials[-1].plane_strain_modulus) ** (1 / 3)

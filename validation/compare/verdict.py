@@ -1,0 +1,81 @@
+"""What a difference between two results says, given what both know of their own errors.
+
+ASME V&V 20 (2009): the comparison error E = S - D against the uncertainty u of the comparison,
+u^2 = u_S^2 + u_D^2. |E| > u: E is an error of the model, of that size and sign. |E| <= u: the
+model's error lies within what the comparison can see.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+Judgement = Literal["resolved", "within uncertainty", "cannot tell"]
+Check = Literal["inside", "outside", "cannot tell"]
+SLIP = 0.3  # of the ratio's decimal logarithm: models differ by less than a factor of two
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A comparison of one number.
+
+    Attributes
+    ----------
+    difference : E = S - D over |D|, percent.
+    uncertainty : u over |D|, percent; None where a result states no error.
+    tolerance : largest difference asked for, percent; None: none was.
+    """
+
+    difference: float
+    uncertainty: float | None
+    tolerance: float | None = None
+
+    @property
+    def judgement(self) -> Judgement:
+        """In words; *cannot tell* also where u is larger than the tolerance."""
+        u = self.uncertainty
+        if u is None or (self.tolerance is not None and u > self.tolerance):
+            return "cannot tell"
+        return "resolved" if abs(self.difference) > u else "within uncertainty"
+
+    @property
+    def check(self) -> Check | None:
+        """Whether the difference is within the tolerance, None where none was asked for."""
+        if self.tolerance is None:
+            return None
+        if self.judgement == "cannot tell":
+            return "cannot tell"
+        return "inside" if abs(self.difference) <= self.tolerance else "outside"
+
+
+def judge(
+    value: float | None,
+    target: float | None,
+    value_error: float | None,
+    target_error: float | None,
+    tolerance: float | None = None,
+) -> Verdict | None:
+    """The verdict on a number and its reference; None where there is nothing to compare.
+
+    Parameters
+    ----------
+    value, target : S and D, in one unit.
+    value_error, target_error : u_S and u_D in that unit; None or infinite: not known.
+    tolerance : percent of D.
+    """
+    if value is None or target is None or target == 0.0:
+        return None
+    u = None
+    if value_error is not None and target_error is not None:
+        u = 100.0 * math.hypot(value_error, target_error) / abs(target)
+    if u is not None and not math.isfinite(u):
+        u = None
+    return Verdict(100.0 * (value - target) / abs(target), u, tolerance)
+
+
+def unit_slip(value: float, target: float) -> int:
+    """The power of 1000 by which a number seems to be in another unit; 0 for none."""
+    if value == 0.0 or target == 0.0:
+        return 0
+    decades = math.log10(abs(value / target))
+    power = round(decades / 3.0)
+    return power if power and abs(decades - 3.0 * power) < SLIP else 0

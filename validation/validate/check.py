@@ -1,0 +1,170 @@
+"""What ``fingertap validate`` is asked for, and its checks for continuous integration."""
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from validation.errors import UserError
+from validation.harness.files import write_json, write_text
+from validation.harness.provenance import provenance
+from validation.harness.quantities import COMPARED
+from validation.models import adapter
+from validation.scenes.load import BUILT_IN, load_scene
+from validation.scenes.messages import show
+from validation.validate.headline import Difference, differences
+from validation.validate.plan import PAPER, Plan, Runs
+
+NAMES = {
+    "peak": "peak_normal_force_N",
+    "impulse": "normal_impulse_N_s",
+    "duration": "contact_duration_s",
+    "arrival": "contact_time_s",
+    "tangential": "peak_tangential_force_N",
+    "stress": "peak_stress_R_Pa",
+}
+KEYS = tuple(entry.key for entry in COMPARED)
+
+
+def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) -> Plan:
+    """What the command line asks for.
+
+    Raises
+    ------
+    UserError
+        A scene is refused or two have one name, a model is unknown, named twice, or takes one of
+        the scenes not, or a tolerance can't be read.
+    """
+    named = {}
+    for source in scenes or PAPER.scenes.values():
+        scene = load_scene(source)
+        if scene.name in named or (scene.name in BUILT_IN and source not in BUILT_IN):
+            raise UserError(
+                f"scene {source}: another scene is called {scene.name} as well; rename the file"
+            )
+        named[scene.name] = scene
+    wanted = [name.strip() for name in models.split(",")]
+    if len(set(wanted)) < len(wanted) or reference in wanted:
+        raise UserError(f"--models {models}: a model is named twice, or is the reference as well")
+    for name in (*wanted, reference):
+        model = adapter(name)
+        for scene in named.values():
+            if refused := model.refusal(scene):
+                raise UserError(f"scene {scene.name}, model {name}: {refused}")
+    sources = dict(zip(named, scenes or PAPER.scenes.values(), strict=True))
+    return Plan(sources, tuple(wanted), reference, tolerances=read_tolerances(tolerance))
+
+
+def read_tolerances(text: str) -> Mapping[str, float]:
+    """Percent by a quantity's key, of ``peak=5,impulse=3``.
+
+    Raises
+    ------
+    UserError
+        A name is unknown, or what follows it is no positive number.
+    """
+    found = {}
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        name, _, number = (piece.strip() for piece in part.partition("="))
+        key = NAMES.get(name, name)
+        if key not in KEYS:
+            known = ", ".join((*NAMES, *KEYS))
+            raise UserError(f"--tolerance {show(part)}: unknown quantity; known are {known}")
+        try:
+            percent = float(number)
+        except ValueError:
+            percent = math.nan
+        if not 0.0 < percent < math.inf:
+            raise UserError(f"--tolerance {show(part)}: must be NAME=PERCENT, as in peak=5")
+        found[key] = percent
+    return found
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A tolerance that was asked for, and what became of it.
+
+    Attributes
+    ----------
+    outcome : inside, outside or cannot tell, or missing where a run is.
+    text : in words with numbers.
+    """
+
+    scene: str
+    model: str
+    quantity: str
+    outcome: str
+    text: str
+
+
+def _checked(row: Difference) -> Checked:
+    where = f"{row.scene}, {row.model}: {row.quantity.title}"
+    verdict = row.verdict
+    outcome: str = "missing" if verdict is None else verdict.check or "cannot tell"
+    if verdict is None:
+        text = f"{where}: nothing to compare"
+    else:
+        known = "with no stated error"
+        if verdict.uncertainty is not None:
+            known = f"known to {verdict.uncertainty:.2g} %"
+        text = f"{where} {verdict.difference:+.2f} % ({known}), tolerance {row.tolerance:g} %: "
+        text += outcome
+    return Checked(row.scene, row.model, row.quantity.key, outcome, text)
+
+
+def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Checked]:
+    """Write ``validate.json`` (all verdicts) and ``junit.xml`` (a test for each tolerance).
+
+    Parameters
+    ----------
+    failures : one line for each run that failed.
+    """
+    rows = differences(runs, COMPARED)
+    checks = [_checked(row) for row in rows if row.tolerance is not None]
+    content = {
+        "verdicts": [_verdict(row) for row in rows],
+        "failures": list(failures),
+        "provenance": provenance({}),
+    }
+    write_json(folder / "validate.json", content)
+    write_text(folder / "junit.xml", _junit(checks, failures))
+    return checks
+
+
+def _verdict(row: Difference) -> dict[str, Any]:
+    verdict = row.verdict
+    return {
+        "scene": row.scene,
+        "model": row.model,
+        "quantity": row.quantity.key,
+        "unit": row.quantity.unit,
+        "value": row.reduced,
+        "value_error": row.reduced_error,
+        "reference": row.reference,
+        "reference_error": row.reference_error,
+        "difference_percent": verdict and verdict.difference,
+        "uncertainty_percent": verdict and verdict.uncertainty,
+        "verdict": verdict and verdict.judgement,
+        "tolerance_percent": row.tolerance,
+        "check": verdict and verdict.check,
+    }
+
+
+def _junit(checks: Sequence[Checked], failures: Sequence[str]) -> str:
+    """JUnit's XML: a failed run is an error, a check that is not inside a failure."""
+    wrong = [check for check in checks if check.outcome != "inside"]
+    counts = {"tests": len(checks) + len(failures), "failures": len(wrong), "errors": len(failures)}
+    attributes = {name: str(count) for name, count in counts.items()}
+    suite = ET.Element("testsuite", {"name": "fingertap validate", **attributes})
+    for check in checks:
+        name = f"{check.scene}.{check.model}"
+        case = ET.SubElement(suite, "testcase", classname=name, name=check.quantity)
+        if check.outcome != "inside":
+            ET.SubElement(case, "failure", message=check.text, type=check.outcome)
+    for failure in failures:
+        case = ET.SubElement(suite, "testcase", classname="runs", name=failure)
+        ET.SubElement(case, "error", message=failure)
+    ET.indent(suite)
+    return ET.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from . import damage, disks, signals
+from . import disks, signals
 from .bench import Bench, Tally
 from .commands import LONG, PAPER, PLANE, RUN, SOLID, STRESS, VALIDATE
 
@@ -39,14 +39,10 @@ def plan(faults: int, only: Sequence[str], count: int | None) -> list[tuple[str,
         ("run", lambda b: signals.signals(b, RUN, share(0.1), 1.1, each=True)),
         ("run-on", lambda b: signals.signals(b, RUN, share(0.1), 1.1, each=False)),
         ("plane", lambda b: signals.signals(b, PLANE, share(0.05), 1.1, each=True)),
-        ("store", lambda b: damage.damaged_store(b, RUN, share(0.08))),
-        ("store-fields", lambda b: damage.damaged_store(b, PLANE, share(0.07))),
         ("two", lambda b: signals.two_processes(b, RUN, share(0.05))),
         ("limit", lambda b: disks.file_limit(b, PLANE, share(0.07))),
         ("full", lambda b: disks.full_disk(b, PLANE, sizes)),
         ("read-only", lambda b: disks.read_only(b, (RUN, PLANE))),
-        ("mesh", lambda b: damage.damaged_mesh(b, share(0.05))),
-        ("restart", lambda b: damage.damaged_restart(b, share(0.03))),
         ("long", lambda b: signals.signals(b, LONG, share(0.04), 1.1, each=True)),
         ("solid", lambda b: signals.signals(b, SOLID, share(0.02), 1.1, each=True)),
         ("paper", lambda b: signals.signals(b, PAPER, share(0.15), 0.2, each=False)),

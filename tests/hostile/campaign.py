@@ -10,20 +10,20 @@ processes that stay warm; one that dies or hangs costs its try. Exit code 1 if a
 import argparse
 import json
 import os
-import queue
 import random
 import resource
-import select
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 SHARES = {  # of a campaign; the last three start processes of their own, which takes seconds each
@@ -31,7 +31,7 @@ SHARES = {  # of a campaign; the last three start processes of their own, which 
     "stores": 0.07, "restarts": 0.05, "signals": 0.03, "disks": 0.03, "surroundings": 0.03,
 }  # fmt: skip
 OUTCOMES = {0: "done", 1: "failed", 2: "refused"}
-HUNG_S = 240.0  # of a machine that others use too
+HUNG_S = 240  # of a machine that others use too
 MEMORY = 8 * 2**30  # address space of a try, and of each process that it starts
 ROOT = Path(__file__).parents[2]
 
@@ -66,67 +66,32 @@ def serve(folder: Path) -> None:
     answers = os.fdopen(os.dup(1), "w")
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     for line in sys.stdin:
+        signal.alarm(HUNG_S)  # ends the process, whatever it does
         print(json.dumps(attempt(line.strip(), folder)), file=answers, flush=True)
 
 
-class Server:
-    """One process after another that makes tries."""
-
-    def __init__(self, folder: Path) -> None:
-        self._arguments = [sys.executable, "-m", "tests.hostile.campaign", "--serve", str(folder)]
-        self._process: subprocess.Popen[str] | None = None
-
-    def make(self, label: str) -> Account:
-        """The account of a try, also of one that its process did not survive."""
-        pipe, one = (
-            subprocess.PIPE,
-            ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"),
-        )
-        if self._process is None:
-            self._process = subprocess.Popen(
-                self._arguments, stdin=pipe, stdout=pipe, stderr=pipe, text=True, cwd=ROOT,
-                env=os.environ | {"PYTHONPATH": str(ROOT)} | dict.fromkeys(one, "1"),
-            )  # fmt: skip
-        process = self._process
+def answered(labels: Sequence[str], folder: Path) -> Iterator[tuple[str, Account]]:
+    """Tries made by one process after another: one that ends costs its try."""
+    one = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    arguments = [sys.executable, "-m", "tests.hostile.campaign", "--serve", str(folder)]
+    environment, pipe = os.environ | one | {"PYTHONPATH": str(ROOT)}, subprocess.PIPE
+    process: subprocess.Popen[str] | None = None
+    for label in labels:
+        if process is None:
+            process = subprocess.Popen(
+                arguments, stdin=pipe, stdout=pipe, text=True, cwd=ROOT, env=environment
+            )
         assert process.stdin is not None
         assert process.stdout is not None
         print(label, file=process.stdin, flush=True)
-        ready, _, _ = select.select([process.stdout], [], [], HUNG_S)
-        if ready and (line := process.stdout.readline()):
-            account: Account = json.loads(line)
-            return account
-        error = self.end()
-        why = f"its process ended with {process.returncode}" if ready else f"hung {HUNG_S:.0f} s"
-        return {"what": "", "code": None, "fell": [why], "error": error[-2000:]}
-
-    def end(self) -> str:
-        """End the process; what it wrote to standard error."""
-        process, self._process = self._process, None
-        if process is None:
-            return ""
-        process.kill()
-        return process.communicate()[1]
-
-
-def accounts(every: Sequence[str], jobs: int, folder: Path) -> Iterator[tuple[str, Account]]:
-    """Tries and their accounts, by so many processes."""
-    idle = queue.SimpleQueue[Server]()
-
-    def make(label: str) -> Account:
-        server = idle.get()
-        try:
-            return server.make(label)
-        finally:
-            idle.put(server)
-
-    for _ in range(jobs):
-        idle.put(Server(folder))
-    try:
-        with ThreadPoolExecutor(jobs) as pool:
-            yield from zip(every, pool.map(make, every), strict=True)
-    finally:
-        for _ in range(jobs):
-            idle.get().end()
+        line = process.stdout.readline()
+        if not line:
+            process.communicate()
+            why = f"its process ended with {process.returncode}"
+            line, process = json.dumps({"what": "", "code": None, "fell": [why], "error": ""}), None
+        yield label, json.loads(line)
+    if process is not None:
+        process.communicate()
 
 
 def table(counts: Counts) -> str:
@@ -141,18 +106,30 @@ def table(counts: Counts) -> str:
 def campaign(every: Sequence[str], jobs: int, out: Path) -> Counts:
     """Make tries: what fell through is printed as it comes; accounts and table are kept."""
     counts: Counts = Counter()
-    out.mkdir(parents=True, exist_ok=True)
+    made = SimpleQueue[tuple[str, Account]]()
     folder = Path(tempfile.mkdtemp(prefix="hostile-"))
+    out.mkdir(parents=True, exist_ok=True)
+
+    def work(first: int) -> None:
+        for answer in answered(every[first::jobs], folder):
+            made.put(answer)
+
+    threads = [Thread(target=work, args=(first,), daemon=True) for first in range(jobs)]
     try:
+        for thread in threads:
+            thread.start()
         with (out / "tries.jsonl").open("a") as file:
-            for label, made in accounts(every, jobs, folder):
-                outcome = OUTCOMES.get(made["code"], "failed")
+            for _ in every:
+                label, account = made.get()
+                outcome = OUTCOMES.get(account["code"], "failed")
                 for name in (label.split(":")[0], "all"):
                     counts.update([(name, "tried"), (name, outcome)])
-                    counts[name, "fell through"] += bool(made["fell"])
-                print(json.dumps({"label": label} | made), file=file, flush=True)
-                if made["fell"]:
-                    print(f"{label} FELL {made['fell']} {made['what']!r:.300}", flush=True)
+                    counts[name, "fell through"] += bool(account["fell"])
+                print(json.dumps({"label": label} | account), file=file, flush=True)
+                if account["fell"]:
+                    print(f"{label} FELL {account['fell']} {account['what']!r:.300}", flush=True)
+        for thread in threads:
+            thread.join()
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     (out / "table.md").write_text(table(counts) + "\n")

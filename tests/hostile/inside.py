@@ -14,10 +14,11 @@ import tomli_w
 import meshes
 from reference_fem.dynamics import restart
 from tests.faults.damage import damage
+from tests.faults.results import collect, differences
 from tests.hostile.laws import Run, broken, printed
 from tests.hostile.oracle import Tried, call
 from tests.hostile.scenes import COARSE, RESULTS, SHORT, finger, hostile, in_units, put, times
-from tests.hostile.stores import VALUES, any_forgery, seal
+from tests.hostile.stores import any_forgery, seal
 from validation.models import adapter
 from validation.models.adapter import Checkpoint
 from validation.scenes.load import load_scene
@@ -214,40 +215,42 @@ def forged(dice: random.Random, mesh: meshes.FingerMesh) -> tuple[str, meshes.Fi
 
 
 def mesh_files(dice: random.Random, folder: Path) -> Tried:
-    """Mesh files that are not the scene's finger: refused, or no other answer than the finger's."""
-    dim, name = dice.choice([2, 3]), dice.choice(["m.vtu", "m.msh"])
+    """Mesh files that are not the scene's finger: refused, or no other answer than the finger's.
+
+    What the same file gave before it was changed is stored, and is not read back.
+    """
+    dim, path = dice.choice([2, 3]), folder / dice.choice(["m.vtu", "m.msh"])
     geometry, sizing = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3), meshes.Sizing(**COARSE)
     make = meshes.finger_quadrilaterals if dim == 2 else meshes.finger_hexahedra
-    whole = base(
-        folder, f"{dim}-{name}", lambda to: meshes.write(make(geometry, sizing), to / name)
-    )
-    path, good = folder / name, whole / name
+    given = ("run", "soft", "--model", f"fem{dim}d", f"--set={SETS[0]}", f"--set={SHORT[1]}")
+    given += (f"--set=solver.fem.mesh={path}",)
+    meshes.write(make(geometry, sizing), path)
+    expected, said = run(Tried(""), given, folder / "out")
     if dice.random() < 0.3:
-        shutil.copyfile(good, path)
         what = damage(path, dice)
     else:
-        what, mesh = forged(dice, meshes.read(good))
+        what, mesh = forged(dice, meshes.read(path))
         meshes.write(mesh, path)
     tried = Tried(f"{dim}D {what}")
-    given = ("run", "soft", "--model", f"fem{dim}d", f"--set={SETS[0]}", f"--set={SHORT[1]}")
-    expected, _ = run(Tried(""), (*given, f"--set=solver.fem.mesh={good}"), whole)
-    found, _ = run(tried, (*given, f"--set=solver.fem.mesh={path}"), folder / "out", ["mesh"])
+    found, said_of_it = run(tried, given, folder / "out", ["mesh"])
     if expected is None or (found is None and what == "numbered"):
-        tried.fell.append("refused, though it is the finger")
+        tried.fell.append(f"refused, though it is the finger: {said}")
     elif found is not None:
-        allowed = 1e-6 if what == "numbered" else 0.03
+        # the stable step is iterated to, from a start that numbering changes
+        allowed = 1e-4 if what == "numbered" else 0.03
         tried.fell += [
             f"passes as the finger: {key} {found[key]} for {expected[key]}"
             for key in ("contact_time_s", "peak_normal_force_N", "normal_impulse_N_s")
             if abs(found[key] / expected[key] - 1) > allowed
         ]
+        tried.fell += ["another mesh's stored run"] * ("has this run" in said_of_it)
     return tried
 
 
 def stores(dice: random.Random, folder: Path) -> Tried:
     """Stored results that are damaged, or forged under right digests."""
     given, out = dice.choice([HCM, PLANE]), folder / "out"
-    good = base(folder, f"store-{given[3]}", lambda to: call(*given, "--out", str(to)))
+    good = base(folder, given[3], lambda to: call(*given, "--out", str(to)))
     shutil.copytree(good / "store", out / "store")
     (entry,) = (out / "store").iterdir()
     honest = dice.random() < 0.4
@@ -261,13 +264,11 @@ def stores(dice: random.Random, folder: Path) -> Tried:
     said = call(*given, "--json", "--out", str(out))
     if not tried.judge(said, out):
         tried.fell.append("a stored result ends the command")
-        return tried
     again = "computed again" in said.error
     if not again and "has this run" not in said.error:
         tried.fell.append("says nothing of what is stored")
-    found, expected = printed(said.out), printed(call(*given, "--json", "--out", str(good)).out)
-    if (honest or again) and any(found[key] != expected[key] for key in RESULTS):
-        tried.fell.append("other numbers than the run's")
+    if (honest or again) and differences(collect(out), collect(good)):
+        tried.fell.append("other results than the run's")
     return tried
 
 
@@ -278,34 +279,29 @@ def restarts(dice: random.Random, folder: Path) -> Tried:
         adapter("fem2d").run(load_scene("soft", SETS), None, Checkpoint(to / "restart.npz"))
         call(*PLANE, "--out", str(to))
 
-    good, out = base(folder, "restart", leave), folder / "out"
+    good, out, sure = base(folder, "restart", leave), folder / "out", dice.random()
     own = out / "run" / "soft-fem2d"
     shutil.copytree(good / "run" / "soft-fem2d", own)
     path, summary = own / "restart.npz", own / "summary.json"
-    if dice.random() < 0.2:
+    if sure < 0.2:
         table = json.loads(summary.read_text())
         name = dice.choice(["contact_time_s", "peak_normal_force_time_s", "provenance"])
-        table[name] = dice.choice([v for v in VALUES if not isinstance(v, float)][:10])
+        table[name] = dice.choice(["x", "\x1b[31m", "\ud800", [], {}, [[1]], 10**400])
         summary.write_text(json.dumps(table))
-        tried = Tried(f"run folder with {name} = {table[name]!r}")
-        if isinstance(table[name], int) or not tried.judge(
-            call("render", str(own)), out, [str(own)]
-        ):
-            return tried
-        tried.fell.append("was drawn")
+        tried = Tried(f"run folder with {name} = {table[name]!r:.50}")
+        if tried.judge(call("render", str(own), "--out", str(out)), out, [str(own)]):
+            tried.fell.append("was drawn")
         return tried
     shutil.copyfile(good / "restart.npz", path)
-    honest = dice.random() < 0.4
-    tried = Tried(damage(path, dice) if honest else _other_arrays(dice, path))
-    said = call(*PLANE, "--resume", "--json", "--out", str(out))
-    if tried.judge(said, out, [str(path)]) and honest:
-        expected = printed(call(*PLANE, "--json", "--out", str(good)).out)
-        if any(printed(said.out)[key] != expected[key] for key in RESULTS):
-            tried.fell.append("other numbers than the run's")
+    tried = Tried(damage(path, dice) if sure < 0.5 else other_arrays(dice, path))
+    done = tried.judge(call(*PLANE, "--resume", "--out", str(out)), out, [str(path)])
+    if done and sure < 0.5 and differences(collect(out), collect(good)):
+        tried.fell.append("other results than the run's")
     return tried
 
 
-def _other_arrays(dice: random.Random, path: Path) -> str:
+def other_arrays(dice: random.Random, path: Path) -> str:
+    """Put another array in the place of one, under a right checksum."""
     with np.load(path, allow_pickle=False) as file:
         content = dict(file)
     outside = {name: content.pop(name) for name in (restart.IDENTITY, restart.CHECKSUM)}

@@ -90,7 +90,6 @@ DIMENSIONS = {
 }  # fmt: skip
 STEPS = {  # hcm's defaults, and both models' limits of time
     "solver.hcm.flight_step": (1e-4, (0, 1, 0)), "solver.hcm.contact_step": (1e-6, (0, 1, 0)),
-    "solver.hcm.flight_tolerance": (1e-7, (1, 0, 0)),
     "solver.hcm.contact_tolerance": (1e-11, (1, 0, 0)),
     "solver.hcm.max_flight_time": (2.0, (0, 1, 0)), "solver.fem.max_flight_time": (2.0, (0, 1, 0)),
     "solver.hcm.max_contact_time": (0.05, (0, 1, 0)),

@@ -20,11 +20,6 @@ def test_interrupts_and_kills_lose_nothing(bench: Bench) -> None:
     assert (tally.injected, tally.lost) == (2, [])
 
 
-def test_damaged_results_are_made_again(bench: Bench) -> None:
-    tally = damage.damaged_store(bench, RUN, 1)
-    assert (tally.injected, tally.lost) == (1, [])
-
-
 def test_the_campaign_sees_a_loss(bench: Bench) -> None:
     out = bench.fresh()
     assert complete(RUN, out).code == 0

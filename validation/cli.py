@@ -90,8 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; exit code 0 done, 1 a run failed, 2 bad input, 3 outside."""
     from validation.harness.console import say_error
     from validation.harness.interrupts import heard_interrupts
-    from validation.harness.surroundings import refuse_unusable_surroundings
+    from validation.harness.surroundings import open_closed_streams, refuse_unusable_surroundings
 
+    open_closed_streams()
     # threads that spin while they wait make a shared machine many times slower
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what is imported stays: looking for garbage in it takes a tenth of a short command's time

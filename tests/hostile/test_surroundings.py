@@ -1,5 +1,6 @@
 """What a shell gives a command: limits, environment variables, modes, files' encodings."""
 
+import json
 import os
 import resource
 import stat
@@ -63,6 +64,22 @@ def test_too_little_address_space_is_said_at_once(tmp_path: Path) -> None:
 
     line = refusal(command(*HCM, "--out", str(tmp_path), preexec_fn=small))
     assert "ulimit -v 400000: must be at least" in line
+
+
+@pytest.mark.parametrize("closed", [(0, 1, 2), (2,)])
+def test_closed_streams_take_nothing_and_spoil_nothing(
+    closed: tuple[int, ...], tmp_path: Path
+) -> None:
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    given = ("run", "nowhere", "--model", "hcm"), (*HCM, "--json", "--out", str(tmp_path))
+    refused, done = (command(*arguments, preexec_fn=close) for arguments in given)
+    assert (refused.returncode, refused.stdout, refused.stderr) == (2, "", "")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "" if 1 in closed else json.loads(done.stdout)["model"] == "hcm"
+    assert (tmp_path / "run" / "soft-hcm" / "summary.json").exists()
 
 
 @pytest.mark.parametrize("umask", [0o077, 0o022, 0o002])

@@ -5,12 +5,24 @@ numba, LLVM and OpenBLAS do not survive these: they end in traces, crashes, or r
 
 import os
 import resource
+import sys
 
 from validation.errors import UserError
 
 # Of address space. hcm crashed below 0.6 GB, the solid models below 1.0 GB (tried with `ulimit -v`
 # in steps of 0.1 GB on two cores); OpenBLAS takes some 30 MB more for each further core.
 LEAST_ADDRESS_SPACE = 10**9
+
+
+def open_closed_streams() -> None:
+    """Open on nothing what is closed of the standard streams.
+
+    A file that took a closed one's number would be written to by libraries, and Python prints to
+    standard output what is meant for a standard error that is not there.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):  # in numbers' order
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - stays
 
 
 def refuse_unusable_surroundings() -> None:

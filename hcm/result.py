@@ -155,7 +155,7 @@ class Statistics:
     steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
     trial steps of the event search, steps taken through chatter, and seconds of solving. In flight
     by collocation an iteration is one of all stages, and its three systems' factorizations count as
-    three. The repetitions that estimate its errors (`hcm.estimate`) count in the seconds only.
+    three. The repetitions that estimate its errors (`hcm.estimate`) count nowhere.
     """
 
     steps: int

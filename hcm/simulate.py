@@ -140,7 +140,6 @@ def simulate(
         result,
         status=found.status,
         message=_message(found.status, clock, statistics) + found.doubt,
-        statistics=replace(statistics, wall_time_s=time.perf_counter() - started),
         errors=found.errors,
         cautions=(*cautions, *found.cautions),
     )

@@ -1,6 +1,7 @@
 """The reduced model: this module is its `adapter.Adapter`."""
 
 import time
+from dataclasses import replace
 from typing import Any
 
 from validation.errors import UserError
@@ -98,4 +99,9 @@ def run(
         result = hcm.simulate(**arguments, progress=progress)
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
-    return Outcome(to_record(result, scene, name, "", time.perf_counter() - start))
+    solve_time = result.statistics.wall_time_s
+    estimate_time = time.perf_counter() - start - solve_time
+    record = to_record(result, scene, name, "", solve_time)
+    return Outcome(
+        replace(record, statistics={**record.statistics, "estimate_time_s": estimate_time})
+    )

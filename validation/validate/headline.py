@@ -1,5 +1,6 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
+import math
 from dataclasses import dataclass
 
 from validation.compare.differences import Spread, error_percent, spread
@@ -111,5 +112,8 @@ def sentences(rows: list[Difference]) -> list[str]:
                 f"from {row.band.low:.0f} to {row.band.high:.0f} {row.quantity.unit}, "
                 f"a spread of {row.band_percent:.0f} %, and {whose} lies {place} it"
             )
+        if row.reference and row.reference_error and math.isfinite(row.reference_error):
+            share = 100 * row.reference_error / abs(row.reference)
+            text += f"; the reference estimates its own error at {share:.2g} %"
         result.append(text + ".")
     return result

@@ -8,6 +8,7 @@ import pytest
 
 from tests.validation.commands import Make, Run
 from validation.harness.console import summary_text
+from validation.harness.quantities import ESTIMATED
 from validation.harness.stored_run import read_record, write_record
 from validation.harness.uncertainty import with_error
 
@@ -62,6 +63,13 @@ def test_errors_are_read_back_as_they_were(
 ) -> None:
     write_record(tmp_path, make_record(errors=errors))
     assert read_record(tmp_path).errors == errors
+
+
+@pytest.mark.parametrize("model", ["hcm", "fem2d", "fem3d"])
+def test_every_model_states_the_errors_of_its_main_numbers(model: str, fingertap: Run) -> None:
+    printed = json.loads(fingertap("run", "soft", "--model", model, "--json").out)
+    assert set(printed["error_estimates"]) == set(ESTIMATED)
+    assert None not in printed["error_estimates"].values()
 
 
 def test_no_estimate_leaves_them_out(fingertap: Run) -> None:

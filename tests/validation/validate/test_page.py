@@ -1,6 +1,7 @@
 import json
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -198,6 +199,9 @@ def test_headline_inside_the_band(make_record: Make) -> None:
     assert rows[0].error_percent == pytest.approx(4)
     assert "4.0 % above the reference's; over 2" in sentences(rows)[0]
     assert "a spread of 7 %, and the reduced model lies inside it." in sentences(rows)[0]
+    stated = replace(solid[0], errors={"peak_normal_force_N": 24.0})
+    said = sentences(differences(Runs((make_record(peak=78.0), stated))))[1]
+    assert said.endswith("; the reference estimates its own error at 32 %.")
     times = [row for row in paper_rows(runs, TABLE_3) if row["unit"] == "s"]
     assert [row["reference_over_hcm"] for row in times] == [None, 200]
 

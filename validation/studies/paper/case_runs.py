@@ -49,7 +49,7 @@ def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
     import hcm
 
     scene = load_scene(case.scene, case.overrides)
-    arguments = translate(scene, estimate=False)
+    arguments = translate(scene, estimate=True)
     arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
     result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)

@@ -8,7 +8,6 @@ compared bit for bit; wall times are not. Exit code 1 where any differs.
 import dataclasses
 import enum
 import hashlib
-import importlib
 import json
 import math
 import os
@@ -95,30 +94,8 @@ def solid(
             fem.Surface(height, friction),
             fem.Drive(tuple(torques)),
         )
-        chosen = {"threads": 2, **settings}
-        if lumped is None:
-            return fem.simulate(*scene, fem.Settings(**chosen))
-        law = fem.LumpedContact(**lumped)
-        if hasattr(fem, "simulate_lumped"):
-            # The loop that it had of its own let springs of 1e-12 of a penalty into its step.
-            importlib.import_module("reference_fem.lumped_tap").NO_PENALTY = 1e-300
-            result = fem.simulate_lumped(*scene, law, fem.Settings(**chosen))
-            forces, gap = result.history, result.history.tip_position_m[:, 1] + height
-        else:
-            result = fem.simulate(*scene, fem.Settings(**chosen, contact=law))
-            forces, gap = result.forces, result.forces.lowest_gap_m
-        # Up to the first step without contact, where that loop ended; the definitions of contact
-        # time and duration are the other laws' now.
-        steps = int(np.flatnonzero(forces.normal_force_N)[-1]) + 2
-        return {
-            "status": result.status.name,
-            "time_step_s": result.summary.time_step_s,
-            "peak_normal_force_N": result.summary.peak_normal_force_N,
-            "peak_tangential_force_N": result.summary.peak_tangential_force_N,
-            "normal_force_N": forces.normal_force_N[:steps],
-            "tangential_force_N": forces.tangential_force_N[:steps],
-            "gap_m": gap[:steps],
-        }
+        law = {} if lumped is None else {"contact": fem.LumpedContact(**lumped)}
+        return fem.simulate(*scene, fem.Settings(**{"threads": 2, **settings, **law}))
 
     return run
 

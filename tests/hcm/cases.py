@@ -25,6 +25,7 @@ HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
 SURFACE = hcm.Surface(height=0.1, friction=0.5)
 SOFT_TIP = hcm.Tip(0.78e6)
 HARD_TIP = hcm.Tip(5.15e6)
+NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e6)  # a surface out of reach
 # The soft finger's tap from rest by `hcm.reference_solution`: DOP853, rtol 1e-10, known to 1e-7.
 TRUTH = {
     "contact_time_s": 0.13610709065870444,

@@ -8,10 +8,11 @@ from scipy.integrate import quad
 
 import hcm
 from hcm.beam.chain import build_chain
-from hcm.contact.law import ContactLaw, contact_law
+from hcm.contact.law import contact_law
 from hcm.reference_solution import Start
 from tests.hcm.cases import (
     HARD,
+    NOWHERE,
     SOFT,
     SOFT_TIP,
     SPINS,
@@ -22,7 +23,6 @@ from tests.hcm.cases import (
     straight_links,
 )
 
-NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 100.0)
 G = 9.8
 
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from hcm.contact.law import IN_FLIGHT, ContactLaw, contact_law
+from hcm.contact.law import IN_FLIGHT, contact_law
 from hcm.integrators.generalized_alpha import change_step, initial_acceleration, local_error, step
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import solve_chain
 from hcm.state import build_motion
 from tests.hcm.cases import (
+    NOWHERE,
     SOFT,
     SOFT_TIP,
     SPINS,
@@ -21,7 +22,6 @@ from tests.hcm.cases import (
     straight_links,
 )
 
-NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e6)
 RADII = [0.0, 0.5, 0.8, 1.0]
 
 

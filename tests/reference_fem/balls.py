@@ -6,6 +6,8 @@ import numpy as np
 
 from meshes import FingerMesh
 from meshes.grading import Grading
+from meshes.topology import outer_facets
+from tests.reference_fem.boxes import structured
 
 CORE = 0.5  # half side of the inner cube over the radius
 BULGE = 0.3  # how far the cube is blown up towards a ball: 0 not at all, 1 entirely
@@ -57,7 +59,7 @@ def half_ball(
     blocks.append(_blown_up(cube))
     points, cells = _merged(blocks)
     points *= radius
-    facets = _outer(cells)
+    facets = outer_facets(cells)
     middle = points[facets].mean(axis=1)
     on_sphere = np.linalg.norm(points[facets], axis=2).min(axis=1) > (1 - 1e-9) * radius
     return FingerMesh(
@@ -92,22 +94,11 @@ def _merged(blocks: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     cells, offset = [], 0
     for block in blocks:
         n = np.arange(block[..., 0].size).reshape(block.shape[:3]) + offset
-        low = [n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]]
-        cells.append(np.stack([p[..., :-1] for p in low] + [p[..., 1:] for p in low], -1))
+        cells.append(structured(n))
         offset += n.size
     every = np.concatenate([block.reshape(-1, 3) for block in blocks])
     every[np.abs(every) < 1e-12] = 0.0
     _, first, place = np.unique(
         np.round(every, 10) + 0.0, axis=0, return_index=True, return_inverse=True
     )
-    return every[first], place.ravel()[np.concatenate([c.reshape(-1, 8) for c in cells])]
-
-
-def _outer(cells: np.ndarray) -> np.ndarray:
-    """Facets of one cell only, outward."""
-    local = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-    facets = cells[:, local].reshape(-1, 4)
-    _, first, count = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    return facets[first[count == 1]]
+    return every[first], place.ravel()[np.concatenate(cells)]

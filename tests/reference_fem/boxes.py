@@ -3,7 +3,16 @@
 import numpy as np
 
 from meshes import FingerMesh
+from meshes.topology import outer_facets
 from tests.reference_fem.conftest import one_thread  # noqa: F401 - tests import it from here too
+
+
+def structured(number: np.ndarray) -> np.ndarray:
+    """Cells in VTK's order of a block with these node numbers, (i, j) or (i, j, k)."""
+    low = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    if number.ndim == 3:
+        low = [n[..., :-1] for n in low] + [n[..., 1:] for n in low]
+    return np.stack(low, axis=-1).reshape(-1, len(low))
 
 
 def boxes(
@@ -19,7 +28,7 @@ def boxes(
     """
     dim = 1 + len(section)
     points, cells, nodes, cell_sets = [], [], {}, {}
-    surface = np.empty((0, 2 if dim == 2 else 4), dtype=np.int64)
+
     start, offset, first_cell = 0.0, 0, 0
     for w, length in enumerate(lengths, start=1):
         axes = [np.linspace(-start - length, -start, divisions[0] + 1)]
@@ -29,17 +38,9 @@ def boxes(
             axes.append(np.linspace(low, section[1] / 2, divisions[2] + 1))
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         number = np.arange(grid[..., 0].size).reshape(grid.shape[:-1]) + offset
-        if dim == 2:
-            a, b = number[:-1, :-1], number[1:, :-1]
-            c, d = number[1:, 1:], number[:-1, 1:]
-            cell = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
-            surface = np.stack([number[:-1, 0], number[1:, 0]], axis=-1).reshape(-1, 2)
-        else:
-            low_z = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
-            corner = [n[..., :-1] for n in low_z] + [n[..., 1:] for n in low_z]
-            cell = np.stack(corner, axis=-1).reshape(-1, 8)
-            low_y = [number[:-1, 0, :-1], number[1:, 0, :-1], number[1:, 0, 1:], number[:-1, 0, 1:]]
-            surface = np.stack(low_y, axis=-1).reshape(-1, 4)
+        cell = structured(number)
+        facets = outer_facets(cell)
+        surface = facets[np.isin(facets, number[:, 0]).all(axis=1)]
         points.append(grid.reshape(-1, dim))
         cells.append(cell)
         cell_sets[f"phalanx_{w}"] = np.arange(first_cell, first_cell + len(cell))

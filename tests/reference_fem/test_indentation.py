@@ -17,10 +17,15 @@ from reference_fem.statics.indentation import (
     mindlin_ratio,
 )
 from reference_fem.statics.tip import TipCompliance, tip_compliance
+from tests.reference_fem.boxes import structured
 
 RADIUS = 0.0075
 MATERIAL = rf.Material(1e9, 0.4, 1400.0)
 SQUARE = 4.0 * math.log(1.0 + math.sqrt(2.0))  # ∫ dA/r over a unit square about its middle
+
+
+Exact = tuple[TipCompliance, ContactArea]
+Ball = tuple[meshes.FingerMesh, TipCompliance]
 
 
 def hertz_force(contact_radius: float) -> float:
@@ -47,9 +52,7 @@ def half_space(contact_radius: float, cells: int) -> TipCompliance:
     tangential[..., 1, 1] = (1 - nu) * inverse + nu * across
     tangential[..., 0, 1] = tangential[..., 1, 0] = nu * mixed
     corner = np.arange((cells + 1) ** 2).reshape(cells + 1, -1)
-    facets = np.stack(
-        [corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]], axis=-1
-    ).reshape(-1, 4)
+    facets = structured(corner)
     height = RADIUS - np.sqrt(RADIUS**2 - x**2 - z**2)
     return TipCompliance(
         nodes=np.arange(x.size),
@@ -65,31 +68,27 @@ def half_space(contact_radius: float, cells: int) -> TipCompliance:
 
 
 @pytest.fixture(scope="module")
-def exact() -> tuple[TipCompliance, ContactArea]:
+def exact() -> Exact:
     tip = half_space(4e-4, 20)
     return tip, contact_area(tip)
 
 
 @pytest.mark.parametrize("share", [0.75, 1.0])
-def test_half_space_gives_hertz_and_mindlin(
-    exact: tuple[TipCompliance, ContactArea], share: float
-) -> None:
+def test_half_space_gives_hertz_and_mindlin(exact: Exact, share: float) -> None:
     contact_radius = share * 4e-4
     force = hertz_force(contact_radius)
     pressed = indent(*exact, force)
     # Patches of a/8 at the largest load, a/6 at the smaller one: the edge is known to half a patch,
     # which moves areas by 5 % and the indentation, an integral over all of it, by less.
-    assert pressed.indentation_m == pytest.approx(
-        hertz_indentation(MATERIAL, RADIUS, force), rel=0.015
-    )
-    assert pressed.stiffness_N_per_m == pytest.approx(
-        hertz_stiffness(MATERIAL, RADIUS, force), rel=0.02
-    )
+    depth = hertz_indentation(MATERIAL, RADIUS, force)
+    assert pressed.indentation_m == pytest.approx(depth, rel=0.015)
+    stiffness = hertz_stiffness(MATERIAL, RADIUS, force)
+    assert pressed.stiffness_N_per_m == pytest.approx(stiffness, rel=0.02)
     assert pressed.contact_radius_m == pytest.approx(contact_radius, rel=0.08)
     assert pressed.eta_squared == pytest.approx(mindlin_ratio(0.4), rel=0.02)
 
 
-def test_energy_is_the_work_of_the_plane(exact: tuple[TipCompliance, ContactArea]) -> None:
+def test_energy_is_the_work_of_the_plane(exact: Exact) -> None:
     forces = hertz_force(4e-4) * np.linspace(0.0, 1.0, 13) ** 1.5
     curve = [indent(*exact, force) for force in forces[1:]]
     depth = np.array([0.0, *[p.indentation_m for p in curve]])
@@ -105,16 +104,14 @@ ANGLE = math.radians(52.0)
 
 
 @pytest.fixture(scope="module")
-def ball() -> tuple[meshes.FingerMesh, TipCompliance]:
+def ball() -> Ball:
     sizing = meshes.Sizing(2.5e-3, 2.5e-3, 1e-4, contact_angle=ANGLE, growth=1.6)
     mesh = meshes.finger_hexahedra(meshes.FingerGeometry((0.015,), (0.015,)), sizing)
     return mesh, tip_compliance(mesh, MATERIAL, ANGLE, 6e-4)
 
 
 @pytest.mark.parametrize("contact_radius", [3e-4, 4e-4])
-def test_meshed_tip_is_hertzian(
-    ball: tuple[meshes.FingerMesh, TipCompliance], contact_radius: float
-) -> None:
+def test_meshed_tip_is_hertzian(ball: Ball, contact_radius: float) -> None:
     tip = ball[1]
     force = hertz_force(contact_radius)
     pressed = indent(tip, contact_area(tip), force)
@@ -129,7 +126,7 @@ def test_meshed_tip_is_hertzian(
 
 
 def test_compliance_is_inverse_to_the_modulus(
-    ball: tuple[meshes.FingerMesh, TipCompliance],
+    ball: Ball,
 ) -> None:
     mesh, tip = ball
     stiff = tip_compliance(mesh, replace(MATERIAL, youngs_modulus=20e9), ANGLE, 6e-4)
@@ -143,7 +140,7 @@ def test_compliance_is_inverse_to_the_modulus(
 
 
 def test_section_further_behind_sees_more_of_the_beam(
-    ball: tuple[meshes.FingerMesh, TipCompliance],
+    ball: Ball,
 ) -> None:
     mesh, tip = ball
     behind = tip_compliance(mesh, MATERIAL, ANGLE, 6e-4, behind=RADIUS)
@@ -153,7 +150,7 @@ def test_section_further_behind_sees_more_of_the_beam(
     assert far.stiffness_N_per_m < near.stiffness_N_per_m
 
 
-def test_bad_input_is_refused(ball: tuple[meshes.FingerMesh, TipCompliance]) -> None:
+def test_bad_input_is_refused(ball: Ball) -> None:
     mesh, tip = ball
     area = contact_area(tip)
     for force in (0.0, -1.0, math.nan):

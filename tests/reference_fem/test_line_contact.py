@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from meshes import FingerMesh
+from meshes.topology import orient, outer_facets
 from reference_fem import Material, Settings, Status, Surface
 from reference_fem import model as modelling
 from tests.reference_fem.balls import half_ball
@@ -21,15 +22,12 @@ MATERIAL = Material(1e9, 0.3, 1400.0)
 def disc(tip: float, growth: float) -> FingerMesh:
     """The half ball's plane of symmetry, quadrilaterals graded towards the lowest point."""
     ball = half_ball(RADIUS, tip * RADIUS, growth, patch_size=PATCH * RADIUS)
-    local = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-    faces = ball.cells[:, local].reshape(-1, 4)
+    faces = outer_facets(ball.cells)
     faces = faces[(ball.points[faces, 2] == 0.0).all(axis=1)]
     nodes, place = np.unique(faces, return_inverse=True)
-    points, cells = ball.points[nodes, :2], place.reshape(-1, 4)
-    x, y = points[cells].transpose(2, 0, 1)
-    turn = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
-    cells[turn < 0] = cells[turn < 0, ::-1]
-    edges = np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1).reshape(-1, 2)
+    points = ball.points[nodes, :2]
+    cells = orient(points, place.reshape(-1, 4))
+    edges = outer_facets(cells)
     outside = np.linalg.norm(points[edges], axis=2).min(axis=1) > (1 - 1e-9) * RADIUS
     lower = points[edges, 1].mean(axis=1) < 0.0
     return FingerMesh(

@@ -18,6 +18,7 @@ import platform
 import re
 import sys
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -47,36 +48,34 @@ NAMED = re.compile(r"import_module\(\s*[\"']([\w.]+)[\"']")
 FOR_TYPES = re.compile(r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)*", re.M)
 
 
-def imports(text: str) -> Iterator[str]:
-    """Dotted names that a module imports when it runs, anywhere in its text.
+def imports(text: str) -> Iterator[tuple[str, str]]:
+    """Modules that a module imports when it runs, anywhere in its text, each with a member.
 
-    Of ``from a import b`` it is ``a.b``, which may be a module or what is found in one.
+    Of ``from a import b`` it is (a, b), where b may be a module or what is found in a; else the
+    member is "".
     """
     text = FOR_TYPES.sub("", text)
-    yield from NAMED.findall(text)
+    yield from ((module, "") for module in NAMED.findall(text))
     for source, members, module in IMPORT.findall(text):
         if module:
-            yield module
+            yield module, ""
         for member in COMMENT.sub("", members).strip("() \n").split(","):
             if member.strip():
-                yield f"{source}.{member.split()[0]}"
+                yield source, member.split()[0]
 
 
-def module_file(name: str, root: Path = ROOT) -> tuple[str, str]:
-    """The module that a dotted name is, or is found in, and its file.
+def module_file(name: str, root: Path = ROOT) -> str:
+    """The file of a module by its dotted name.
 
     Raises
     ------
     ModuleNotFoundError
         There is no such module.
     """
-    module = name
-    while module:
-        path = os.path.join(root, *module.split("."))
-        for file in (f"{path}.py", os.path.join(path, "__init__.py")):
-            if os.path.isfile(file):
-                return module, file
-        module = module.rpartition(".")[0]
+    path = os.path.join(root, *name.split("."))
+    for file in (f"{path}.py", os.path.join(path, "__init__.py")):
+        if os.path.isfile(file):
+            return file
     raise ModuleNotFoundError(f"{name}: no such module below {root}")
 
 
@@ -112,27 +111,31 @@ def closure(
     """
     sources: dict[str, bytes] = {}
     libraries = set()
-    names, seen = list(modules), set[str]()
     for name in modules:
         if name.partition(".")[0] not in packages:
             sources |= {member: path.read_bytes() for member, path in _files_of(name)}
+    names, seen = [(name, "") for name in modules], set[tuple[str, str]]()
     names += [name for text in sources.values() for name in imports(text.decode())]
     while names:
-        name = names.pop()
-        if name in seen:
+        name, member = names.pop()
+        if (name, member) in seen:
             continue
-        seen.add(name)
+        seen.add((name, member))
         package = name.partition(".")[0]
         if package in without:
             continue
         if package not in packages:
             libraries.add(package)
             continue
-        module, file = module_file(name, root)
-        if module not in sources:
-            sources[module] = Path(file).read_bytes()
-            names += imports(sources[module].decode())
-            names += filter(None, [module.rpartition(".")[0]])  # a package runs before its modules
+        if member:
+            with suppress(ModuleNotFoundError):  # what is no module is found in the one it is from
+                module_file(f"{name}.{member}", root)
+                names.append((f"{name}.{member}", ""))
+        if name not in sources:
+            sources[name] = Path(module_file(name, root)).read_bytes()
+            names += imports(sources[name].decode())
+            parent = name.rpartition(".")[0]
+            names += [(parent, "")] * bool(parent)  # a package runs before its modules
     return sources, frozenset(libraries - sys.stdlib_module_names)
 
 

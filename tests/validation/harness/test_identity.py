@@ -142,9 +142,14 @@ def test_a_result_is_named_by_all_that_its_module_imports(tmp_path: Path) -> Non
 def test_an_import_that_leads_nowhere_is_no_result(tmp_path: Path) -> None:
     with pytest.raises(ModuleNotFoundError, match="validation"):
         closure(["validation.models.hcm"], root=tmp_path)
+    with pytest.raises(ModuleNotFoundError, match=r"validation\.models\.none"):
+        closure(["validation.models.none"])  # not the package instead
+    (tmp_path / "one.py").write_text("import importlib\nimportlib.import_module('one.none')")
+    with pytest.raises(ModuleNotFoundError, match=r"one\.none"):
+        closure(["one"], root=tmp_path, packages=("one",))
 
 
-def _imported(tree: ast.Module) -> set[str]:
+def _imported(tree: ast.Module) -> set[tuple[str, str]]:
     """What `imports` finds, from the whole syntax tree."""
     for_types = {
         inner
@@ -158,12 +163,12 @@ def _imported(tree: ast.Module) -> set[str]:
         if node in for_types:
             continue
         if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
+            names |= {(alias.name, "") for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert not node.level, "a relative import is not followed"
-            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= {(str(node.module), alias.name) for alias in node.names}
         elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
-            names |= {one.value for one in node.args if isinstance(one, ast.Constant)}
+            names |= {(str(one.value), "") for one in node.args if isinstance(one, ast.Constant)}
     return names
 
 
@@ -173,7 +178,7 @@ def test_every_import_of_the_project_is_found_and_every_library_has_a_version() 
         for file in (ROOT / package).rglob("*.py"):
             text = file.read_text()
             assert set(imports(text)) == _imported(ast.parse(text)), file
-            for name in {name.partition(".")[0] for name in imports(text)} - {*PACKAGES}:
+            for name in {name.partition(".")[0] for name, _ in imports(text)} - {*PACKAGES}:
                 for distribution in distributions.get(name, ()):  # the standard library has none
                     known = DISTRIBUTIONS.get(name, (name,))
                     assert metadata.version(distribution) in map(version, known), name

@@ -15,7 +15,7 @@ from typing import Any
 from validation.compare.tap_errors import TapQuantities
 from validation.studies.bench.hcm_truth import impact_start, solve_impact
 from validation.studies.bench.truths import TAP_ELEMENTS
-from validation.studies.bench.work_precision import Options, Outcome, Setting, Solver, simulation
+from validation.studies.bench.work_precision import Options, Setting, Solution, Solver, simulation
 
 # Of `hcm.Settings`. Error control in flight and contact; each series changes what its name says.
 BASE: Options = {
@@ -90,7 +90,7 @@ def _prepare(setting: Setting) -> Callable[[], Any]:
     return partial(run, start=start)
 
 
-def _read(result: Any) -> Outcome:
+def _read(result: Any) -> Solution:
     summary, steps, tap = result.summary, result.statistics.steps, None
     turns = [e.time_s for e in result.events if e.kind == "compression_to_restitution"]
     if result.status.name == "COMPLETED" and summary.contact_duration_s is not None and turns:
@@ -101,7 +101,7 @@ def _read(result: Any) -> Outcome:
             peak_normal_force_N=summary.peak_normal_force_N,
             normal_impulse_N_s=summary.normal_impulse_N_s,
         )
-    return Outcome(result.status.name, tap, steps)
+    return Solution(result.status.name, tap, steps)
 
 
 HCM_SOLVER = Solver(_prepare, _read)
@@ -122,4 +122,4 @@ def _prepare_dop853(setting: Setting) -> Callable[[], TapQuantities]:
     return partial(solve_impact, int(elements), rtol)
 
 
-DOP853_SOLVER = Solver(_prepare_dop853, lambda found: Outcome("COMPLETED", found))
+DOP853_SOLVER = Solver(_prepare_dop853, lambda found: Solution("COMPLETED", found))

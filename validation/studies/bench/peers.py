@@ -14,9 +14,9 @@ from validation.studies.bench.hcm_truth import soft_arguments
 from validation.studies.bench.truths import TAP, TAP_ELEMENTS
 from validation.studies.bench.work_precision import (
     Options,
-    Outcome,
     Point,
     Setting,
+    Solution,
     Solver,
     measure_setting,
     point_against,
@@ -106,7 +106,7 @@ def _prepare(setting: Setting) -> Callable[[], Any]:
     return partial(exudyn_finger.tap, given, until=look, **options)
 
 
-EXUDYN_SOLVER = Solver(_prepare, lambda tap: Outcome("COMPLETED", tap.quantities, tap.steps))
+EXUDYN_SOLVER = Solver(_prepare, lambda tap: Solution("COMPLETED", tap.quantities, tap.steps))
 
 
 def exudyn_points(setting: Setting) -> list[Point]:
@@ -116,7 +116,7 @@ def exudyn_points(setting: Setting) -> list[Point]:
     try:
         timed = measure_setting(setting, EXUDYN_SOLVER, BUDGET_S)
     except exudyn_finger.PeerFailedError as error:
-        failed = Timed(Outcome(str(error), None), math.nan, 0)
+        failed = Timed(Solution(str(error), None), math.nan, 0)
         return [point_against(TAP.values, setting, failed)]
     return [
         point_against(TAP.values, setting, timed),

@@ -8,7 +8,7 @@ from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import ROOT, mesh_sizes
-from validation.studies.bench.work_precision import Options, Outcome, Setting, Solver, simulation
+from validation.studies.bench.work_precision import Options, Setting, Solution, Solver, simulation
 
 IMPULSE: Options = {"solver.fem.contact": "impulse"}
 SHAFT = 2.0  # in units of `mesh_sizes`: 1.5 mm, which the truths show to be fine enough
@@ -64,10 +64,10 @@ def solid_tap(result: Any) -> TapQuantities | None:
     return TapQuantities(*map(float, values))
 
 
-def _read(result: Any) -> Outcome:
+def _read(result: Any) -> Solution:
     summary = result.summary
     elements = f", {summary.elements} elements"
-    return Outcome(result.status.name, solid_tap(result), summary.steps, elements)
+    return Solution(result.status.name, solid_tap(result), summary.steps, elements)
 
 
 REFERENCE_SOLVER = Solver(

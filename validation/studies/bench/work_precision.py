@@ -48,8 +48,8 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a run came to; `tap` is None if it is not complete, `detail` adds to the name."""
+class Solution:
+    """What a setting gave; `tap` is None if it is not complete, `detail` adds to the name."""
 
     status: str
     tap: TapQuantities | None
@@ -67,7 +67,7 @@ class Solver:
     """
 
     prepare: Callable[[Setting], Callable[[], Any]]
-    read: Callable[[Any], Outcome]
+    read: Callable[[Any], Solution]
     least_runs: int = LEAST_RUNS
     warm_up_each: bool = True
 
@@ -110,21 +110,21 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
 
 def measure_setting(
     setting: Setting, solver: Solver, budget_s: float, warm_up: bool = True
-) -> Timed[Outcome]:
+) -> Timed[Solution]:
     """Time a setting for at least `budget_s`, in s, and read its last run."""
     timed = shortest(solver.prepare(setting), budget_s, solver.least_runs, warm_up)
     return Timed(solver.read(timed.result), timed.wall_time_s, timed.runs)
 
 
 def point_against(
-    truth: TapQuantities, setting: Setting, timed: Timed[Outcome], study: str = ""
+    truth: TapQuantities, setting: Setting, timed: Timed[Solution], study: str = ""
 ) -> Point:
     """A setting's point; `study` where the truth is not that of the setting's own study."""
-    outcome = timed.result
+    solution = timed.result
     return Point(
-        study or setting.study, setting.solver, setting.series, setting.name + outcome.detail,
-        outcome.status, timed.wall_time_s, timed.runs, outcome.steps,
-        None if outcome.tap is None else tap_errors(outcome.tap, truth),
+        study or setting.study, setting.solver, setting.series, setting.name + solution.detail,
+        solution.status, timed.wall_time_s, timed.runs, solution.steps,
+        None if solution.tap is None else tap_errors(solution.tap, truth),
     )  # fmt: skip
 
 

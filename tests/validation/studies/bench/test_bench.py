@@ -29,9 +29,9 @@ from validation.studies.bench.kernels import FALL_M_PER_S, falling_block
 from validation.studies.bench.shortcuts import Entry
 from validation.studies.bench.shortcuts import table as ledger_table
 from validation.studies.bench.work_precision import (
-    Outcome,
     Point,
     Setting,
+    Solution,
     Solver,
     front,
     measure_setting,
@@ -240,10 +240,10 @@ def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() 
 
 def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path, capsys: Capture) -> None:
     settings = [hcm_settings.hcm_setting("tap", "tolerances", n) for n in (2, 3)]
-    good, bad = Outcome("COMPLETED", EXACT, 10), Outcome("UNSTABLE", None)
+    good, bad = Solution("COMPLETED", EXACT, 10), Solution("UNSTABLE", None)
 
-    def measured(*outcomes: Outcome, resume: bool) -> list[Point]:
-        left = iter(outcomes)
+    def measured(*solutions: Solution, resume: bool) -> list[Point]:
+        left = iter(solutions)
         solver = replace(hcm_settings.HCM_SOLVER, read=lambda result: next(left))
         store = Store(tmp_path, fresh=not resume)
         known, silent = truths.HCM_TRUTHS, lambda share, text: None

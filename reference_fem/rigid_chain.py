@@ -176,17 +176,19 @@ def fly(
 
     closing.terminal = True  # type: ignore[attr-defined]
     closing.direction = -1  # type: ignore[attr-defined]
-    solution = solve_ivp(
-        lambda _time, state: chain.rates_of_change(state),
-        (start.time_s, end_time_s),
-        np.concatenate([start.angles, start.rates]),
-        method="DOP853",
-        rtol=tolerance,
-        atol=1e-2 * tolerance,
-        max_step=longest_step_s,
-        dense_output=True,
-        events=closing,
-    )
+    # A stage of a step that is far too long may overflow: its error is NaN, and it is shortened.
+    with np.errstate(over="ignore", invalid="ignore"):
+        solution = solve_ivp(
+            lambda _time, state: chain.rates_of_change(state),
+            (start.time_s, end_time_s),
+            np.concatenate([start.angles, start.rates]),
+            method="DOP853",
+            rtol=tolerance,
+            atol=1e-2 * tolerance,
+            max_step=longest_step_s,
+            dense_output=True,
+            events=closing,
+        )
     if not solution.success:
         raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
 

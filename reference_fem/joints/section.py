@@ -28,9 +28,14 @@ class Section:
     masses: Array
 
     def angle(self, displacement: Array, near: float = 0.0) -> float:
-        """Rotation θ, rad, on the branch nearest to `near`; the work of a torque t is t θ."""
+        """Rotation θ, rad, on the branch nearest to `near`; the work of a torque t is t θ.
+
+        NaN where the displacement is not finite.
+        """
         sine, cosine = cross_and_dot(displacement, self.nodes, self.arms, self.masses)
         angle = math.atan2(sine, cosine)
+        if math.isnan(angle):  # the run has come apart: its audit says so
+            return angle
         return angle + 2.0 * math.pi * round((near - angle) / (2.0 * math.pi))
 
     def apply_couple(self, torque: float, displacement: Array, residual: Array) -> None:

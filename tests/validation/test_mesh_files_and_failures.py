@@ -134,6 +134,16 @@ def test_step_beyond_stability_is_stopped_and_kept(tmp_path: Path, fingertap: Ru
     assert not (folder / "restart.npz").exists()
 
 
+def test_what_overflows_ends_as_a_status_without_a_warning(
+    tmp_path: Path, fingertap: Run, recwarn: pytest.WarningsRecorder
+) -> None:
+    wild = (*COARSE, "drive.torques=[1e6, 1e6, 1e6]", "drive.gravity=1e4", "surface.height=0.1")
+    ended = fingertap(*fem(tmp_path, *wild, model="fem2d"))
+    assert ended.code == 1
+    assert "values are no longer finite at step" in ended.line
+    assert not [str(warning.message) for warning in recwarn]
+
+
 def test_any_penalty_keeps_the_step_stable(tmp_path: Path, fingertap: Run) -> None:
     # The contact stiffness enters the stable step: a penalty of 1000 costs steps. At 0.9 of that
     # step a node stays for two of them, and by where between two steps it arrives it gains or

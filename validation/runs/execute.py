@@ -61,16 +61,13 @@ def solve(
     RunFailedError
         The solver stopped with an error of its own; its trace is kept in ``folder``.
     """
-    import numpy as np
-
     try:
         module = adapter(model)
         if refused := module.refusal(scene):
             raise UserError(f"scene {scene.name}: {refused}")
         if progress is not None:
             progress(0.0, "loading compiled code")
-        # a solver that leaves what is finite says so itself; numpy's words would stand before it
-        with compiling_reported(progress), np.errstate(all="ignore"):
+        with compiling_reported(progress):
             module.warm_up()
             outcome = module.run(scene, progress, checkpoint)
         if not isinstance(outcome, Outcome):

@@ -26,7 +26,8 @@ HEIGHT_ADVICE = (
 )
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
-SIZE = Quantity("m", above=0, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
+# below a nanometre no continuum is left, and the section's second moment underflows
+SIZE = Quantity("m", at_least=1e-9, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
 
 
 class Table(BaseModel):
@@ -67,7 +68,7 @@ class MaterialTable(Table):
 
     youngs_modulus: Annotated[Numbers, Quantity("Pa", at_least=1, at_most=1e14, per_phalanx=True)]
     """E."""
-    density: Annotated[Numbers, Quantity("kg/m3", above=0, at_most=1e6, per_phalanx=True)]
+    density: Annotated[Numbers, Quantity("kg/m3", at_least=1e-6, at_most=1e6, per_phalanx=True)]
     """rho."""
     poisson_ratio: Annotated[
         Numbers, Quantity(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)

@@ -104,10 +104,10 @@ def test_one_number_per_phalanx() -> None:
 @pytest.mark.parametrize(
     ("override", "parts"),
     [
-        ("finger.length=-0.04", ["finger.length", "-0.04", "> 0"]),
-        ("finger.length=0", ["finger.length", "> 0"]),
+        ("finger.length=-0.04", ["finger.length", "-0.04", ">= 1e-09"]),
+        ("finger.length=0", ["finger.length", ">= 1e-09"]),
         ("finger.length=[0.04, 0.04]", ["finger.length", "2 numbers for 3 phalanges", "give 3"]),
-        ("finger.length=[0.04, 0.04, -1]", ["finger.length", "-1", "> 0"]),
+        ("finger.length=[0.04, 0.04, -1]", ["finger.length", "-1", ">= 1e-09"]),
         ("finger.length=[[0.04], 1, 1]", ["finger.length", "one per phalanx"]),
         ("finger.length=40", ["finger.length", "40", "<= 2", "not millimetres"]),
         ("finger.diameter=0.08", ["finger.length", "round end of 0.04 m", "finger.diameter"]),
@@ -120,7 +120,7 @@ def test_one_number_per_phalanx() -> None:
         ("material.youngs_modulus=1 GPa", ["material.youngs_modulus", "1 GPa", "in Pa", "1e9"]),
         ("material.youngs_modulus=nan", ["material.youngs_modulus", "nan", "Pa"]),
         ("material.youngs_modulus=inf", ["material.youngs_modulus", "inf", "Pa"]),
-        ("material.density=0", ["material.density", "kg/m3", "> 0"]),
+        ("material.density=0", ["material.density", "kg/m3", ">= 1e-06"]),
         ("material.density=1" + "0" * 400, ["material.density", "<= 1e+06"]),
         ("material.poisson_ratio=0.5", ["material.poisson_ratio", "0.5", "< 0.5", "0.49"]),
         ("surface.friction=-1", ["surface.friction", "-1", ">= 0", "smooth"]),

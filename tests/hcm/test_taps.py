@@ -198,3 +198,30 @@ def test_factors_that_serve_again_change_no_result() -> None:
         # Newton's tolerance of 1e-9 on accelerations, over thousands of steps of a tap that
         # amplifies little
         assert values[0] == pytest.approx(values[1], rel=1e-5)
+
+
+def test_a_smaller_finger_takes_as_many_steps() -> None:
+    """Lengths, times and k times s, gravity over s, the same E: the same motion, s times as fast.
+
+    Powers of 2 leave every rounding as it is; the flight's tolerance is none of the scaled.
+    """
+    found = []
+    for s in (1.0, 2.0**-7):
+        phalanx = replace(SOFT, length=SOFT.length * s, diameter=SOFT.diameter * s)
+        settings = hcm.Settings(
+            flight_step=1e-4 * s, contact_step=1e-6 * s, contact_tolerance=1e-11 * s, estimate=False
+        )
+        tap = hcm.simulate(
+            finger(phalanx, youngs_modulus=1e8), hcm.Surface(0.1 * s, 0.5), hcm.Tip(0.78e6 * s),
+            hcm.Drive(gravity=9.8 / s), settings,
+        )  # fmt: skip
+        assert tap.summary.contact_time_s is not None
+        assert tap.summary.peak_normal_force_N is not None
+        found.append(
+            (
+                tap.statistics.steps,
+                tap.summary.contact_time_s / s,
+                tap.summary.peak_normal_force_N / s**2,
+            )
+        )
+    assert found[1] == pytest.approx(found[0], rel=1e-9)

@@ -8,6 +8,7 @@ import pytest
 import hcm
 from hcm.estimate import (
     NAMES,
+    compare,
     estimate_errors,
     flight_band,
     later_taps,
@@ -121,6 +122,15 @@ def test_extremes_of_either_sign_are_rivals() -> None:
     assert signed_error(np.array([0.0, -5.0]), np.array([0.0, -4.0])) == pytest.approx(1.0)
     assert signed_error(np.array([0.0, -5.0]), np.array([0.0, -4.0]), 2.0) == pytest.approx(2.0)
     assert signed_error(np.array([0.0, 1.0]), np.array([0.0, 6.0])) == pytest.approx(5.0)
+
+
+def test_the_stress_of_more_elements_counts_double(one: hcm.TapResult) -> None:
+    """Its order may be as low as 1: twice the elements show half of the error."""
+    history = replace(one.history, stress_R_Pa=0.9 * one.history.stress_R_Pa)
+    other, peak = replace(one, history=history), abs(one.summary.peak_stress_R_Pa or 0.0)
+    for factor in (1.0, 2.0):
+        stress = compare(one, other, factor)["peak_stress_R_Pa"]
+        assert stress == pytest.approx(factor * 0.1 * peak)
 
 
 def test_peaks_that_an_error_may_raise_are_rivals() -> None:

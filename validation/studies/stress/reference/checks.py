@@ -1,7 +1,7 @@
 """Invariants of a run of the reference, from its results and its fields.
 
-Momentum and energies are summed here over the fields that the run kept, by masses and stored
-strains alone; contact is judged from the record of every step.
+Energies are summed here over the fields that the run kept, by masses and stored strains alone;
+contact is judged from the record of every step, momentum from both (`momentum`).
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ import numpy as np
 from reference_fem import Snapshot, Status, TapResult
 from reference_fem.model import Model
 from validation.studies.stress.judging import not_finite
+from validation.studies.stress.reference.momentum import momentum
 
 # What a COMPLETED run may leave open of its energy, over its largest kinetic energy: what it
 # promises (`Settings.energy_tolerance`).
@@ -19,17 +20,14 @@ ENERGY_BOUND = 0.1
 ROUND_OFF = 1e-9
 
 
-def violations(result: TapResult, model: Model, free: bool) -> list[str]:
-    """What is wrong with a run, one sentence each; empty when all invariants hold.
-
-    `free` tells that nothing but weight and contact acts on the body.
-    """
+def violations(result: TapResult, model: Model) -> list[str]:
+    """What is wrong with a run, one sentence each; empty when all invariants hold."""
     found = list(not_finite((result.history, result.forces, result.summary, *result.snapshots)))
     if found:
         return found
-    found = [*_ending(result), *_contact(result, model)]
+    found = [*_ending(result), *_contact(result, model), *momentum(result, model)]
     if result.status is Status.COMPLETED:
-        found += [*_energy(result, model), *(_momentum(result, model) if free else ())]
+        found += [*_energy(result, model), *_below(result, model)]
     return found
 
 
@@ -64,6 +62,17 @@ def _contact(result: TapResult, model: Model) -> Iterator[str]:
             yield f"{name} is negative"
 
 
+def _below(result: TapResult, model: Model) -> Iterator[str]:
+    """Nothing of the body lies lower than what the surface pushes."""
+    others = np.setdiff1d(np.arange(len(model.points)), model.contact.nodes)
+    for shown in result.snapshots:
+        height = model.points[:, 1] + shown.displacement[:, 1] + model.surface.height
+        depth = min(0.0, height[model.contact.nodes].min()) - height[others].min()
+        if depth > ROUND_OFF * np.ptp(model.points, axis=0).max():
+            yield f"{depth:.3g} m of the body lie below its contact at {shown.time_s:.6g} s"
+            return
+
+
 def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
     """Kinetic energy, and all that the body holds without the contact's springs, J."""
     u, v = snapshot.displacement, snapshot.velocity
@@ -88,21 +97,3 @@ def _energy(result: TapResult, model: Model) -> Iterator[str]:
     audited = float(np.abs(h.energy_balance_J).max())
     if audited > ENERGY_BOUND * scale:
         yield f"audited energy off by {audited / scale:.3g} of the largest kinetic energy"
-
-
-def _momentum(result: TapResult, model: Model) -> Iterator[str]:
-    """M (v2 - v1) = int F dt - m g (t2 - t1) between the first and the last field.
-
-    Central differences make it exact: the trapezoid over steps is what moved the nodes.
-    """
-    first, last, f = result.snapshots[0], result.snapshots[-1], result.forces
-    mass = float(model.mass.sum()) * model.copies
-    gained = (model.mass @ (last.velocity - first.velocity)[:, :2]) * model.copies
-    half = 0.5 * model.step_s
-    rows = (f.time_s >= first.time_s - half) & (f.time_s <= last.time_s + half)
-    given = np.array([np.trapezoid(force[rows], f.time_s[rows])
-                      for force in (f.tangential_force_N, f.normal_force_N)])  # fmt: skip
-    given[1] -= mass * model.gravity * (last.time_s - first.time_s)
-    scale = np.abs(given).max() + mass * float(np.abs(first.velocity).max())
-    if np.abs(gained - given).max() > 1e3 * ROUND_OFF * scale:
-        yield f"momentum off by {np.abs(gained - given).max() / scale:.3g}"

@@ -41,7 +41,7 @@ def judge(scene: ReferenceScene) -> Verdict:
         Answer.RIGHT, "", "momentum, energy of its fields, cone", None,
         float(summary.energy_residual or 0.0), summary.steps, summary.wall_time_s,
     )  # fmt: skip
-    broken = violations(result, model, scene.body == "block")
+    broken = violations(result, model)
     if broken:
         return found.judged(Answer.WRONG, "; ".join(broken))
     if result.status is not rf.Status.COMPLETED:

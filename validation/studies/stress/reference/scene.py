@@ -21,6 +21,8 @@ DENSITY = 1000.0
 # Longest contact, in transits of a bar's wave over the block: twenty times that of a hard contact.
 LONGEST = 100.0
 MAX_STEPS = 100_000
+# Fields kept: more than the audits of a tap, so that momentum is known at each of them.
+FIELDS = 400
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ class ReferenceScene:
             threads=1,
             max_contact_time_s=LONGEST * SIDE / self.material.bar_speed,
             max_steps=MAX_STEPS,
+            snapshots=FIELDS,
         )
 
     def simulate(self) -> tuple[rf.TapResult, Model]:

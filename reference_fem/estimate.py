@@ -76,6 +76,15 @@ class Given:
         touching = self.model.body_of_point == self.model.touching_body
         return float(np.abs(self.model.points[touching, 1]).max())
 
+    @property
+    def section(self) -> float:
+        """Size of the first shaft's cells over the diameter of the end that touches."""
+        cells = np.asarray(self.mesh.cell_sets["phalanx_1"])
+        corners = self.mesh.points[self.mesh.cells[cells]]
+        boxes = np.ptp(corners, axis=1)
+        size = float(np.exp(np.log(boxes).mean()))
+        return size / (2.0 * self.radius)
+
 
 def estimated(run: TapResult, given: Given, companion: Companion | None, again: Again) -> TapResult:
     """A completed run with estimates of its errors, and a caution where one is large.
@@ -105,6 +114,7 @@ def estimated(run: TapResult, given: Given, companion: Companion | None, again: 
             run.summary.peak_normal_force_N or 0.0, given.radius, given.materials[-1], angle,
             given.mesh.dim,
         ),
+        given.section,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
     of_speed, other = 0.0, None

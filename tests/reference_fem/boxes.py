@@ -3,16 +3,18 @@
 import numpy as np
 
 from meshes import FingerMesh
-from meshes.topology import outer_facets
 from tests.reference_fem.conftest import one_thread  # noqa: F401 - tests import it from here too
 
 
 def structured(number: np.ndarray) -> np.ndarray:
-    """Cells in VTK's order of a block with these node numbers, (i, j) or (i, j, k)."""
-    low = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
-    if number.ndim == 3:
-        low = [n[..., :-1] for n in low] + [n[..., 1:] for n in low]
-    return np.stack(low, axis=-1).reshape(-1, len(low))
+    """Cells in VTK's order of a block with these node numbers, (i,), (i, j) or (i, j, k)."""
+    corners = [number[:-1], number[1:]]
+    if number.ndim > 1:
+        low, high = corners
+        corners = [low[:, :-1], high[:, :-1], high[:, 1:], low[:, 1:]]
+    if number.ndim > 2:
+        corners = [n[..., :-1] for n in corners] + [n[..., 1:] for n in corners]
+    return np.stack(corners, axis=-1).reshape(-1, len(corners))
 
 
 def boxes(
@@ -38,9 +40,7 @@ def boxes(
             axes.append(np.linspace(low, section[1] / 2, divisions[2] + 1))
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         number = np.arange(grid[..., 0].size).reshape(grid.shape[:-1]) + offset
-        cell = structured(number)
-        facets = outer_facets(cell)
-        surface = facets[np.isin(facets, number[:, 0]).all(axis=1)]
+        cell, surface = structured(number), structured(number[:, 0])
         points.append(grid.reshape(-1, dim))
         cells.append(cell)
         cell_sets[f"phalanx_{w}"] = np.arange(first_cell, first_cell + len(cell))

@@ -27,8 +27,11 @@ MODELS = ("hcm", "hcm", "hcm", "hcm", "fem2d", "fem3d")
 HCM = ("run", "soft", "--model", "hcm")
 SETS = ("surface.height=0.06", *(f"solver.fem.{name}={size}" for name, size in COARSE.items()))
 PLANE = ("run", "soft", "--model", "fem2d", *(f"--set={text}" for text in SETS))
+LIGHT = (HCM, HCM, HCM, ("new", "new.toml"), ("new", "new.toml", "--like", "hard"), ("schema",))
 HEAVY = (  # refused before they begin: a sure mistake is among their arguments
     ("compare", "soft", "--model", "hcm"), ("render", "soft"), ("validate",), ("paper",),
+    ("validate", "--models", "nope"), ("validate", "--tolerance", "peak=x"),
+    ("validate", "nowhere.toml"), ("validate", "--reference", "hcm,fem3d"),
     ("converge", "soft"), ("bench",), ("stress",), ("identify", "contact", "soft"),
     ("identify", "torque"),
 )  # fmt: skip
@@ -45,8 +48,8 @@ WORDS = (
 
 def arguments(dice: random.Random, folder: Path) -> Tried:
     """Command lines that no one should write."""
-    line = list(dice.choice([HCM, HCM, *HEAVY]))
-    if line[0] == "run":
+    line = list(dice.choice([*LIGHT, *HEAVY]))
+    if tuple(line) in LIGHT:
         line += dice.choice([[], ["--out", "out"], ["--json"]])
         for _ in range(dice.randint(1, 3)):
             place = dice.randrange(len(line))
@@ -59,7 +62,9 @@ def arguments(dice: random.Random, folder: Path) -> Tried:
     before = os.getcwd()
     os.chdir(folder)  # where a command writes without being told
     try:
-        tried.judge(call(*line), folder, ["--", "scene", "ommand", *filter(str.strip, line)])
+        tried.judge(
+            call(*line), folder, ["--", "scene", "ommand", "name", *filter(str.strip, line)]
+        )
     finally:
         os.chdir(before)
     return tried

@@ -58,7 +58,7 @@ class Quantity:
         advice = self.advice
         if isinstance(value, str) and value[:1].isdigit():
             unit = f"in {self.unit}, " if self.unit else ""
-            advice = f"write it as a number {unit}without unit or quotes, for example 1e9"
+            advice = f"write it as a number {unit}without unit or quotes"
         # A braced text would be read as a template: the message travels in the context.
         return PydanticCustomError(
             "quantity", "{text}", {"text": self.allowed() + (f"; {advice}" if advice else "")}

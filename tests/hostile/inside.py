@@ -156,7 +156,9 @@ def units(dice: random.Random, folder: Path) -> Tried:
         expected, found = times(one[key], unit, powers), two[key]
         errors = [result["error_estimates"].get(key, 0.0) for result in (one, two)]
         bar = largest(times(errors[0] or 0, unit, powers)) + largest(errors[1] or 0)
-        allowed = 1e-6 * largest(found) if steps else 2 * bar + 1e-3 * largest(found)
+        # a finger that folds up multiplies rounding too, and says so by its errors
+        exact = steps and bar < 0.1 * largest(found)
+        allowed = 1e-6 * largest(found) if exact else 2 * bar + 1e-3 * largest(found)
         if largest(np.subtract(expected, found)) > allowed and None not in errors:
             tried.fell.append(f"{key} {expected} and {found}, stated errors {errors}")
     return tried
@@ -230,7 +232,7 @@ def mesh_files(dice: random.Random, folder: Path) -> Tried:
     given = ("run", "soft", "--model", f"fem{dim}d", f"--set={SETS[0]}", f"--set={SHORT[1]}")
     given += (f"--set=solver.fem.mesh={path}",)
     meshes.write(make(geometry, sizing), path)
-    expected, said = run(Tried(""), given, folder / "out")
+    before, (expected, said) = path.read_bytes(), run(Tried(""), given, folder / "out")
     if dice.random() < 0.3:
         what = damage(path, dice)
     else:
@@ -248,7 +250,8 @@ def mesh_files(dice: random.Random, folder: Path) -> Tried:
             for key in ("contact_time_s", "peak_normal_force_N", "normal_impulse_N_s")
             if abs(found[key] / expected[key] - 1) > allowed
         ]
-        tried.fell += ["another mesh's stored run"] * ("has this run" in said_of_it)
+        if "has this run" in said_of_it and path.read_bytes() != before:
+            tried.fell.append("another mesh's stored run")
     return tried
 
 

@@ -41,7 +41,7 @@ def finger(dice: random.Random) -> Document:
                    "elements": dice.randint(3, 12)},
         "material": {"youngs_modulus": modulus, "density": density,
                      "poisson_ratio": round(dice.uniform(0, 0.49), 3)},
-        "surface": {"height": count * length * dice.uniform(0.3, 0.9),
+        "surface": {"height": count * length * dice.uniform(0.5, 0.95),
                     "friction": dice.choice([0.0, log(0.05, 1.5)])},
         "tip": {"normal_stiffness": modulus * diameter * log(0.02, 0.2),
                 "restitution": dice.choice([1.0, round(dice.uniform(0.3, 1), 3)])},

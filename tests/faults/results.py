@@ -9,7 +9,10 @@ from typing import Any
 
 import h5py
 
-MEASURED = ("wall_time_s", "peak_memory_MB", "measured", "mesh_time_s", "provenance", "digest")
+MEASURED = (
+    "wall_time_s", "estimate_time_s", "peak_memory_MB", "measured", "mesh_time_s", "provenance",
+    "digest",
+)  # fmt: skip
 MEASURED_FILES = ("table_3.csv",)  # time and memory, and their ratios
 MEASURED_CLAIMS = "T3."  # the ledger's rows about time and memory (the paper's Table 3)
 UNREADABLE = b"unreadable"

@@ -98,6 +98,9 @@ def test_meshes_that_agree_leave_what_their_edges_allow() -> None:
     alone = tap_errors(run, None, Resolution(0.2, 1.0, 0.2))
     assert alone[PEAK] == pytest.approx(fine.allowance + 0.15 * 0.2**2)
     assert alone["peak_stress_R_Pa"] == pytest.approx(fine.allowance + 0.4 * 0.2)
+    shafts = Resolution(1e-9, 1.0, 0.2)
+    agreed = tap_errors(run, Other(run, (2.0, 2.0)), shafts)
+    assert agreed["peak_stress_R_Pa"] == pytest.approx(0.04)
     coarse = Resolution(2.0, 1.0)
     assert tap_errors(run, Other(run, (2.0, 2.0)), coarse)[PEAK] == coarse.allowance
     # two blocks have no two meshes: a ratio near 1 tells little, not everything

@@ -71,6 +71,12 @@ app.command(
 
     Finished cells are kept: a campaign that was stopped goes on.""",
 )
+app.command(
+    "validation.studies.calibration.command:calibrate",
+    help="""Solve random scenes tightly too: are the errors that runs state those that they have?
+
+    Finished scenes are kept: a campaign that was stopped goes on.""",
+)
 identify = cyclopts.App(name="identify", help="Parameters that the reduced model needs.")
 app.command(identify)
 identify.command(

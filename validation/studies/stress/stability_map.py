@@ -73,14 +73,14 @@ Judge = Callable[[Any], Verdict]
 
 @dataclass(frozen=True)
 class Cell:
-    """Where a cell lies on its map, its scene, and who judges it."""
+    """Where a cell lies on its map, its scene, and who judges it: a dataclass of JSON values."""
 
     map: str
     x: float
     y: float
     panel: float
     scene: Any
-    judge: Judge
+    judge: Callable[[Any], Any]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,108 @@
+"""Stated errors against true ones: random scenes, how two solves are compared, what is counted."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from validation.errors import UserError
+from validation.harness.record import RunRecord
+from validation.scenes.load import load_scene
+from validation.studies.calibration.command import calibrate
+from validation.studies.calibration.report import Row, misses, numbers_of, table, write_report
+from validation.studies.calibration.scenes import KINDS, case
+from validation.studies.calibration.solves import compare, solve_case
+
+RUN = RunRecord(
+    "soft", "hcm", "", "COMPLETED", True, "",
+    {"peak_normal_force_N": 100.0, "tip_velocity_at_contact_m_per_s": (3.0, -4.0),
+     "contact_time_s": 0.1, "normal_impulse_N_s": None},
+    {"peak_normal_force_N": 1.0, "tip_velocity_at_contact_m_per_s": (0.1, 0.2)},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("model", ["hcm", "fem3d"])
+def test_cases_are_scenes_by_turns_and_start_above_the_surface(model: str) -> None:
+    cases = [case(model, number) for number in range(120)]
+    assert cases == [case(model, number) for number in range(120)]
+    assert [c.kind for c in cases] == list(KINDS) * 30
+    for c in cases:
+        tables = load_scene("soft", c.overrides).tables
+        assert any(tables.torques) == (c.kind == "driven")
+        assert len(c.angles) == (tables.finger.phalanges if c.kind == "tilted" else 0)
+        depths = np.cumsum(np.array(tables.per_phalanx(tables.finger.length))[: len(c.angles)]
+                           * np.sin(c.angles))  # fmt: skip
+        assert depths.max(initial=0.0) < tables.surface.height
+
+
+def test_what_two_solves_differ_by() -> None:
+    """By the velocity's components over the speed; what the tight solve lacks is infinitely off."""
+    tight = RUN.with_summary(peak_normal_force_N=102.5)
+    found = compare(RUN, tight)
+    assert found["peak_normal_force_N"] == (100.0, 1.0, 2.5, 100.0)
+    assert found["tip_velocity_y_m_per_s"] == (-4.0, 0.2, 0.0, 5.0)
+    assert set(found) == {"peak_normal_force_N", "tip_velocity_x_m_per_s", "tip_velocity_y_m_per_s"}
+    gone = compare(RUN, RUN.with_summary(peak_normal_force_N=None))
+    assert gone["peak_normal_force_N"][2] == math.inf
+
+
+def rows(*numbers: tuple[float, float], caution: str = "") -> list[Row]:
+    """A scene for each pair of stated and true error of a peak of 100 N."""
+    return [
+        (n, case("hcm", n), {"status": "COMPLETED", "tight_status": "COMPLETED",
+                             "caution": caution, "numbers": {"peak": (100.0, *pair, 100.0)}})
+        for n, pair in enumerate(numbers)
+    ]  # fmt: skip
+
+
+COUNTS: list[tuple[list[Row], int, int]] = [
+    (rows((1.0, 1.99)), 0, 0),
+    (rows((1.0, 2.1)), 1, 1),
+    (rows((1.0, 2.1), caution="estimated errors beyond 1 %"), 1, 0),
+    (rows((1.5, 2.5)), 0, 1),
+    (rows((0.0, 0.0009)), 0, 0),  # below what the tight solve knows
+    (rows((math.inf, 50.0), (1.0, math.inf)), 1, 2),
+]
+
+
+@pytest.mark.parametrize(("found", "missed", "silent"), COUNTS)
+def test_what_is_missed_and_what_is_silent(found: list[Row], missed: int, silent: int) -> None:
+    counted = table(list(numbers_of(found)))[-1]
+    assert counted["numbers"] == len(found)
+    assert counted["more than 2 stated errors off"] == missed
+    assert counted["2 % wrong and silent"] == silent
+
+
+def test_the_report_names_scenes_that_can_be_run_again(tmp_path: Path) -> None:
+    found = rows((1.0, 5.0), (1.0, 0.5))
+    listed = misses(list(numbers_of(found)))
+    assert [row["scene"] for row in listed] == [0]
+    assert tuple(listed[0]["overrides"].split("; ")) == case("hcm", 0).overrides
+    line = write_report(tmp_path, "hcm", found, {"peak": "peak force"})
+    assert "2 numbers: 1 (50 %) more than 2 times" in line
+    page = (tmp_path / "hcm.html").read_text(encoding="utf-8")
+    assert "Stated against true errors" in page
+    assert "data:image/png" in page
+    write_report(tmp_path, "hcm", [], {"peak": "peak force"})
+
+
+def test_a_scene_of_each_outcome() -> None:
+    sound = case("hcm", 4)
+    found = solve_case(sound)
+    assert (found.status, found.tight_status) == ("COMPLETED", "COMPLETED")
+    assert len(found.numbers) == 9
+    for _, stated, true, _ in found.numbers.values():
+        assert true <= 2.0 * stated
+    high = replace(sound, overrides=(*sound.overrides, "drive.gravity=-9.8"))
+    assert solve_case(high).numbers == {}
+    broken = replace(sound, overrides=(*sound.overrides, "finger.length=-1"))
+    assert solve_case(broken).status == "REFUSED"
+
+
+def test_no_scenes_are_refused(tmp_path: Path) -> None:
+    arguments: dict[str, Any] = {"scenes": 0, "out": tmp_path}
+    with pytest.raises(UserError, match="--scenes 0: must be 1 or more"):
+        calibrate(**arguments)

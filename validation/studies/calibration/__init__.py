@@ -1,0 +1,1 @@
+"""Stated errors of random scenes against those that a tight solve finds."""

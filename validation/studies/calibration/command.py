@@ -1,0 +1,71 @@
+"""``fingertap calibrate``: the errors that runs state beside those that they have."""
+
+import os
+from pathlib import Path
+from typing import Literal
+
+from validation.errors import UserError
+from validation.harness.command_line import Flag
+from validation.harness.console import output, progress_bar
+from validation.harness.files import output_folder
+from validation.harness.line_store import LineStore
+from validation.harness.processes import workers
+from validation.harness.quantities import COMPONENTS, QUANTITIES
+from validation.runs.execute import compile_in_fresh_process
+from validation.studies.calibration.report import write_report
+from validation.studies.calibration.scenes import case
+from validation.studies.calibration.solves import solve_case
+from validation.studies.stress.campaign import run_cells, verdict_inputs
+from validation.studies.stress.stability_map import Cell
+
+SCENES, QUICK_SCENES = 500, 12
+
+
+def calibrate(
+    *,
+    model: Literal["hcm", "fem3d"] = "hcm",
+    scenes: int = SCENES,
+    quick: Flag = False,
+    out: Path = Path("out"),
+) -> None:
+    """Solve random scenes at default settings and tightly; compare stated with true errors.
+
+    Parameters
+    ----------
+    model
+        Whose estimates.
+    scenes
+        How many: falling, driven, tilted, and with three taps, by turns.
+    quick
+        Twelve scenes.
+    out
+        Folder for calibration/: a page, tables as CSV, Markdown and LaTeX, a figure.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written, or the number is none: nothing was run.
+    RunFailedError
+        A process died; the finished scenes are kept, and the same command goes on.
+    """
+    if scenes < 1:
+        raise UserError(f"--scenes {scenes}: must be 1 or more")
+    folder = output_folder(out / "calibration")
+    finished = LineStore(folder / "scenes.jsonl")
+    chosen = [case(model, number) for number in range(QUICK_SCENES if quick else scenes)]
+    cells = [
+        Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in enumerate(chosen)
+    ]
+    with progress_bar("calibrate") as progress:
+        progress(0.0, "loading compiled code, compiling it the first time")
+        compile_in_fresh_process((model,))
+        with workers(os.cpu_count() or 1) as pool:
+            run_cells(cells, finished, pool, progress)
+    rows = [
+        (number, cell.scene, row)
+        for number, cell in enumerate(cells)
+        if (row := finished.load(verdict_inputs(cell))) is not None
+    ]
+    names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
+    output(write_report(folder, model, rows, names))
+    output(f"files in {folder}")

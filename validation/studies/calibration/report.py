@@ -1,0 +1,172 @@
+"""How well stated errors bound true ones: counts, a figure, a page."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from validation.harness.figures import BLACK, GREY, ORANGE, panels
+from validation.harness.page import write_page
+from validation.harness.provenance import provenance
+from validation.harness.tables import write_table
+from validation.studies.calibration.scenes import Case
+from validation.studies.calibration.solves import FLOOR
+
+# A stated error is too small where the true one is more than this many times as large ...
+TIMES = 2.0
+# ... and a run is silent where a number is wrong by more than this share, and it says nothing.
+WRONG = 0.02
+SMALLEST = 1e-9  # drawn in the place of no error
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of a completed run: its quantity, relative stated and true error, its scene."""
+
+    quantity: str
+    stated: float
+    true: float
+    cautioned: bool
+    index: int
+    case: Case
+
+    @property
+    def missed(self) -> bool:
+        """Whether the stated error is too small."""
+        return self.true > TIMES * self.stated + FLOOR
+
+    @property
+    def silent(self) -> bool:
+        """Whether it is wrong, and the run says nothing."""
+        return self.true > WRONG and not self.cautioned
+
+
+Row = tuple[int, Case, Mapping[str, Any]]
+
+
+def numbers_of(rows: Sequence[Row]) -> Iterator[Number]:
+    """Those of all scenes: their numbers, cases and results."""
+    for index, case, row in rows:
+        for quantity, (_, stated, true, scale) in row["numbers"].items():
+            scale = max(scale, 1e-300)
+            yield Number(
+                quantity, stated / scale, true / scale, bool(row["caution"]), index, case
+            )  # fmt: skip
+
+
+def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """How runs of each kind ended; those without a tight solve are not judged."""
+    counts = Counter(
+        (case.kind, row["status"], row["tight_status"] or "not solved") for _, case, row in rows
+    )
+    return [
+        {"scenes": kind, "run": status, "tight solve": tight, "number": count}
+        for (kind, status, tight), count in sorted(counts.items())
+    ]
+
+
+def table(numbers: Sequence[Number]) -> list[dict[str, Any]]:
+    """A row a quantity and one for all: how often the stated error is too small, or missing."""
+    names = list(dict.fromkeys(number.quantity for number in numbers))
+    groups = {name: [n for n in numbers if n.quantity == name] for name in names}
+    rows = []
+    for name, group in [*groups.items(), ("all", list(numbers))]:
+        true = np.array([max(n.true, FLOOR) for n in group])
+        stated = np.array([max(n.stated, FLOOR) for n in group])
+        finite = np.isfinite(stated) & np.isfinite(true)
+        missed = sum(n.missed for n in group)
+        rows.append(
+            {
+                "quantity": name,
+                "numbers": len(group),
+                "true error, median (%)": 100 * float(np.median(true)) if group else None,
+                "stated / true, median": float(np.median(stated[finite] / true[finite]))
+                if finite.any()
+                else None,
+                f"more than {TIMES:g} stated errors off": missed,
+                "share (%)": 100 * missed / max(len(group), 1),
+                f"{100 * WRONG:g} % wrong and silent": sum(n.silent for n in group),
+                "nothing stated": int(np.isinf([n.stated for n in group]).sum()),
+            }
+        )
+    return rows
+
+
+def misses(numbers: Sequence[Number]) -> list[dict[str, Any]]:
+    """Every number that is missed or silent, with its scene, the worst first."""
+    poor = sorted(
+        (n for n in numbers if n.missed or n.silent),
+        key=lambda n: -n.true / max(n.stated, FLOOR),
+    )
+    return [
+        {
+            "scene": n.index, "kind": n.case.kind, "quantity": n.quantity,
+            "stated (%)": 100 * n.stated, "true (%)": 100 * n.true, "cautioned": n.cautioned,
+            "angles": " ".join(map(str, n.case.angles)),
+            "overrides": "; ".join(n.case.overrides),
+        }
+        for n in poor
+    ]  # fmt: skip
+
+
+def draw(path: Path, numbers: Sequence[Number], names: Mapping[str, str]) -> None:
+    """True against stated error, a panel a quantity, with the lines of 1:1 and `TIMES` : 1."""
+    present = [name for name in names if any(n.quantity == name for n in numbers)]
+    columns = 3
+    rows = -(-len(present) // columns) or 1
+    ends = np.array([SMALLEST, 10.0])
+    with panels(path, columns, rows, width=3.0, height=2.7, sharex=True, sharey=True) as axes:
+        for axis, name in zip(axes.flat, present, strict=False):
+            group = [n for n in numbers if n.quantity == name]
+            stated, true = (
+                np.clip([getattr(n, part) for n in group], *ends) for part in ("stated", "true")
+            )
+            poor = np.array([n.missed or n.silent for n in group])
+            axis.plot(ends, ends, color=BLACK, linewidth=0.8)
+            axis.plot(ends, TIMES * ends, color=BLACK, linewidth=0.8, linestyle="--")
+            for chosen, color in ((~poor, GREY), (poor, ORANGE)):
+                axis.plot(stated[chosen], true[chosen], ".", color=color, markersize=3.5)
+            axis.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
+            axis.set_title(names[name], fontsize=8, loc="left")
+        for axis in axes[-1]:
+            axis.set_xlabel("stated error, relative")
+        for axis in axes[:, 0]:
+            axis.set_ylabel("true error, relative")
+
+
+def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[str, str]) -> str:
+    """Tables, figure and page of what is solved; one line that sums them up."""
+    import pandas as pd
+
+    numbers = list(numbers_of(rows))
+    tables = {
+        f"{model}-calibration": (table(numbers), "Stated against true errors, by quantity"),
+        f"{model}-endings": (endings(rows), "How the runs ended"),
+        f"{model}-misses": (misses(numbers), "Numbers whose stated error is too small"),
+    }
+    for name, (found, caption) in tables.items():
+        write_table(folder, name, pd.DataFrame(found), f"{model}: {caption}")
+    picture = folder / f"{model}-calibration.png"
+    draw(picture, numbers, names)
+    sections = [
+        {
+            "title": f"{model}: {caption}", "notes": (), "figures": [picture] * (not place),
+            "tables": [{"columns": list(found[0]), "rows": found, "name": name}] if found else [],
+        }
+        for place, (name, (found, caption)) in enumerate(tables.items())
+    ]  # fmt: skip
+    machine = {"part": model, "quick": False, "load_average_at_start": None, **provenance({})}
+    page = {"sections": sections, "machines": [machine], "heading": "Stated against true errors"}
+    write_page(folder / f"{model}.html", "bench.html.j2", page)
+    judged = {n.index for n in numbers}
+    poor, silent = (sum(getattr(n, part) for n in numbers) for part in ("missed", "silent"))
+    spoilt = len({n.index for n in numbers if n.silent})
+    share = 100 * poor / max(len(numbers), 1)
+    return (
+        f"{model}: {len(rows)} scenes, {len(judged)} with a tight solve, {len(numbers)} numbers:"
+        f" {poor} ({share:.2g} %) more than {TIMES:g} times their stated error off,"
+        f" {silent} in {spoilt} scenes more than {100 * WRONG:g} % wrong and silent"
+    )

@@ -1,0 +1,86 @@
+"""Random fingers that tap: what both models can run at their default settings.
+
+Fingers as one might build them, unlike `random_scenes`, whose ranges reach far beyond: 1 to 4
+phalanges of 10 to 80 mm, one in three unequal, L/d 2 to 10, E 1e7 to 1e11 Pa, rho 800 to 8000
+kg/m^3, nu 0.3 to 0.49, mu 0 (one in five) to 1.2, e* 1 (every other) or 0.3 to 1, k 0.01 to 0.3 E d
+(the paper's are 0.017 and 0.052), a surface 5 to 95 % of the reach below the hinge but lower than a
+diameter, 20 elements a phalanx (every other) or 2 to 20. By turns they fall, are driven by torques
+of 0.1 to 30 times weight times length, a third of them upwards, start tilted by up to half a
+radian a phalanx, or tap three times (the solid: until 3 ms after the touch).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from validation.errors import RunFailedError
+from validation.models.impact import impact_of
+from validation.scenes.load import load_scene
+from validation.studies.random_scenes import random_numbers
+
+KINDS = ("falls", "driven", "tilted", "three taps")
+SEED = 13
+AFTER_S = 3e-3  # of a solid's further taps
+LARGEST_TILT = 0.5  # rad
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene by its overrides of ``soft``; angles of a tilted start, rad, or none."""
+
+    model: str
+    kind: str
+    overrides: tuple[str, ...]
+    angles: tuple[float, ...] = ()
+
+
+def case(model: str, index: int) -> Case:
+    """The scene of that number."""
+    kind = KINDS[index % len(KINDS)]
+    u: Iterator[float] = iter(random_numbers(SEED, index))
+
+    def log(low: float, high: float) -> float:
+        return float(f"{low * (high / low) ** next(u):.4g}")
+
+    count = 1 + int(4 * next(u))
+    size, spread = log(0.01, 0.08), 0.3 if next(u) < 1 / 3 else 0.0
+    lengths = [float(f"{size * (1 + spread * np.cos(2.0 * w)):.4g}") for w in range(count)]
+    diameter = float(f"{size / log(2, 10):.4g}")
+    modulus, density = log(1e7, 1e11), log(800, 8000)
+    poisson, slide, share = 0.3 + 0.19 * next(u), max(0.0, 1.5 * next(u) - 0.3), next(u)
+    height = max((0.05 + 0.9 * share) * sum(lengths), diameter)
+    height = min(height, 0.99 * sum(lengths))
+    stiffness, bounce, few = modulus * diameter * log(0.01, 0.3), next(u), next(u)
+    weight = 9.8 * density * 0.25 * np.pi * diameter**2 * sum(lengths)
+    torque = weight * sum(lengths) * log(0.1, 30)
+    turns = np.random.default_rng(int(1e9 * next(u))).uniform(size=(2, count))
+    torques = torque * turns[0] * np.where(turns[1] < 1 / 3, -1, 1)
+    tilts = LARGEST_TILT * (2 * turns[0] - 1)
+    lowest = float(np.max(np.cumsum(lengths * np.sin(tilts))))
+    if lowest > 0.8 * (height - diameter):
+        tilts = -np.abs(tilts)
+    overrides = [
+        f"finger.phalanges={count}", f"finger.length={lengths}", f"finger.diameter={diameter}",
+        f"finger.elements={20 if few < 0.5 else round(2 * 10 ** (2 * few - 1))}",
+        f"material.youngs_modulus={modulus}", f"material.density={density}",
+        f"material.poisson_ratio={poisson:.3g}", f"surface.height={height:.5g}",
+        f"surface.friction={slide:.3g}", f"tip.normal_stiffness={stiffness:.4g}",
+        f"tip.restitution={1.0 if bounce < 0.5 else 0.3 + 1.4 * (bounce - 0.5):.3g}",
+    ]  # fmt: skip
+    if kind == "driven":
+        overrides.append(f"drive.torques={[float(f'{t:.4g}') for t in torques]}")
+    elif kind == "three taps":
+        overrides += _further_taps(model, tuple(overrides))
+    angles = tuple(float(f"{a:.4g}") for a in tilts) if kind == "tilted" else ()
+    return Case(model, kind, tuple(overrides), angles)
+
+
+def _further_taps(model: str, overrides: tuple[str, ...]) -> list[str]:
+    if model == "hcm":
+        return ["solver.hcm.taps=3"]
+    try:
+        touch = impact_of(load_scene("soft", overrides)).time_s
+    except RunFailedError:  # which the solver will say too
+        return []
+    return [f"solver.fem.end_time={touch + AFTER_S:.6g}"]

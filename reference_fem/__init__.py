@@ -13,9 +13,10 @@ from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.estimate import Companion
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
-from reference_fem.rigid_flight import impact_state, touch_angle
+from reference_fem.rigid_flight import impact_state
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.simulate import simulate
+from reference_fem.touch import Touch, predicted_touch
 
 __all__ = [
     "ChainState",
@@ -33,7 +34,8 @@ __all__ = [
     "Summary",
     "Surface",
     "TapResult",
+    "Touch",
     "impact_state",
+    "predicted_touch",
     "simulate",
-    "touch_angle",
 ]

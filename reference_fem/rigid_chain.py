@@ -66,11 +66,33 @@ class RigidChain:
         angles, rates = state[: self.links], state[self.links :]
         b = _rotate(angles, self.arms)
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
-        inertia = np.einsum("w,wjd,wkd->jk", self.mass, b, b) + np.diag(self.inertia)
         pull = np.einsum("k,wkd->wd", rates**2, b)
         pull[:, 1] -= self.gravity
         load = self.torques + np.einsum("w,wjd,wd->j", self.mass, turned, pull)
-        return np.concatenate([rates, np.linalg.solve(inertia, load)])
+        return np.concatenate([rates, np.linalg.solve(self._joint_inertia(b), load)])
+
+    def _joint_inertia(self, b: Array) -> Array:
+        """Σ_w m_w b_wj·b_wk + δ_jk J_j, (P, P)."""
+        return np.einsum("w,wjd,wkd->jk", self.mass, b, b) + np.diag(self.inertia)
+
+    def mobility(self, state: ChainState, place: Array) -> tuple[Array, Array]:
+        """What an impulse p at `place` (2,) of the last body adds to its velocity: G p.
+
+            v = Σ_j ω_j e x l_j,  G = Σ_jk (e x l_j) [M⁻¹]_jk (e x l_k)
+
+        with l_j from hinge to hinge, the last to the place, and M the inertia of the joints.
+
+        Returns
+        -------
+        mobility : (2, 2)
+            G, 1/kg.
+        velocity : (2,)
+        """
+        hinges, _ = self.hinges_at(state.angles, state.rates)
+        links = np.diff(np.vstack([hinges, place]), axis=0)
+        turned = np.stack([-links[:, 1], links[:, 0]])
+        inertia = self._joint_inertia(_rotate(state.angles, self.arms))
+        return turned @ np.linalg.solve(inertia, turned.T), turned @ state.rates
 
     def energy(self, state: ChainState) -> float:
         """Kinetic energy + gravity potential - drive work, from rest at zero angles, J."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -81,11 +80,3 @@ def impact_state(
     chain, rest = chain_and_start(model.chain, None)
     state_at, time_s = fly(chain, rest, surface_gap(model, chain), max_flight_time_s)
     return None if time_s is None else state_at(time_s)
-
-
-def touch_angle(state: ChainState) -> float:
-    """Angle between the last phalanx's axis and the direction to the surface, rad, 0 to π/2.
-
-    A phalanx that lies θ below the horizontal touches a ball's π/2 - θ off its axis.
-    """
-    return min(max(0.5 * math.pi - float(state.angles[-1]), 0.0), 0.5 * math.pi)

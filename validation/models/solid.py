@@ -15,7 +15,12 @@ from validation.scenes.tables import Scene
 Dimension = Literal[2, 3]
 DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
-CONTACT = {"converged": "impulse"}  # by preset, where it isn't the solver's own default
+# Contact law by preset, where it isn't the solver's own default.
+CONTACT = {"contact": "impulse", "converged": "impulse"}
+# Edges of the tip in the patch's radius as predicted, by preset; how far they stay even over that
+# radius, and the least such radius over the tip's.
+PATCH_EDGES = {"contact": 2.5, "converged": 5.0}
+EVEN_PATCH, LEAST_PATCH = 1.3, 0.02
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
 FEW = 600  # elements
@@ -72,22 +77,28 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
 def sizing_of(tables: Scene, dimension: Dimension) -> Any:
     """The preset's sizes, scaled with the diameter, then the scene's own; None of a mesh file.
 
-    A tip finer than the section is refined where the rigid finger touches the surface.
+    A tip finer than the section is refined where the rigid finger touches the surface; that of the
+    preset ``contact`` is sized by the patch that is predicted there.
     """
     import meshes
 
     fem = tables.solver.fem
     if fem.mesh is not None:
         return None
-    preset = meshes.SIZINGS[fem.preset]
-    sizing = replace(_scaled(preset, tables), **fem.stated(meshes.Sizing))
-    if sizing.tip_size < sizing.section_size:
-        import reference_fem
-
-        state = impact_state(tables, dimension)
-        if state is not None:
-            sizing = replace(sizing, contact_angle=reference_fem.touch_angle(state))
-    return sizing
+    stated = fem.stated(meshes.Sizing)
+    base = _scaled(meshes.SIZINGS[fem.preset], tables)
+    sizing = replace(base, **stated)
+    if sizing.tip_size >= sizing.section_size:
+        return sizing
+    touch = predicted_touch(tables, dimension)
+    if touch is None:
+        return sizing
+    if fem.preset in PATCH_EDGES:
+        radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+        patch = max(touch.patch_radius, LEAST_PATCH * radius)
+        edge = min(patch / PATCH_EDGES[fem.preset], base.section_size)
+        base = replace(base, tip_size=edge, patch_size=EVEN_PATCH * patch)
+    return replace(base, contact_angle=touch.angle, **stated)
 
 
 def size_scale(tables: Scene) -> float:
@@ -125,15 +136,34 @@ def impact_state(tables: Scene, dimension: Dimension) -> Any:
 
     Runs on different meshes that start from it hit the surface alike.
     """
-    import meshes
     import reference_fem
 
     materials, surface, drive, settings = inputs(tables)
     clearance = CLEARANCE * 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-    mesh = _mesh(tables, dimension, _scaled(meshes.SIZINGS["fast"], tables))
     return reference_fem.impact_state(
-        mesh, materials, surface, drive, clearance, settings.max_flight_time_s
+        _fast_mesh(tables, dimension),
+        materials,
+        surface,
+        drive,
+        clearance,
+        settings.max_flight_time_s,
     )
+
+
+def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
+    """Where and how hard the rigid finger touches; None if it never does."""
+    import reference_fem
+
+    state = impact_state(tables, dimension)
+    if state is None:
+        return None
+    return reference_fem.predicted_touch(_fast_mesh(tables, dimension), *inputs(tables)[:3], state)
+
+
+def _fast_mesh(tables: Scene, dimension: Dimension) -> Any:
+    import meshes
+
+    return _mesh(tables, dimension, _scaled(meshes.SIZINGS["fast"], tables))
 
 
 def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:

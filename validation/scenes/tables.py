@@ -177,7 +177,7 @@ def hcm_table() -> type[Table]:
 class FemMeshTable(Table):
     """The solid models' mesh: a preset gives sizes and contact law, other keys override it."""
 
-    preset: Literal["fast", "ls-dyna-like", "converged"] = "fast"
+    preset: Literal["contact", "fast", "ls-dyna-like", "converged"] = "contact"
     """Sizes of the mesh and contact law, scaled with the diameter."""
     symmetry: bool = True
     """Whether half of the body is meshed in 3D, cut by its plane of motion."""

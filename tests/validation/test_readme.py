@@ -42,7 +42,7 @@ def test_the_scene_shown_is_a_scene() -> None:
     (text,) = blocks("toml")
     scene = validate(tomllib.loads(text), "README")
     assert scene.material.youngs_modulus == 1e9
-    assert scene.solver.fem.preset == "fast"
+    assert scene.solver.fem.preset == "contact"
 
 
 @pytest.mark.parametrize("number", [0, 1])

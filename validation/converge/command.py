@@ -112,7 +112,7 @@ def run_converge(
         runs = LevelRuns(scene, overrides, model, Store(out / "store"))
         name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
         folder = output_folder(out / "converge" / name)
-        wanted = refinements(size_scale(runs.scene.tables), quick)
+        wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
         results, failures = run_levels(runs, wanted, progress)
         progress(0.98, "preset converged")
         preset = None

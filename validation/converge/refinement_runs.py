@@ -48,6 +48,7 @@ class LevelRuns:
             raise RunFailedError(
                 f"scene {self.scene.name}: the surface is not reached: lower surface.height"
             )
+        self.patch: float = solid.predicted_touch(self.scene.tables, self._dimension).patch_radius
 
     def run(self, level: Overrides) -> Values:
         """Scalars of one level, from an earlier study with the same inputs and program if any.

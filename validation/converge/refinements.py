@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 ROOT = math.sqrt(2.0)
 TIP_MESH, SHAFT_MESH, PENALTY = "mesh: tip", "mesh: shaft", "penalty"
+TIP_PRESSED = "mesh: tip, surface pressure"
 
-# Edges at refinement 1, m for a finger of 15 mm, and the growth of one edge to the next.
-SECTION, AXIAL, TIP, GROWTH = 0.736e-3, 0.76e-3, 1e-4, 1.25
+# At refinement 1: edges of the shaft, m for a finger of 15 mm; edges of the tip over the radius of
+# the patch of contact, and the growth from one to the next beyond EVEN of that radius.
+SECTION, AXIAL = 0.736e-3, 0.76e-3
+TIP, GROWTH, EVEN = 0.2, 1.15, 1.3
 
 Overrides = Mapping[str, float | str]
 
@@ -38,43 +41,45 @@ class Refinement:
     levels: tuple[Level, ...]
 
 
-def mesh_sizes(scale: float, shaft: float, tip: float) -> dict[str, float | str]:
-    """Sizes at refinements `shaft` and `tip` (times the sizes above).
-
-    An edge split in two halves its size and takes the root of the growth: with both, and not the
-    tip's size alone, the graded part converges too.
-    """
+def mesh_sizes(
+    scale: float, shaft: float, tip_size: float, growth: float, patch_size: float = 0.0
+) -> dict[str, float | str]:
+    """Sizes of a shaft at that refinement (times the sizes above) and of a tip, m."""
     return {
         "solver.fem.section_size": scale * SECTION * shaft,
         "solver.fem.axial_size": scale * AXIAL * shaft,
-        "solver.fem.tip_size": scale * TIP * tip,
-        "solver.fem.growth": GROWTH**tip,
+        "solver.fem.tip_size": tip_size,
+        "solver.fem.growth": growth,
+        "solver.fem.patch_size": patch_size,
     }
 
 
-def refinements(scale: float, quick: bool) -> tuple[Refinement, ...]:
-    """All refinements, with contact by impulses; that of the penalty by surface pressure.
+def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ...]:
+    """All refinements, with contact by impulses; those of tip and penalty by surface pressure too.
 
     The shaft's has a fine tip throughout: on a coarse one, which the section's own edges
     cut in two, it would show the tip's error. The step's error does not depend on the mesh much.
 
-    The peak is not asymptotic in the tip's edge, nor can it be soon: the patch grows by whole
-    rings of nodes, and where its rim lies between two rings changes from level to level. On the
-    hard finger a first edge of 0.09, 0.1 and 0.11 mm gives 280.1, 282.3 and 280.4 N, as much
-    of a change as from 0.1 to 0.07 and 0.05 mm (279.4, 279.8 N); contact by surface pressure
-    goes the same way.
+    An edge of the tip that is split in two halves its size and takes the root of the growth: with
+    both, and not the tip's size alone, the graded part converges too.
 
     Parameters
     ----------
     scale
         The finger's diameter over 15 mm.
+    patch
+        Radius of the patch of contact as predicted, m.
     quick
         Coarser levels and fewer of them: minutes, and a wider error bar.
     """
+
+    def sizes(shaft: float, tip: float) -> dict[str, float | str]:
+        return mesh_sizes(scale, shaft, tip * TIP * patch, GROWTH**tip, EVEN * patch)
+
     impulse: dict[str, float | str] = {"solver.fem.contact": "impulse"}
     # Tips of those that don't refine it.
-    for_shaft, for_penalty, for_step = (2.0, 2.0, 2.0) if quick else (1.0, ROOT, 2.0)
-    tips = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0, ROOT, 1.0, 1.0 / ROOT, 0.5)
+    for_shaft, for_penalty, for_step = (2.0 * ROOT,) * 3 if quick else (ROOT, 2.0, 2.0)
+    tips = (4.0, 2.0 * ROOT, 2.0) if quick else (4.0, 2.0 * ROOT, 2.0, ROOT, 1.0)
     shafts = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)
@@ -82,17 +87,20 @@ def refinements(scale: float, quick: bool) -> tuple[Refinement, ...]:
     def levels(overrides: Mapping[float, Overrides]) -> tuple[Level, ...]:
         return tuple(Level(size, {**impulse, **keys}) for size, keys in overrides.items())
 
-    millimetres = 1e3 * scale * TIP
-    tip = {t * millimetres: mesh_sizes(scale, 2.0, t) for t in tips}
-    shaft = {1e3 * scale * SECTION * s: mesh_sizes(scale, s, for_shaft) for s in shafts}
-    pressure: dict[str, float | str] = {
-        **mesh_sizes(scale, 2.0, for_penalty),
-        "solver.fem.contact": "surface",
-    }
+    surface: dict[str, float | str] = {"solver.fem.contact": "surface"}
+    tip = {1e3 * t * TIP * patch: sizes(2.0, t) for t in tips}
+    shaft = {1e3 * scale * SECTION * s: sizes(s, for_shaft) for s in shafts}
+    pressure = {**sizes(2.0, for_penalty), **surface}
     penalty = {1.0 / f: {**pressure, "solver.fem.surface_factor": f} for f in factors}
-    step = {s: {**mesh_sizes(scale, 2.0, for_step), "solver.fem.step_factor": s} for s in steps}
+    step = {s: {**sizes(2.0, for_step), "solver.fem.step_factor": s} for s in steps}
     return (
         Refinement(TIP_MESH, "edge at the contact, mm", 2.0, levels(tip)),
+        Refinement(
+            TIP_PRESSED,
+            "edge at the contact, mm",
+            2.0,
+            levels({size: {**keys, **surface} for size, keys in tip.items()}),
+        ),
         Refinement(PENALTY, "1 / penalty factor", 1.0, levels(penalty)),
         Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, levels(shaft)),
         Refinement("step", "step over stable step", 2.0, levels(step)),

@@ -17,16 +17,16 @@ DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
 # Contact law by preset, where it isn't the solver's own default.
 CONTACT = {"contact": "impulse", "converged": "impulse"}
-# Edges of the tip in the patch's radius as predicted, by preset; how far they stay even over that
-# radius, and the least such radius over the tip's.
-PATCH_EDGES = {"contact": 2.5, "converged": 5.0}
-EVEN_PATCH, LEAST_PATCH = 1.3, 0.02
+# Presets whose tip has even edges where the patch of contact is predicted, up to EVEN_PATCH times
+# its radius; the preset `contact` divides that radius, at least a share of the tip's, into edges.
+EVEN_TIPS, EVEN_PATCH = ("contact", "converged"), 1.3
+PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
 FEW = 600  # elements
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
-WARM_UP = (
+WARM_UP = (  # once for each law that a preset takes
     *without_estimate("fem3d"),
     "surface.height=0.06",
     "solver.fem.section_size=5e-3",
@@ -93,11 +93,12 @@ def sizing_of(tables: Scene, dimension: Dimension) -> Any:
     touch = predicted_touch(tables, dimension)
     if touch is None:
         return sizing
-    if fem.preset in PATCH_EDGES:
-        radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-        patch = max(touch.patch_radius, LEAST_PATCH * radius)
-        edge = min(patch / PATCH_EDGES[fem.preset], base.section_size)
-        base = replace(base, tip_size=edge, patch_size=EVEN_PATCH * patch)
+    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    patch = max(touch.patch_radius, LEAST_PATCH * radius)
+    if fem.preset in EVEN_TIPS:
+        base = replace(base, patch_size=EVEN_PATCH * patch)
+    if fem.preset == "contact":
+        base = replace(base, tip_size=min(patch / PATCH_EDGES, base.section_size))
     return replace(base, contact_angle=touch.angle, **stated)
 
 
@@ -250,7 +251,9 @@ class Solid:
 
     def warm_up(self) -> None:
         """Tap once with a coarse mesh from 52.5 mm: every kernel is loaded."""
-        unless_interrupted(self.run(load_scene("soft", WARM_UP)).record)
+        for law in ("penalty", "impulse"):
+            scene = load_scene("soft", (*WARM_UP, f"solver.fem.contact={law}"))
+            unless_interrupted(self.run(scene).record)
 
     def run(
         self,

@@ -8,11 +8,12 @@ from validation.runs.execute import Job
 from validation.scenes.load import without_estimate
 
 REFERENCE = ("fem3d", "ls-dyna-like")
+CONTACT = ("fem3d", "contact")
 FAST = ("fem3d", "fast")
 HOLES = ("fem3d", "ls-dyna-like shaft holes")
 PLANE = ("fem2d", "fast")
 REDUCED = ("hcm", "")
-ALONE = (REDUCED, REFERENCE, FAST, PLANE)  # first in their process: its memory is theirs
+ALONE = (REDUCED, REFERENCE, CONTACT, FAST, PLANE)  # first in their process: its memory is theirs
 MESHES = {"": "N = 60", "N=30": "N = 30", "N=15": "N = 15"}  # variants of hcm, paper's fig. 7
 SHAFT_RADIUS = 2.5e-3  # m; the paper draws holes and gives no size
 PENALTY = "solver.fem.penalty_factor"
@@ -72,7 +73,7 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     """
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")
     own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
-    preset = "solver.fem.preset=ls-dyna-like"
+    preset, fast = "solver.fem.preset=ls-dyna-like", "solver.fem.preset=fast"
     holes = f"solver.fem.shaft_radius={SHAFT_RADIUS}"
     return [
         [
@@ -84,14 +85,15 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
             Job(scene, "fem3d", (preset, *reference), REFERENCE[1], True),
             Job(scene, "fem3d", (preset, holes, *solid), HOLES[1]),
         ],
+        [Job(scene, "fem3d", reference, CONTACT[1])],
         [
-            Job(scene, "fem3d", reference, FAST[1]),
+            Job(scene, "fem3d", (fast, *reference), FAST[1]),
             *(
-                Job(scene, "fem3d", (f"{PENALTY}={p}", *solid), f"fast penalty {p:g}")
+                Job(scene, "fem3d", (fast, f"{PENALTY}={p}", *solid), f"fast penalty {p:g}")
                 for p in PENALTIES
             ),
         ],
-        [Job(scene, "fem2d", reference, PLANE[1])],
+        [Job(scene, "fem2d", (fast, *reference), PLANE[1])],
     ]
 
 

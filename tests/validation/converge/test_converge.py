@@ -9,7 +9,7 @@ import pytest
 
 from validation.compare.grid_convergence import Convergence
 from validation.converge.command import run_converge
-from validation.converge.refinements import PENALTY, SHAFT_MESH, TIP_MESH, refinements
+from validation.converge.refinements import PENALTY, SHAFT_MESH, TIP_MESH, TIP_PRESSED, refinements
 from validation.converge.verdicts import preset_rows
 from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
@@ -18,7 +18,7 @@ from validation.harness.store import VALUES
 
 def test_refinements_change_one_thing_each() -> None:
     for quick in (False, True):
-        for refinement in refinements(1.0, quick):
+        for refinement in refinements(1.0, 5e-4, quick):
             sizes = [level.size for level in refinement.levels]
             assert len(sizes) >= 3
             assert all(fine < coarse for coarse, fine in itertools.pairwise(sizes))
@@ -32,14 +32,16 @@ def test_refinements_change_one_thing_each() -> None:
                 changing
                 == {
                     TIP_MESH: {"solver.fem.tip_size", "solver.fem.growth"},
+                    TIP_PRESSED: {"solver.fem.tip_size", "solver.fem.growth"},
                     SHAFT_MESH: {"solver.fem.section_size", "solver.fem.axial_size"},
                     PENALTY: {"solver.fem.surface_factor"},
                     "step": {"solver.fem.step_factor"},
                 }[refinement.name]
             )
-    full = next(refinement for refinement in refinements(1.0, False) if refinement.name == TIP_MESH)
-    assert len(full.levels) >= 4
-    assert full.levels[-1].size <= 0.1 + 1e-12  # mm
+    tips = [one for one in refinements(1.0, 5e-4, False) if one.name in (TIP_MESH, TIP_PRESSED)]
+    for full in tips:
+        assert len(full.levels) >= 4
+        assert full.levels[-1].size <= 0.1 + 1e-12  # mm: a fifth of the patch's radius
 
 
 def test_preset_is_known_by_its_distance_and_every_refinement_but_the_penaltys() -> None:

@@ -83,7 +83,7 @@ def test_solid_models_give_whole_records_and_fields(model: str, tmp_path: Path) 
     assert call("run", "soft", "--model", model, "--out", tmp_path) == 0
     folder = tmp_path / "run" / f"soft-{model}"
     summary = json.loads((folder / "summary.json").read_text())
-    assert summary["variant"] == "fast"
+    assert summary["variant"] == "contact"
     assert summary["elements"] > 0
     assert summary["energy_residual"] < 0.01
     mu = 0.5
@@ -133,7 +133,10 @@ def test_memory_is_not_charged_for_the_parent(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("overrides", "name"),
-    [([], "fast"), (["solver.fem.penalty_factor=0.4"], "fast penalty 0.4")],
+    [
+        ([], "contact"),
+        (["solver.fem.preset=fast", "solver.fem.penalty_factor=0.4"], "fast penalty 0.4"),
+    ],
 )
 def test_variants_are_named_after_what_was_changed(overrides: list[str], name: str) -> None:
     assert solid.variant(load_scene("soft", overrides).tables) == name

@@ -145,7 +145,7 @@ def test_one_number_per_phalanx() -> None:
         ("drive.reaction=1", ["drive.reaction", "true or false"]),
         (
             "solver.fem.preset=finest",
-            ["solver.fem.preset", "finest", "'fast', 'ls-dyna-like' or 'converged'"],
+            ["solver.fem.preset", "finest", "'contact', 'fast', 'ls-dyna-like' or 'converged'"],
         ),
         ("solver.fem.penalty_factor=0", ["solver.fem.penalty_factor", "> 0"]),
         ("solver.hcm.spectral_radius=1.5", ["solver.hcm.spectral_radius", "<= 1"]),
@@ -220,11 +220,10 @@ def test_a_scene_states_settings_by_name_and_the_solver_keeps_the_other_defaults
 
     stated = ["solver.fem.penalty_factor=0.4", "solver.fem.end_time=0.2", "solver.fem.threads=1"]
     assert solver_settings(load_scene("soft", stated).tables) == reference_fem.Settings(
-        penalty_factor=0.4, end_time_s=0.2, threads=1
+        contact="impulse", penalty_factor=0.4, end_time_s=0.2, threads=1
     )
-    assert solver_settings(load_scene("soft").tables) == reference_fem.Settings()
-    converged = load_scene("soft", ["solver.fem.preset=converged"]).tables
-    assert solver_settings(converged) == reference_fem.Settings(contact="impulse")
+    fast = load_scene("soft", ["solver.fem.preset=fast"]).tables
+    assert solver_settings(fast) == reference_fem.Settings()
 
 
 def test_a_solver_is_imported_where_a_scene_states_something_for_it() -> None:

@@ -10,17 +10,16 @@ import argparse
 from dataclasses import asdict
 
 from validation.compare.tap_errors import TapQuantities
-from validation.converge.refinements import mesh_sizes
 from validation.harness.console import output
 from validation.harness.interrupts import unless_interrupted
 from validation.models.solid import DIMENSIONS, build_mesh, inputs
 from validation.scenes.load import load_scene
-from validation.studies.bench.reference_settings import IMPULSE, solid_tap
+from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
 from validation.studies.bench.truths import REFERENCE_TRUTHS
 from validation.studies.bench.work_precision import Setting, simulation
 
-# Refinements (shaft, tip) of `mesh_sizes`: the finest run; and two whose difference, shaft against
-# half the shaft, is added to it in 3D, where the finest tip was too dear on the finer shaft.
+# Refinements (shaft, tip) of `impulse_mesh`: the finest run; and two whose difference, shaft
+# against half the shaft, is added to it in 3D, where the finest tip was too dear on the finer one.
 FINEST = {"fem3d": (2.0, 0.5), "fem2d": (0.5, 0.25)}
 SHAFTS = {"fem3d": ((2.0, 1.0), (1.0, 1.0))}
 EVEN = {"fem3d": (7.5e-4, 3.75e-4), "fem2d": (2.5e-4, 1.25e-4)}  # m, the flight's meshes
@@ -35,7 +34,7 @@ def solve_tap(model: str, shaft: float, tip: float) -> TapQuantities:
         The run did not complete.
     """
     name = f"shaft {shaft:g}, tip {tip:g}"
-    setting = Setting(model, model, "", name, {**IMPULSE, **mesh_sizes(1.0, shaft, tip)})
+    setting = Setting(model, model, "", name, impulse_mesh(shaft, tip))
     result = unless_interrupted(simulation(model, setting.overrides())())
     found = solid_tap(result)
     if found is None:

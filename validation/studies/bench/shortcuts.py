@@ -76,12 +76,17 @@ HCM = (
         "off: a factorization in every iteration",
     ),
 )  # fmt: skip
-SMOOTH = (("surface.friction=0",), ("surface.friction=1e-12",), "off: mu = 1e-12")
-EXPLICIT_FLIGHT = ((), ("solver.fem.flight='explicit'",))
+FAST = "solver.fem.preset=fast"
+SMOOTH = (
+    (FAST, "surface.friction=0"),
+    (FAST, "surface.friction=1e-12"),
+    "off: mu = 1e-12",
+)
+EXPLICIT_FLIGHT = ((FAST,), (FAST, "solver.fem.flight='explicit'"))
 SOLID = (
     Shortcut("no friction at mu = 0", "fem2d", *SMOOTH),
     Shortcut(
-        "half model by symmetry", "fem3d", (), ("solver.fem.symmetry=false",),
+        "half model by symmetry", "fem3d", (FAST,), (FAST, "solver.fem.symmetry=false"),
         "off: both halves meshed",
     ),
     Shortcut(

@@ -61,8 +61,9 @@ def explicit_flight(source: str, runs: LadderRuns) -> ReferenceCheck:
     RunFailedError
         A run did not complete.
     """
-    rigid = runs.obtain(full_contact, load_scene(source), None, "fast")
-    scene = load_scene(source, ("solver.fem.flight=explicit",))
+    fast = "solver.fem.preset=fast"
+    rigid = runs.obtain(full_contact, load_scene(source, (fast,)), None, "fast")
+    scene = load_scene(source, (fast, "solver.fem.flight=explicit"))
     whole = runs.obtain(full_contact, scene, None, "fast, explicit flight")
     change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
     return _check(f"{change} instead of a rigid flight", "fast", rigid, whole)

@@ -9,7 +9,7 @@ from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.models import solid
 from validation.scenes.load import read_scene
-from validation.validate.plan import FAST, PLANE, REDUCED, REFERENCE, Runs
+from validation.validate.plan import CONTACT, FAST, PLANE, REDUCED, REFERENCE, Runs
 
 NAMES = {REDUCED: "hcm, the paper's k"}
 
@@ -61,7 +61,7 @@ def accuracy_against_cost(
         scene = reference.scene
         several = [
             (NAMES.get(which, " ".join(which)), run)
-            for which in (REDUCED, PLANE, FAST, REFERENCE)
+            for which in (REDUCED, PLANE, FAST, REFERENCE, CONTACT)
             if (run := runs.find(scene, which)) is not None
         ]
         several += [("hcm, identified k", run) for run in predictions if run.scene == scene]
@@ -103,7 +103,7 @@ def contact_patches(
     """Of the three-dimensional presets and of rung 3's finest run, by scene."""
     rows = []
     for scene in scenes:
-        several = runs.several(scene, (FAST, REFERENCE))
+        several = runs.several(scene, (FAST, REFERENCE, CONTACT))
         several += [run for run in best if run.scene == scene]
         rows += [found for run in several if (found := contact_patch(run)) is not None]
     return rows

@@ -25,7 +25,7 @@ STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))
 STRUCTURE_FULL = ((0.1, 0.133), (0.067, 0.089), (0.05, 0.067))
 # Edge at the contact over the diameter, growth, edges of section and axis; coarse to fine.
 CONTACT = ((0.0267, 1.6, 0.1, 0.167), (0.0133, 1.4, 0.1, 0.167))
-CONVERGED = 0.006  # that edge of the preset `converged`
+CONVERGED = 0.008  # that edge of the preset `converged`
 CONTACT_FULL = (CONTACT[-1], (0.0094, 1.3, 0.085, 0.12), None)  # None: the preset
 ORDER = 2.0  # of the trilinear elements
 

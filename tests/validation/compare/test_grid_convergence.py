@@ -37,7 +37,25 @@ def test_wiggles_and_wrong_orders_are_not_asymptotic() -> None:
     # Four levels: the three before the finest must point to the same limit.
     values = [1.0 + h**2 for h in (0.4, 0.2, 0.1)]
     assert convergence((0.8, 0.4, 0.2, 0.1), [1.64, *values], 2.0).asymptotic
-    assert not convergence((0.8, 0.4, 0.2, 0.1), [0.5, *values], 2.0).asymptotic
+    astray = convergence((0.8, 0.4, 0.2, 0.1), [0.5, *values], 2.0)
+    assert astray.fitted
+    assert astray.uncertainty > 0.2  # what the coarsest value is off by
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0])
+def test_noise_on_a_trend_leaves_an_order_and_noise_alone_none(order: float) -> None:
+    sizes = [0.8 / 2 ** (0.5 * k) for k in range(6)]
+    noise = [0.002 * (-1) ** k for k in range(6)]
+    found = convergence(
+        sizes, [5.0 + 0.1 * h**order + e for h, e in zip(sizes, noise, strict=True)], 2.0
+    )
+    assert found.fitted
+    assert found.asymptotic
+    assert found.order == pytest.approx(order, abs=0.35)
+    assert "least squares" in found.verdict
+    assert abs(found.limit - 5.0) < found.uncertainty * found.finest
+    assert found.uncertainty < 0.01
+    assert not convergence(sizes, [5.0 + e for e in noise], 2.0).asymptotic
 
 
 def test_orders_above_the_formal_one_do_not_shrink_the_error_bar() -> None:

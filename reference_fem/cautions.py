@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference_fem.arrays import Array
+from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot
 from reference_fem.settings import Settings
@@ -25,6 +25,9 @@ CRUSHED = 3.0**-0.5
 # Share of the elastic energy at which springs in series with the body change its force and its
 # duration by half of that.
 SPRINGS = 0.1
+# Edges where the surface touches at the peak over its finest ones, from which on the contact lies
+# outside of what was refined for it; and what an even mesh's longest edges are of its shortest.
+ASTRAY, EVEN = 1.5, 3.0
 # The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
 HOURGLASS = 0.1
 
@@ -44,6 +47,7 @@ def cautions(
     - an element is crushed to where its material law is no model of a solid any more
     - penalty springs hold so much of the elastic energy that they, not the body, make the contact
     - hourglass control holds so much of the strain energy that it is part of the answer
+    - the contact has rolled, or never was, where the mesh was refined for it
     """
     found = []
     if spike(forces.normal_force_N, max(1, round(model.grain_s / model.step_s))) > SPIKE:
@@ -74,6 +78,14 @@ def cautions(
         found.append(
             f"an element is crushed to {100 * smallest:.3g} % of its volume, where the material "
             "law (St. Venant-Kirchhoff) softens: use a stiffer material or a slower impact"
+        )
+    touched = [s.contact_pressure_Pa[model.contact.nodes] > 0.0 for s in snapshots if s.at_peak]
+    edges = np.sqrt(model.contact.area) if model.points.shape[1] == 3 else np.zeros(0)
+    times = astray(edges, touched[0]) if edges.size and touched else None
+    if times is not None:
+        found.append(
+            f"at the peak force it touches where edges are {times:.2g} times those that were "
+            "refined for contact: refine more of the tip (solver.fem.patch_size, solver.fem.growth)"
         )
     strain = float(history.strain_energy_J.max())
     elastic = history.strain_energy_J + history.contact_energy_J
@@ -106,6 +118,24 @@ def spike(normal: Array, longest: int) -> float:
     lags = np.arange(1, longest + 1)
     beside = padded[top - lags] + padded[top + lags]
     return float(np.max(2.0 * padded[top] - beside) / (3.0 * padded[top]))
+
+
+def astray(edges: Array, touched: Flags) -> float | None:
+    """Mean edge of the nodes that touch over the finest fiftieth's; None within a refined patch.
+
+    Parameters
+    ----------
+    edges : (k,)
+        Roots of the areas of the nodes that may touch; a mesh of similar ones is not refined.
+    touched : (k,)
+    """
+    if not touched.any() or not np.isfinite(edges).all():
+        return None
+    finest, coarsest = np.quantile(edges, (0.02, 0.9))
+    if coarsest < EVEN * finest:
+        return None
+    times = float(np.sqrt(np.mean(edges[touched] ** 2)) / finest)
+    return times if times > ASTRAY else None
 
 
 def _share(part: float, whole: float) -> float:

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import meshes
 import reference_fem as rf
-from reference_fem.cautions import spike
+from reference_fem.cautions import astray, spike
 from reference_fem.dynamics import guards
 from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
@@ -164,3 +165,29 @@ def test_cautions(caution: str, given: dict[str, Any], free: dict[str, Any]) -> 
     """Each is said of a block that needs it, and not of one that doesn't."""
     assert any(re.search(caution, said) for said in fall(**given)[0].cautions)
     assert not any(re.search(caution, said) for said in fall(**free)[0].cautions)
+
+
+def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:
+    edges = np.concatenate([np.full(50, 0.2), np.geomspace(0.2, 2.0, 200)])
+    inside = np.arange(250) < 40
+    assert astray(edges, inside) is None
+    assert astray(edges, ~inside & (edges < 0.5)) == pytest.approx(1.6, abs=0.2)
+    assert astray(np.linspace(1.0, 2.0, 250), ~inside) is None  # even
+    assert astray(np.full(250, np.inf), inside) is None  # the lumped law has no area
+
+    geometry = meshes.FingerGeometry((0.03,), (0.015,))
+    said = []
+    for degrees in (57.0, 20.0):  # it touches 56 degrees off the axis
+        sizing = meshes.Sizing(
+            2e-3, 4e-3, 4e-4, contact_angle=math.radians(degrees), growth=1.6, patch_size=1e-3
+        )
+        result = rf.simulate(
+            meshes.finger_hexahedra(geometry, sizing),
+            (rf.Material(1e9, 0.4, 1400.0),),
+            rf.Surface(0.02, 0.5),
+            rf.Drive(),
+            rf.Settings(contact="impulse"),
+        )
+        assert result.status is rf.Status.COMPLETED
+        said.append([text for text in result.cautions if "that were refined" in text])
+    assert (len(said[0]), len(said[1])) == (0, 1)

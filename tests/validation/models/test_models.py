@@ -101,12 +101,13 @@ def test_solid_models_give_whole_records_and_fields(model: str, tmp_path: Path) 
 
 
 def test_mesh_sizes_scale_with_the_finger_and_can_be_set() -> None:
-    usual = solid.build_mesh(load_scene("soft").tables, 2)
-    thin = ["finger.diameter=0.0075", "finger.length=0.02", "surface.height=0.05"]
+    fast = "solver.fem.preset=fast"
+    usual = solid.build_mesh(load_scene("soft", [fast]).tables, 2)
+    thin = [fast, "finger.diameter=0.0075", "finger.length=0.02", "surface.height=0.05"]
     half = solid.build_mesh(load_scene("soft", thin).tables, 2)
     assert len(half.cells) == len(usual.cells)
     np.testing.assert_allclose(half.points, usual.points / 2, atol=1e-9)
-    coarse = solid.build_mesh(load_scene("soft", ["solver.fem.axial_size=0.01"]).tables, 2)
+    coarse = solid.build_mesh(load_scene("soft", [fast, "solver.fem.axial_size=0.01"]).tables, 2)
     assert len(coarse.cells) < len(usual.cells)
 
 

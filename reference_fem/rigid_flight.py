@@ -60,11 +60,13 @@ def impact_state(
     drive: Drive,
     clearance_m: float,
     max_flight_time_s: float = 2.0,
+    start: ChainState | None = None,
 ) -> ChainState | None:
-    """State of the rigid flight from rest with `clearance_m` left below the lowest node.
+    """State of the rigid flight with `clearance_m` left below the lowest node.
 
-    Runs on several meshes that start from it hit with the same angles and rates: the clearance
-    must exceed what their lowest nodes differ by, h²/8R for edges h on a radius R.
+    From `start`, or from rest along -X. Runs on several meshes that start from it hit with the same
+    angles and rates: the clearance must exceed what their lowest nodes differ by, h²/8R for edges h
+    on a radius R.
 
     Returns
     -------
@@ -77,6 +79,7 @@ def impact_state(
     """
     above = replace(surface, height=surface.height - clearance_m)
     model = build_model(mesh, materials, above, drive, Settings())
-    chain, rest = chain_and_start(model.chain, None)
-    state_at, time_s = fly(chain, rest, surface_gap(model, chain), max_flight_time_s)
+    chain, first = chain_and_start(model.chain, start)
+    end = first.time_s + max_flight_time_s
+    state_at, time_s = fly(chain, first, surface_gap(model, chain), end)
     return None if time_s is None else state_at(time_s)

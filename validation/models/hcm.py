@@ -39,7 +39,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
     import hcm
 
     tables = scene.tables
-    finger, material = tables.finger, tables.material
+    finger, material, start = tables.finger, tables.material, tables.start_state
     stated = tables.solver.hcm.stated(hcm.Settings)
     stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
@@ -58,6 +58,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 restitution=tables.tip.restitution,
                 tangential_ratio=tables.tangential_ratio,
             ),
+            "start": None if start is None else hcm.RigidStart(*start),
             "drive": hcm.Drive(
                 torques=tables.drive.torques or (),  # none lets the solver skip them
                 gravity=tables.drive.gravity,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from validation.errors import RunFailedError, UserError
-from validation.models.solid import solver_settings
+from validation.models.solid import solver_settings, start_of
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
@@ -38,7 +38,7 @@ class Impact:
 
 
 def impact_of(scene: NamedScene) -> Impact:
-    """Let the thin rods fall until their end touches.
+    """Let the thin rods fall from the scene's start until their end touches.
 
     Raises
     ------
@@ -73,13 +73,13 @@ def impact_of(scene: NamedScene) -> Impact:
         tables.drive.gravity,
     )
     height = tables.surface.height
-    rest = ChainState(np.zeros(count), np.zeros(count), 0.0)
+    first = start_of(tables) or ChainState(np.zeros(count), np.zeros(count), 0.0)
 
     def gap(angles: Any) -> float:
         return height - float(lengths @ np.sin(angles))
 
     patience = solver_settings(tables).max_flight_time_s
-    state_at, touch = fly(chain, rest, gap, patience)
+    state_at, touch = fly(chain, first, gap, patience)
     if touch is None:
         raise RunFailedError(
             f"scene {scene.name}: the tip does not reach the surface within {patience:g} s; "

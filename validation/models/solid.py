@@ -148,6 +148,7 @@ def impact_state(tables: Scene, dimension: Dimension) -> Any:
         drive,
         clearance,
         settings.max_flight_time_s,
+        start_of(tables),
     )
 
 
@@ -208,6 +209,18 @@ def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
     drive = reference_fem.Drive(torques=tables.drive.torques or (), gravity=tables.drive.gravity)
     return materials, surface, drive, solver_settings(tables)
+
+
+def start_of(tables: Scene) -> Any:
+    """The scene's start as the reference takes it; None: horizontal, at rest."""
+    import numpy as np
+
+    import reference_fem
+
+    if tables.start_state is None:
+        return None
+    angles, rates = map(np.array, tables.start_state)
+    return reference_fem.ChainState(angles, rates, 0.0)
 
 
 def variant(tables: Scene) -> str:
@@ -279,7 +292,12 @@ class Solid:
             if checkpoint is not None:
                 restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
             result = reference_fem.simulate(
-                mesh, *given_inputs, progress=progress, restart=restart, companion=beside
+                mesh,
+                *given_inputs,
+                progress=progress,
+                start=start_of(tables),
+                restart=restart,
+                companion=beside,
             )
             estimate_time = time.perf_counter() - start - result.summary.wall_time_s
         except ValueError as error:

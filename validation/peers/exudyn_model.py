@@ -33,11 +33,13 @@ def refusal(scene: NamedScene) -> str:
         return "exudyn is not installed: pip install 'fingertap[bench]'"
     for key, value, needed in (
         ("drive.torques", any(tables.torques), False),
+        ("start", tables.start_state, None),
         ("tip.restitution", tables.tip.restitution, 1.0),
         ("surface.friction > 0", tables.surface.friction > 0.0, True),
     ):
         if value != needed:
-            return f"exudyn takes undriven, elastic, sliding taps alone: {key}; use --model hcm"
+            taken = "undriven, elastic, sliding taps from rest alone"
+            return f"exudyn takes {taken}: {key}; use --model hcm"
     return ""
 
 

@@ -5,6 +5,7 @@ scene may be. Those of the solvers follow from the settings that the solvers dec
 """
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Annotated, Any, Literal, Self, get_args, get_origin
@@ -112,6 +113,19 @@ class DriveTable(Table):
     """g, along -Y."""
     reaction: bool = False
     """Whether a torque reacts on the previous phalanx, as a motor in the hinge does."""
+
+
+class StartTable(Table):
+    """Where the motion starts; left out: horizontal along -X, at rest."""
+
+    angles: Annotated[
+        Numbers | None, Quantity("rad", at_least=-math.pi, at_most=math.pi, per_phalanx=True)
+    ] = None
+    """theta_w from -X, counter-clockwise: downwards is positive."""
+    rates: Annotated[
+        Numbers | None, Quantity("rad/s", at_least=-1e6, at_most=1e6, per_phalanx=True)
+    ] = None
+    """omega_w, absolute."""
 
 
 def _refuse(key: str, value: object, text: str) -> PydanticCustomError:
@@ -248,6 +262,7 @@ class Scene(Table):
     surface: SurfaceTable
     tip: TipTable
     drive: DriveTable = DriveTable()
+    start: StartTable = StartTable()
     solver: SolverTable = SolverTable.model_validate({})
 
     def per_phalanx(self, values: Numbers | tuple[int, ...]) -> tuple[float, ...]:
@@ -264,6 +279,31 @@ class Scene(Table):
     def total_length(self) -> float:
         """Length of the stretched finger, m."""
         return sum(self.per_phalanx(self.finger.length))
+
+    @property
+    def start_state(self) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        """Angles (rad) and rates (rad/s) of the phalanges at the start; None: horizontal, at rest.
+
+        None lets a solver start as it does without being told, to the same bits.
+        """
+        if self.start == StartTable():
+            return None
+        angles, rates = (self.per_phalanx(v or 0.0) for v in (self.start.angles, self.start.rates))
+        return angles, rates
+
+    def _start_depth(self) -> float:
+        """Of the finger's lowest point at the start below the fixed hinge, m.
+
+        Hinges have sections of radius R_w. Of the tip the end of its axis counts: how low its round
+        end reaches is a matter of the models.
+        """
+        angles, _ = self.start_state or ((0.0,) * self.finger.phalanges, ())
+        depth, lowest = 0.0, 0.0
+        for length, diameter, angle in self.rows(self.finger.length, self.finger.diameter, angles):
+            section, before = 0.5 * diameter * abs(math.cos(angle)), depth
+            depth += length * math.sin(angle)
+            lowest = max(lowest, before + section, depth)
+        return lowest
 
     @property
     def torques(self) -> tuple[float, ...]:
@@ -306,11 +346,12 @@ class Scene(Table):
                 f"leaves the last phalanx {last:g} m, no longer than its round end of "
                 f"{radii[-1]:g} m: lengthen it, or reduce finger.diameter",
             )
-        if self.surface.height <= max(radii):
+        if self.surface.height <= (lowest := self._start_depth()):
             raise _refuse(
                 "surface.height",
                 self.surface.height,
-                f"must be > {max(radii):g}, the finger's radius: at rest the surface would cut it",
+                f"must be > {lowest:g}: at the start the finger reaches as low, and the surface "
+                "would cut it",
             )
         if self.surface.height >= self.total_length:
             raise _refuse(

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Literal
+from typing import Literal
 
 from validation.errors import RunFailedError
 from validation.harness.interrupts import unless_interrupted
@@ -51,7 +51,9 @@ def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRec
         tangential_ratio=contact.tangential_ratio,
     )
     began = time.perf_counter()
-    result = hcm.simulate(**arguments, start=None if start is None else rigid_start(start))
+    if start is not None:
+        arguments["start"] = rigid_start(start)
+    result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", "", time.perf_counter() - began)
     return _completed(record)
 
@@ -92,7 +94,7 @@ def lumped_solid(
         contact.hertz_force,
     )
     settings = dataclasses.replace(settings, contact=law, flight="rigid")
-    state = None if start is None else chain_state(start)
+    state = solid.start_of(tables) if start is None else chain_state(start)
     result = reference_fem.simulate(mesh, materials, surface, drive, settings, start=state)
     variant = f"lumped law, {tip} end"
     return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
@@ -110,7 +112,7 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
 
     mesh = solid.build_mesh(scene.tables, 3)
     materials, surface, drive, settings = solid.inputs(scene.tables)
-    state: Any = None
+    state = solid.start_of(scene.tables)
     if start is not None:
         surface = dataclasses.replace(surface, height=start.sphere_height_m)
         state = chain_state(start)

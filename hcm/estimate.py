@@ -256,7 +256,7 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
 def _percent(share: float) -> str:
     if share == math.inf:
         return "unknown"
-    return f"{100 * share:.2g} %" if share < 1.0 else f"{100 * share:.0f} %"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def estimate_errors(own: TapResult, again: Again, finger: Finger, settings: Settings) -> Estimate:

@@ -41,6 +41,7 @@ NAMES = {
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
 """Powers of the speed at contact that numbers follow; others follow 6/5."""
 
+ALONE = "errors are estimated from this mesh's edges alone: a mesh file has no coarser one"
 # Share of a number beyond which a run carries a caution.
 LARGEST_ERROR = 0.02
 # The companion starts with this share of the tip's radius below it, more than the lowest nodes of
@@ -137,11 +138,10 @@ def estimated(run: TapResult, given: Given, companion: Companion | None, again: 
         for name, error in tap_errors(run, other, resolution).items():
             more = of_speed * OF_SPEED.get(name, 1.2) * abs(getattr(run.summary, name))
             errors[name] = error + more
-    return replace(
-        run,
-        errors=errors,
-        cautions=(*run.cautions, *caution(run.summary, errors, resolution.coarse)),
-    )
+    doubts = caution(run.summary, errors, resolution.coarse)
+    if companion is not None and companion.mesh is None:
+        doubts = (*doubts, ALONE)
+    return replace(run, errors=errors, cautions=(*run.cautions, *doubts))
 
 
 def _of_flight(
@@ -188,4 +188,4 @@ def caution(
 def _percent(share: float) -> str:
     if share == math.inf:
         return "unknown"
-    return f"{100 * share:.2g} %" if share < 1.0 else f"{100 * share:.0f} %"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

@@ -167,6 +167,7 @@ def test_without_companion_or_estimate_the_run_is_the_same(estimated: rf.TapResu
     assert none.errors == {}
     assert alone.errors["contact_time_s"] == np.inf
     assert alone.errors[PEAK] > 0.5 * alone.summary.peak_normal_force_N
+    assert "a mesh file has no coarser one" in shape.cautions[-1]
     v, dv = (np.array(shape_of[V]) for shape_of in (vars(shape.summary), shape.errors))
     for name, power in ((PEAK, 1.2), ("normal_impulse_N_s", 1.0), ("contact_duration_s", 0.2)):
         more = power * dv.max() / abs(v[1]) * getattr(shape.summary, name)

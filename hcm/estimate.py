@@ -37,6 +37,8 @@ from hcm.workload import most_steps
 Again = Callable[[Finger, Settings], TapResult]
 
 FLIGHT_SHARE, SAMPLES = 0.1, 400
+# What a rigid flight is said to leave out is 8 to 200 times what it changes (`hcm.simulate`).
+LEFT_OUT_OVER = 8.0
 # The peak's time is the vertex of a parabola through three rows: known to this share of a step
 # (0.3 measured where 23 steps make a tap).
 VERTEX_SHARE = 0.25
@@ -160,26 +162,31 @@ def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Float
 
 
 def compare(
-    own: TapResult, other: TapResult, stress_factor: float = 1.0
+    own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0
 ) -> dict[str, float | tuple[float, float]]:
-    """Estimated errors by what two completed runs differ by; inf where the other has no tap."""
+    """Estimated errors by what two completed runs differ by; inf where the other has no tap.
+
+    unseen : share of the speed of approach that both lack, in a vibration about as long as the tap.
+    """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
     if theirs is None or velocity is None or other.status not in WHOLE:
         return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in NAMES}
     band, vn = flight_band(own, other), max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {
-        "contact_time_s": max(_apart(s, o, "contact_time_s"), band.height / vn),
+        "contact_time_s": max(
+            _apart(s, o, "contact_time_s"), band.height / vn, unseen * (s.contact_duration_s or 0.0)
+        ),
         "tip_velocity_at_contact_m_per_s": (
-            max(abs(velocity[0] - theirs[0]), band.velocity[0]),
-            max(abs(velocity[1] - theirs[1]), band.velocity[1]),
+            max(abs(velocity[0] - theirs[0]), band.velocity[0], unseen * vn),
+            max(abs(velocity[1] - theirs[1]), band.velocity[1], unseen * vn),
         ),
     }
     row, mine, its = first_contact(own), first_tap(own), first_tap(other)
     a, b = own.history, other.history
     lost = float(np.abs(a.energy_balance_J[: mine.stop]).max())
     lost /= max(float(a.kinetic_energy_J[row]), 1e-300)
-    share = max(band.approach / vn, 0.5 * lost)
+    share = max(band.approach / vn, 0.5 * lost, unseen)
     of: dict[str, float] = {
         name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
     }
@@ -259,10 +266,13 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
-def estimate_errors(own: TapResult, again: Again, finger: Finger, settings: Settings) -> Estimate:
+def estimate_errors(
+    own: TapResult, again: Again, finger: Finger, settings: Settings, left_out: float = 0.0
+) -> Estimate:
     """Solve a completed run's scene again, more cheaply, and say how wrong its first tap may be.
 
-    again : solves the same scene with another finger and settings.
+    again : solves the same scene with another finger and settings. left_out : of `BeamStart`: a
+    rigid companion leaves it out too.
     """
     half, most = companion_finger(finger), most_steps(finger)
     coarse = stretched(settings, own, STEPS, min(most, most_steps(half)))
@@ -276,7 +286,7 @@ def estimate_errors(own: TapResult, again: Again, finger: Finger, settings: Sett
     if other.status is Status.INTERRUPTED:
         return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
-    errors = compare(own, other, 2.0 if few else 1.0)
+    errors = compare(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER)
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:

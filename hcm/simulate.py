@@ -135,7 +135,7 @@ def simulate(
     def again(finger: Finger, changed: Settings) -> TapResult:
         return simulate(finger, surface, tip, drive, changed, progress, start)
 
-    found = estimate_errors(result, again, finger, settings)
+    found = estimate_errors(result, again, finger, settings, begun.left_out)
     return replace(
         result,
         status=found.status,

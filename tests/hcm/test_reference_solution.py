@@ -121,6 +121,23 @@ def test_default_settings_against_the_truth(scene: str) -> None:
     assert summary.peak_normal_force_N == pytest.approx(peak, rel=2e-4)
 
 
+@pytest.mark.parametrize("flight", ["elastic", "rigid"])
+@pytest.mark.parametrize("scene", WHOLE)
+def test_stated_errors_cover_the_truth(scene: str, flight: hcm.parameters.Flight) -> None:
+    """Also of what a rigid flight leaves out, which no companion sees."""
+    phalanx, tip, contact, _, separation, peak = WHOLE[scene]
+    result = hcm.simulate(finger(phalanx), SURFACE, tip, settings=hcm.Settings(flight=flight))
+    known = {
+        "contact_time_s": contact,
+        "contact_duration_s": separation - contact,
+        "peak_normal_force_N": peak,
+    }
+    for key, value in known.items():
+        wrong, stated = abs(getattr(result.summary, key) - value), result.errors[key]
+        assert isinstance(stated, float)
+        assert wrong <= stated < 0.01 * value, key
+
+
 def test_flight_tolerance_buys_accuracy() -> None:
     """At 1e-10 m the contact time is within 5e-9 s of the truth (1.3e-9 measured); with fixed steps
     of 0.1 ms, which miss the vibration altogether, it is not."""

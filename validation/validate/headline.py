@@ -1,9 +1,8 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
-import math
 from dataclasses import dataclass
 
-from validation.compare.differences import Spread, error_percent, spread
+from validation.compare.differences import error_percent
 from validation.compare.verdict import Verdict, judge, unit_slip
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.validate.plan import REDUCED, Runs
@@ -16,7 +15,6 @@ class Difference:
     Attributes
     ----------
     reduced, reference : values in the quantity's unit; None where a run is missing.
-    band : spread of the three-dimensional runs.
     reduced_error, reference_error : what the runs state as their own errors.
     tolerance : percent; None where none was asked for.
     """
@@ -26,7 +24,6 @@ class Difference:
     quantity: Quantity
     reduced: float | None
     reference: float | None
-    band: Spread | None
     reduced_error: float | None = None
     reference_error: float | None = None
     tolerance: float | None = None
@@ -42,18 +39,6 @@ class Difference:
         errors = self.reduced_error, self.reference_error
         return judge(self.reduced, self.reference, *errors, self.tolerance)
 
-    @property
-    def band_percent(self) -> float | None:
-        """The whole band relative to the reference, percent."""
-        return self.band.percent_of(self.reference) if self.band and self.reference else None
-
-    @property
-    def inside(self) -> bool | None:
-        """Whether the reduced model lies inside that band."""
-        if self.band is None or self.reduced is None:
-            return None
-        return self.band.low <= self.reduced <= self.band.high
-
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
     """Those quantities of every model on every scene."""
@@ -65,12 +50,11 @@ def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Dif
             for entry in wanted:
                 value = entry.read(reduced) if reduced else None
                 target = entry.read(reference) if reference else None
-                band = spread(runs.spread_over(scene), entry) if runs.plan.in_full else None
                 reduced_error = entry.error(reduced) if reduced else None
                 reference_error = entry.error(reference) if reference else None
                 errors = reduced_error, reference_error
                 asked = runs.plan.tolerances.get(entry.key)
-                rows.append(Difference(scene, model, entry, value, target, band, *errors, asked))
+                rows.append(Difference(scene, model, entry, value, target, *errors, asked))
     return rows
 
 
@@ -105,15 +89,5 @@ def sentences(rows: list[Difference]) -> list[str]:
         u = row.verdict.uncertainty
         if u is not None:
             text += f" (known to {u:.2g} %: {row.verdict.judgement})"
-        if row.band is not None and row.band_percent is not None:
-            place = "inside" if row.inside else "outside"
-            text += (
-                f"; over {row.band.count} meshes and penalty factors the reference itself ranges "
-                f"from {row.band.low:.0f} to {row.band.high:.0f} {row.quantity.unit}, "
-                f"a spread of {row.band_percent:.0f} %, and {whose} lies {place} it"
-            )
-        if row.reference and row.reference_error and math.isfinite(row.reference_error):
-            share = 100 * row.reference_error / abs(row.reference)
-            text += f"; the reference estimates its own error at {share:.2g} %"
         result.append(text + ".")
     return result

@@ -13,12 +13,8 @@ from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import write_table
 from validation.studies.calibration.scenes import Case
-from validation.studies.calibration.solves import FLOOR
+from validation.studies.stated_errors import FLOOR, TIMES, WRONG, understated
 
-# A stated error is too small where the true one is more than this many times as large ...
-TIMES = 2.0
-# ... and a run is silent where a number is wrong by more than this share, and it says nothing.
-WRONG = 0.02
 SMALLEST = 1e-9  # drawn in the place of no error
 
 
@@ -36,7 +32,7 @@ class Number:
     @property
     def missed(self) -> bool:
         """Whether the stated error is too small."""
-        return self.true > TIMES * self.stated + FLOOR
+        return understated(self.stated, self.true)
 
     @property
     def silent(self) -> bool:
@@ -51,7 +47,6 @@ def numbers_of(rows: Sequence[Row]) -> Iterator[Number]:
     """Those of all scenes: their numbers, cases and results."""
     for index, case, row in rows:
         for quantity, (_, stated, true, scale) in row["numbers"].items():
-            scale = max(scale, 1e-300)
             yield Number(
                 quantity, stated / scale, true / scale, bool(row["caution"]), index, case
             )  # fmt: skip

@@ -3,10 +3,11 @@
 Fingers as one might build them, unlike `random_scenes`, whose ranges reach far beyond: 1 to 4
 phalanges of 10 to 80 mm, one in three unequal, L/d 2 to 10, E 1e7 to 1e11 Pa, rho 800 to 8000
 kg/m^3, nu 0.3 to 0.49, mu 0 (one in five) to 1.2, e* 1 (every other) or 0.3 to 1, k 0.01 to 0.3 E d
-(the paper's are 0.017 and 0.052), a surface 5 to 95 % of the reach below the hinge but lower than a
-diameter, 20 elements a phalanx (every other) or 2 to 20. By turns they fall, are driven by torques
-of 0.1 to 30 times weight times length, a third of them upwards, start tilted by up to half a
-radian a phalanx, or tap three times (the solid: until 3 ms after the touch).
+(the paper's are 0.017 and 0.052), a surface 30 to 95 % of the reach below the hinge and a diameter
+at least (the middle of a finger meets nearer ones first), 20 elements a phalanx (every other) or 2
+to 20. By turns they fall, are driven by torques of 0.1 to 30 times weight times length, a third of
+them upwards, start tilted by up to half a radian a phalanx, or tap three times (the solid: until
+3 ms after the touch). A solid cannot start tilted: it falls instead.
 """
 
 from collections.abc import Iterator
@@ -49,7 +50,7 @@ def case(model: str, index: int) -> Case:
     diameter = float(f"{size / log(2, 10):.4g}")
     modulus, density = log(1e7, 1e11), log(800, 8000)
     poisson, slide, share = 0.3 + 0.19 * next(u), max(0.0, 1.5 * next(u) - 0.3), next(u)
-    height = max((0.05 + 0.9 * share) * sum(lengths), diameter)
+    height = max((0.3 + 0.65 * share) * sum(lengths), diameter)
     height = min(height, 0.99 * sum(lengths))
     stiffness, bounce, few = modulus * diameter * log(0.01, 0.3), next(u), next(u)
     weight = 9.8 * density * 0.25 * np.pi * diameter**2 * sum(lengths)

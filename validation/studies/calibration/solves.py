@@ -1,27 +1,23 @@
 """A random scene at the default settings, with estimates, and the same solved tightly.
 
-What the tight solve is, is stated here for each model; its own error enters as `FLOOR`, below which
-a difference tells nothing.
+What the tight solve is, is stated here for each model.
 """
 
 import time
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.harness.quantities import COMPONENTS, ESTIMATED, TIP_VELOCITY
 from validation.harness.record import RunRecord
 from validation.models import adapter
 from validation.models.adapter import to_record
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 from validation.studies.calibration.scenes import Case
+from validation.studies.stated_errors import Compared, compare
 
-# Of the reduced model: tolerances, elements, and the share of a number that round-off and Newton's
-# tolerance leave open in any two solves of it.
-TOLERANCES, ELEMENTS, FLOOR = 100.0, 2, 1e-5
+# Of the reduced model: tolerances are smaller and elements more by these factors.
+TOLERANCES, ELEMENTS = 100.0, 2
 MOST_STEPS = 2_000_000
 # Of the solid: the mesh that is refined where it touches, with a contact that nothing penetrates.
 TIGHT_SOLID = ("solver.fem.preset=converged", "solver.fem.contact=impulse")
@@ -32,14 +28,13 @@ class Solved:
     """One scene's outcome, as the line store keeps it.
 
     status, tight_status : of both solves. caution : what the run says of itself. numbers : by
-    quantity its value, stated and true error, and what a relative error is taken over, SI units; an
-    error is infinite where one solve alone has the number. seconds : of the run, of the tight one.
+    quantity. seconds : of the run, of the tight one.
     """
 
     status: str
     tight_status: str
     caution: str
-    numbers: dict[str, tuple[float, float, float, float]]
+    numbers: dict[str, Compared]
     seconds: tuple[float, float]
 
 
@@ -56,25 +51,8 @@ def solve_case(case: Case) -> Solved:
     except UserError as refusal:
         return Solved("REFUSED", "", str(refusal), {}, (0.0, 0.0))
     seconds = middle - start, time.perf_counter() - middle
-    numbers = compare(run, tight) if tight.ok else {}
+    numbers = compare(run.summary, run.errors, tight.summary) if tight.ok else {}
     return Solved(run.status, tight.status, run.message, numbers, seconds)
-
-
-def compare(run: RunRecord, tight: RunRecord) -> dict[str, tuple[float, float, float, float]]:
-    """Value, stated error, true error and scale of every number of `run` that states one."""
-    parts = {entry.key: entry.component_of for entry in COMPONENTS}
-    keys = [key for key in ESTIMATED if key != TIP_VELOCITY]
-    found = {}
-    for key in (*keys, *parts):
-        whole, axis = parts.get(key) or (key, 0)
-        if run.summary.get(whole) is None or whole not in run.errors:
-            continue
-        value, stated = (np.atleast_1d(of[whole]) for of in (run.summary, run.errors))
-        truth = tight.summary.get(whole)
-        true = np.inf if truth is None else abs(value[axis] - np.atleast_1d(truth)[axis])
-        scale = float(np.linalg.norm(value))
-        found[key] = float(value[axis]), float(stated[axis]), float(true), scale
-    return found
 
 
 def _solve(scene: NamedScene, case: Case, tight: bool) -> RunRecord:

@@ -13,6 +13,7 @@ from validation.harness.line_store import LineStore
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import write_table
+from validation.studies.stated_errors import TIMES, WRONG
 from validation.studies.stress.campaign import verdict_inputs
 from validation.studies.stress.hcm.audit import ENERGY_SHARE
 from validation.studies.stress.limits import limit
@@ -21,7 +22,7 @@ from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
 
 COLORS = {
     Answer.RIGHT: GREEN, Answer.SMALLER: "#7fcfb5", Answer.REFUSED: GREY, Answer.STOPPED: BLUE,
-    Answer.FLAGGED: "#f0e442", Answer.WRONG: ORANGE,
+    Answer.UNDERSTATED: "#e69f00", Answer.FLAGGED: "#f0e442", Answer.WRONG: ORANGE,
 }  # fmt: skip
 
 
@@ -121,6 +122,8 @@ def write_stress_page(
             "peers": peers,
             "reference_peers": reference_peers,
             "largest_error": LARGEST_ERROR,
+            "times": TIMES,
+            "wrong_share": WRONG,
             "other": OTHER,
             "energy_share": ENERGY_SHARE,
             "provenance": provenance({}),

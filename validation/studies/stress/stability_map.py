@@ -7,19 +7,21 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
 
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
-run that claims to be good can be RIGHT, SMALLER or WRONG. A stored verdict counts until its scene,
-or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
+run that claims to be good can be RIGHT, SMALLER, UNDERSTATED or WRONG. A stored verdict counts
+until its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
 `command.all_maps`. The campaign (`campaign`) stores one line per cell as soon as it is judged and
 goes on where it was; tables, figures and the page follow.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import product
 from typing import Any, Self
+
+from validation.studies.stated_errors import FLOOR, WRONG, Compared, understated
 
 # Largest relative error of what is still called right (the README's and the page's definition).
 LARGEST_ERROR = 0.05
@@ -30,6 +32,7 @@ class Answer(StrEnum):
 
     RIGHT = "right"
     SMALLER = "right at a smaller step"
+    UNDERSTATED = "more than its stated error off"
     REFUSED = "refused"
     STOPPED = "stopped"
     FLAGGED = "flagged as not reliable"
@@ -41,7 +44,8 @@ class Verdict:
     """A cell's answer; its fields are the columns of the CSV.
 
     reason : why. checked_by : what the answer rests on, besides the solver. error : largest
-    relative difference to that, where it is a number. energy_residual : the solver's own. steps,
+    relative difference to that, where it is a number; stated : what the run itself states of that
+    number. energy_residual : the solver's own. steps,
     wall_time_s : cost of the run that was judged (not of what checked it).
     """
 
@@ -52,6 +56,7 @@ class Verdict:
     energy_residual: float | None = None
     steps: int = 0
     wall_time_s: float = 0.0
+    stated: float | None = None
 
     def judged(self, answer: Answer, reason: str) -> Self:
         """With another answer."""
@@ -66,6 +71,24 @@ class Verdict:
         if error is None or error <= LARGEST_ERROR:
             return found
         return found.judged(Answer.WRONG, f"{quantity} differs by {error:.2g} from {other}")
+
+    def within_stated(self, other: str, numbers: Mapping[str, Compared], cautioned: bool) -> Self:
+        """With one more check: right is what differs from `other` by what the run itself states.
+
+        numbers : of `stated_errors.compare`; that which is farthest beyond its error counts.
+        """
+        found = replace(self, checked_by=f"{self.checked_by}, {other}")
+        if not numbers:
+            return found
+        shares = {name: (s / scale, t / scale) for name, (_, s, t, scale) in numbers.items()}
+        worst = max(shares, key=lambda name: shares[name][1] / (shares[name][0] + FLOOR))
+        stated, true = shares[worst]
+        found = replace(found, error=true, stated=stated)
+        if not understated(stated, true):
+            return found
+        answer = Answer.WRONG if true > WRONG and not cautioned else Answer.UNDERSTATED
+        said = f"{worst} differs by {true:.2g} from {other}, and {stated:.2g} is stated"
+        return found.judged(answer, said)
 
 
 Judge = Callable[[Any], Verdict]

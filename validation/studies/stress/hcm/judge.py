@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import hcm
 from validation.studies.random_scenes import HcmScene
+from validation.studies.stated_errors import compare
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
+from validation.studies.stress.judging import SMALLER_STEP, tap_scalars
 from validation.studies.stress.stability_map import Answer, Verdict
 
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
@@ -32,29 +33,24 @@ def first_tap(result: hcm.TapResult) -> tuple[float, ...] | None:
     return tap_scalars(result.summary, result.history)
 
 
-def difference(result: hcm.TapResult, truth: hcm.TapResult) -> float | None:
-    """Largest relative change of the first tap's scalars, None where there is no tap to compare."""
-    return largest_difference(first_tap(result), first_tap(truth))
-
-
-def confirm(scene: HcmScene, result: hcm.TapResult) -> tuple[str, float | None]:
-    """What a completed run was compared with, and its largest relative difference to that.
+def confirm(scene: HcmScene, result: hcm.TapResult, found: Verdict) -> Verdict:
+    """The verdict on a completed run, by a run with smaller steps and tolerances.
 
     A tighter run that does not end in the work allowed gives way to one that is less tight; where
-    none completes the difference is infinite: what can't be confirmed is not right.
+    none completes the run is wrong: what can't be confirmed is not right.
     """
+    failed = "no tighter run completes"
     for steps, tolerances in TIGHTER:
         settings = tighter(scene.settings, steps, tolerances)
         truth = hcm.simulate(**replace(scene, settings=settings).arguments())
         name = f"a run with {tolerances:g} times smaller tolerances"
         if truth.status is hcm.Status.COMPLETED:
-            if first_tap(result) is None and first_tap(truth) is None:
-                return name, None
-            error = difference(result, truth)
-            return name, float("inf") if error is None else error
+            numbers = compare(vars(result.summary), result.errors, vars(truth.summary))
+            return found.within_stated(name, numbers, bool(result.cautions))
         if truth.status is not hcm.Status.WORK_LIMIT:
-            return f"{name}: {truth.status.value}", float("inf")
-    return "no tighter run completes", float("inf")
+            failed = f"{name}: {truth.status.value}"
+            break
+    return replace(found, error=float("inf")).judged(Answer.WRONG, failed)
 
 
 def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
@@ -92,12 +88,12 @@ def judge_by_tighter_run(scene: HcmScene) -> Verdict:
     """Run a scene and a tighter one beside it; say what the answer is worth.
 
     Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
-    run by `LARGEST_ERROR` at most, in the first tap's peak F_n, impulse and time.
+    run, on the same elements, by what the run states of its errors.
     """
     found, result = examine(scene)
     if result is None:
         return found
-    return with_step(found.compared(*confirm(scene, result)), scene, result)
+    return with_step(confirm(scene, result, found), scene, result)
 
 
 def judge_by_laws(scene: HcmScene) -> Verdict:

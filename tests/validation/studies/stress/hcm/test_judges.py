@@ -10,7 +10,7 @@ from validation.studies.stress.hcm.dop853 import judge_by_dop853
 from validation.studies.stress.hcm.judge import judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed_form
-from validation.studies.stress.stability_map import Answer
+from validation.studies.stress.stability_map import Answer, Verdict
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -31,6 +31,29 @@ def test_cells_are_judged() -> None:
     refused = judge_by_tighter_run(many)
     assert refused.answer == Answer.REFUSED
     assert "end_time" in refused.reason
+
+
+NUMBERS: list[tuple[float, float, bool, Answer]] = [
+    (0.01, 0.019, False, Answer.RIGHT),
+    (0.2, 0.3, True, Answer.RIGHT),
+    (1e-3, 3e-3, False, Answer.UNDERSTATED),
+    (0.015, 0.04, False, Answer.WRONG),
+    (0.015, 0.04, True, Answer.UNDERSTATED),
+]
+
+
+@pytest.mark.parametrize(("stated", "true", "cautioned", "answer"), NUMBERS)
+def test_right_is_within_what_the_run_states(
+    stated: float, true: float, cautioned: bool, answer: Answer
+) -> None:
+    good = (100.0, 1e-3, 1e-4, 100.0)
+    peak = (100.0, 100.0 * stated, 100.0 * true, 100.0)
+    judged = Verdict(Answer.RIGHT, "").within_stated(
+        "a tighter run", {"impulse": good, "peak": peak}, cautioned
+    )
+    assert (judged.answer, judged.checked_by) == (answer, ", a tighter run")
+    assert (judged.stated, judged.error) == pytest.approx((stated, true))
+    assert ("peak differs by" in judged.reason) == (answer != Answer.RIGHT)
 
 
 def test_steps_too_long_are_wrong_and_not_silent() -> None:

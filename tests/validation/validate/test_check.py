@@ -1,0 +1,144 @@
+"""What ``fingertap validate`` may be asked for, and what its checks say to a machine."""
+
+import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.validation.commands import Capture, Make, Patch, call, one_line
+from validation.compare.verdict import judge, unit_slip
+from validation.harness.record import RunRecord
+from validation.validate import command as validate_command
+from validation.validate.check import plan_of, read_tolerances
+from validation.validate.headline import unit_notes
+from validation.validate.ladder.ladder import Ladder
+from validation.validate.plan import Plan, Runs, work
+
+
+@pytest.mark.parametrize(
+    ("errors", "tolerance", "judgement", "check"),
+    [
+        ((1.0, 1.0), None, "resolved", None),  # u = 1.41 %, E = 2 %
+        ((2.0, 0.1), None, "within uncertainty", None),
+        ((None, 0.1), None, "cannot tell", None),
+        ((float("inf"), 0.1), 5.0, "cannot tell", "cannot tell"),
+        ((1.0, 1.0), 3.0, "resolved", "inside"),
+        ((0.5, 0.5), 1.0, "resolved", "outside"),
+        ((1.0, 1.0), 1.0, "cannot tell", "cannot tell"),  # u is above the tolerance
+    ],
+)
+def test_verdict_is_e_against_u(
+    errors: tuple[float | None, float], tolerance: float | None, judgement: str, check: str | None
+) -> None:
+    verdict = judge(102.0, 100.0, *errors, tolerance)
+    assert verdict is not None
+    assert verdict.difference == pytest.approx(2.0)
+    assert (verdict.judgement, verdict.check) == (judgement, check)
+    assert judge(None, 1.0, *errors) is None
+    assert judge(1.0, 0.0, *errors) is None
+
+
+def test_negative_numbers_keep_the_sign_of_their_difference() -> None:
+    verdict = judge(-30.0, -40.0, 1.0, 1.0)
+    assert verdict is not None
+    assert verdict.difference == pytest.approx(25.0)  # S - D = 10 over |D| = 40
+
+
+@pytest.mark.parametrize(
+    ("value", "power"), [(0.09, -1), (95e3, 1), (60e6, 2), (60.0, 0), (300.0, 0), (0.0, 0)]
+)
+def test_unit_slips_are_powers_of_a_thousand(value: float, power: int) -> None:
+    assert unit_slip(value, 95.0) == power
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("nosuch",), "scene 'nosuch': unknown"),
+        (("soft", "soft"), "another scene is called soft"),
+        (("own/soft.toml",), "another scene is called soft"),
+        (("--models", "hcm,nosuch"), "--model 'nosuch': unknown"),
+        (("--models", "hcm,hcm"), "named twice"),
+        (("--models", "fem3d"), "is the reference as well"),
+        (("--models", ""), "--model '': unknown"),
+        (("--reference", "ls-dyna"), "--model 'ls-dyna': unknown"),
+        (("driven-1", "--models", "exudyn"), "drive.torques"),
+        (("--tolerance", "peak"), "must be NAME=PERCENT"),
+        (("--tolerance", "peak=0"), "must be NAME=PERCENT"),
+        (("--tolerance", "peak=-5"), "must be NAME=PERCENT"),
+        (("--tolerance", "peak=nan"), "must be NAME=PERCENT"),
+        (("--tolerance", "peak=five"), "must be NAME=PERCENT"),
+        (("--tolerance", "height=5"), "unknown quantity; known are peak, impulse"),
+    ],
+)
+def test_bad_request_is_refused_before_anything_runs(
+    arguments: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: Patch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own").mkdir()
+    Path("own/soft.toml").write_text("[finger]\nphalanges = 1\nlength = 0.1\ndiameter = 0.01\n"
+                                     "[material]\nyoungs_modulus = 1e9\ndensity = 1e3\n"
+                                     "poisson_ratio = 0.3\n[surface]\nheight = 0.05\n"
+                                     "friction = 0\n[tip]\nnormal_stiffness = 1e6\n")  # fmt: skip
+    assert call("validate", *arguments) == 2
+    assert words in one_line(capsys)
+    assert not Path("out").exists()
+
+
+def test_tolerances_take_short_names_and_keys() -> None:
+    wanted = {"peak_normal_force_N": 5.0, "contact_time_s": 0.5}
+    assert read_tolerances("peak=5, contact_time_s=0.5") == wanted
+    assert read_tolerances("") == {}
+
+
+def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
+    paper = work(plan_of((), "hcm", "fem3d", ""))
+    assert {job.scene for group in paper for job in group} == {"hard", "soft"}
+    assert sum(len(group) for group in paper) == 20
+    alone = work(plan_of(("soft",), "hcm", "fem2d", ""))
+    assert [(job.model, job.variant) for group in alone for job in group] == [
+        ("hcm", None),
+        ("fem2d", None),
+    ]
+
+
+def test_checks_end_with_their_own_code_in_json_and_junit(
+    make_record: Make, monkeypatch: Patch, tmp_path: Path, capsys: Capture
+) -> None:
+    stated = {"peak_normal_force_N": 0.4, "normal_impulse_N_s": 1e-9}
+    records = (
+        replace(make_record(peak=60.0), errors=stated),
+        replace(make_record("soft", "fem3d", "contact", 62.0), errors=stated),
+    )
+
+    def run_all(folder: Path, plan: Plan, *rest: object) -> Runs:
+        return Runs(records, plan)
+
+    monkeypatch.setattr(validate_command, "run_all", run_all)
+    monkeypatch.setattr(validate_command, "isolated_ladder", lambda *a: Ladder(False))
+    page = {"sentences": [], "ladder_sentences": [], "render_problems": [], "unit_notes": []}
+    monkeypatch.setattr(validate_command, "report", lambda *a: page)
+    wanted = ("validate", "soft", "--out", tmp_path, "--tolerance")
+    assert call(*wanted, "peak=5,impulse=5") == 0
+    assert call(*wanted, "peak=2,impulse=5,stress=1") == 3
+    said = one_line(capsys)
+    assert "1 of 3 checks" not in said
+    assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in said
+    suite = ET.parse(tmp_path / "validate" / "junit.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("3", "2", "0")
+    verdicts = json.loads((tmp_path / "validate" / "validate.json").read_text())["verdicts"]
+    found = {row["quantity"]: row["check"] for row in verdicts if row["tolerance_percent"]}
+    assert found["peak_normal_force_N"] == "outside"
+    assert found["normal_impulse_N_s"] == "inside"
+    assert found["peak_stress_R_Pa"] == "cannot tell"
+
+
+def test_numbers_in_another_unit_are_named(make_record: Make) -> None:
+    mine: RunRecord = make_record(model="mine", peak=0.06)
+    runs = Runs(
+        (mine, make_record("soft", "fem3d", "contact", 62.0)), Plan({"soft": "soft"}, ("mine",))
+    )
+    (note,) = [text for text in unit_notes(runs) if "peak_normal_force_N" in text]
+    assert note.startswith("soft, mine: peak_normal_force_N = 0.06 N is some 0.001 times")

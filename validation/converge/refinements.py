@@ -79,7 +79,8 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     impulse: dict[str, float | str] = {"solver.fem.contact": "impulse"}
     # Tips of those that don't refine it.
     for_shaft, for_penalty, for_step = (2.0 * ROOT,) * 3 if quick else (ROOT, 2.0, 2.0)
-    tips = (4.0, 2.0 * ROOT, 2.0) if quick else (4.0, 2.0 * ROOT, 2.0, ROOT, 1.0)
+    # On edges above 0.4 of the patch's radius the peak scatters by 2 % and shows no trend.
+    tips = (4.0, 2.0 * ROOT, 2.0) if quick else (2.0, 2.0**0.75, ROOT, 2.0**0.25, 1.0)
     shafts = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)

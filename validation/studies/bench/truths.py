@@ -13,7 +13,7 @@ Contact time: the rigid flight on even meshes of 1.5 to 0.375 mm (0.125 mm in 2D
 event times are known to 2e-6 s.
 Their own error is the spread of peak, impulse and duration over the last three tips (two in 2D),
 relative, the largest of them: the peak does not approach its limit from one side, so that no grid
-convergence index applies: these tips have no even patch, with which it does (`fingertap converge`).
+convergence index applies: the edges of these tips grow under the patch.
 
 ====  =====  =========  ==========  ==========
  dim  tip    peak (N)   impulse     duration

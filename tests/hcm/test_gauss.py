@@ -216,7 +216,7 @@ def test_acceleration_at_the_end_satisfies_the_equations(tumbling) -> None:
 
 
 FINE = {"contact_step": 2e-7, "contact_tolerance": 0.0, "spectral_radius": 1.0,
-        "newton_tolerance": 1e-8, "flight_integrator": "gauss"}  # fmt: skip
+        "newton_tolerance": 1e-8, "flight_integrator": "gauss", "estimate": False}  # fmt: skip
 
 
 @pytest.mark.parametrize(("flight_step", "reuse"), [(6e-5, True), (1e-4, True), (1e-4, False)])

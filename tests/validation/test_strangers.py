@@ -64,6 +64,7 @@ def test_the_search_finds_what_it_looks_for(source: str) -> None:
     ("overrides", "parts"),
     [
         (["finger.elements=1000000000"], ["3000000000 beam elements", "GiB", "s a time step"]),
+        (["finger.elements=1" + 400 * "0"], ["finger.elements", ">= 1 and <= 1e+12"]),
         (["finger.phalanges=200", "finger.elements=200", "surface.height=0.1"],
          ["40000 beam elements", "GiB"]),
         (["solver.hcm.end_time=1e4", "solver.hcm.flight_step=1e-8",

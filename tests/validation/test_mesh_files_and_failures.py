@@ -149,7 +149,8 @@ def test_any_penalty_keeps_the_step_stable(tmp_path: Path, fingertap: Run) -> No
     # step a node stays for two of them, and by where between two steps it arrives it gains or
     # loses up to twice its speed (tests/reference_fem/test_contact.py), so that round-off decides
     # how the tap goes on; at 0.2 of it an impact is known to 1 %, and the tap's energy is kept.
-    stiff = (*COARSE, "solver.fem.penalty_factor=1000")
+    springs = ("solver.fem.contact=penalty", "solver.fem.penalty_factor=1000")
+    stiff = (*COARSE, *springs)
     assert fingertap(*fem(tmp_path, *stiff, "solver.fem.step_factor=0.2")).code == 0
     summary = json.loads((tmp_path / "run/soft-fem3d/summary.json").read_text())
     assert summary["status"] == "COMPLETED"

@@ -21,6 +21,7 @@ CONTACT = {"contact": "impulse", "converged": "impulse"}
 # its radius; the preset `contact` divides that radius, at least a share of the tip's, into edges.
 EVEN_TIPS, EVEN_PATCH = ("contact", "converged"), 1.3
 PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
+OF_LAWS = {"penalty_factor": "penalty", "surface_factor": "surface", "contact_damping": "surface"}
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
 FEW = 600  # elements
@@ -188,12 +189,26 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
 
 
 def solver_settings(tables: Scene) -> Any:
-    """The reference's settings: its defaults, then the preset's, then the scene's own."""
+    """The reference's settings: its defaults, then the preset's, then the scene's own.
+
+    Raises
+    ------
+    ValueError
+        The scene states a number of a contact law that it does not take.
+    """
     import reference_fem
 
     fem = tables.solver.fem
     preset = {"contact": CONTACT[fem.preset]} if fem.preset in CONTACT else {}
-    return reference_fem.Settings(**(preset | fem.stated(reference_fem.Settings)))
+    stated = fem.stated(reference_fem.Settings)
+    settings = reference_fem.Settings(**(preset | stated))
+    for key, law in OF_LAWS.items():
+        if key in stated and settings.contact != law:
+            raise ValueError(
+                f"solver.fem.{key} = {stated[key]:g}: has no effect on contact = "
+                f"'{settings.contact}': set solver.fem.contact = '{law}', or leave it out"
+            )
+    return settings
 
 
 def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:

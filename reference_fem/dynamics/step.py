@@ -45,6 +45,9 @@ class Block:
     searched: bool
 
 
+ROUNDING = 1e-14  # of the surface's depth: a gap of zero, summed over a facet's points
+
+
 def start_state(
     model: Model,
     displacement: Array,
@@ -80,7 +83,7 @@ def start_state(
         ),
     )
     gap = lowest_gap(model, state.displacement)
-    if gap < 0.0:
+    if gap < -ROUNDING * model.surface.height:
         raise ValueError(
             f"surface.height = {model.surface.height}: the surface cuts {-gap:.3g} m into the "
             "finger at the start; put it lower"

@@ -160,7 +160,10 @@ def test_sphere_with_friction_that_sticks_rolls_without_loss() -> None:
     # It sticks until F_n vanishes, where the tangential spring lets go what it still holds.
     held = result.history.normal_force_N > 0.05 * result.history.normal_force_N.max()
     assert result.history.friction_dissipation_J[held].max() < 1e-9 * kinetic
-    assert result.summary.energy_residual < 2e-4
+    assert np.abs(result.history.energy_balance_J[held]).max() < 2e-4 * kinetic
+    # That goes within a step or two, over which the audit's trapezoid knows it to some percent.
+    let_go = result.history.friction_dissipation_J[-1]
+    assert np.abs(result.history.energy_balance_J).max() < 0.02 * let_go
 
 
 def test_own_flight_lands_where_the_rigid_chain_does(flat: meshes.FingerMesh) -> None:

@@ -240,7 +240,8 @@ def test_ball_slides_then_rolls() -> None:
     radius, v, mu, gravity = 0.01, 3.0, 0.3, 100.0
     mesh = half_ball(radius, 2e-3, 1.001, everywhere=True)
     start = 2 * v / (7 * mu * gravity)
-    settings = Settings(contact="surface", surface_factor=30.0, end_time_s=2.0 * start)
+    lasts = {"end_time_s": 2.0 * start, "max_contact_time_s": 2.0 * start}
+    settings = Settings(contact="surface", surface_factor=30.0, **lasts)
     surface = Surface(radius * (1 + 1e-6), mu)
     model = body(mesh, Material(3e6, 0.3, 1000.0), surface, settings, gravity=gravity)
     result = throw(model, settings, (v, 0.0))

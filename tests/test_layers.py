@@ -16,8 +16,8 @@ MAY_IMPORT = {
 }
 # Rooms of validation from the ground up; those of one line do not import each other.
 FLOORS = (
-    ("errors",), ("harness",), ("scenes",), ("models",), ("runs",), ("compare",), ("identify",),
-    ("converge", "render"), ("validate",), ("peers",), ("studies",), ("cli",),
+    ("errors",), ("harness",), ("scenes",), ("models",), ("runs", "curve_files"), ("compare",),
+    ("identify",), ("converge", "render"), ("validate",), ("peers",), ("studies",), ("cli",),
 )  # fmt: skip
 STUDIES = ("bench", "paper", "stress")
 

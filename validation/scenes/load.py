@@ -63,19 +63,28 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
     if not found:
         why = "is no file" if os.path.exists(path) else "No such file or directory"
         raise UserError(f"scene {show(source)}: cannot be read ({why}); check the path")
+    return scene_name(source), read_toml(path, f"scene {source}")
+
+
+def read_toml(path: Path, origin: str) -> dict[str, Any]:
+    """The tables of a TOML file; the origin begins every refusal."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UserError(f"scene {source}: larger than {MAX_BYTES} bytes, not a scene file")
-        # Windows' editors put a byte order mark before the text
-        return scene_name(source), tomllib.loads(path.read_text("utf-8-sig"))
-    except OSError as error:
-        raise UserError(
-            f"scene {source}: cannot be read ({error.strerror}); check the path"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"scene {source}: is not UTF-8 text; give a TOML file") from error
+        return tomllib.loads(read_text(path, origin, MAX_BYTES))
     except (ValueError, RecursionError) as error:  # TOML's own error is a ValueError
-        raise UserError(f"scene {source}: TOML syntax error: {error}") from error
+        raise UserError(f"{origin}: TOML syntax error: {error}") from error
+
+
+def read_text(path: Path, origin: str, largest: int) -> str:
+    """A file's text, of up to so many bytes; the origin begins every refusal."""
+    try:
+        if path.stat().st_size > largest:
+            raise UserError(f"{origin}: larger than {largest} bytes, another kind of file")
+        # Windows' editors put a byte order mark before the text
+        return path.read_text("utf-8-sig")
+    except OSError as error:
+        raise UserError(f"{origin}: cannot be read ({error.strerror}); check the path") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{origin}: is not UTF-8 text; give a text file") from error
 
 
 def parse_value(text: str) -> Any:

@@ -23,9 +23,9 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str
             yield prefix + name
 
 
-def nearest_key(key: str) -> str:
+def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:
     """The remedy for an unknown key: the nearest known one, or the list of its table's."""
-    keys = list(known_keys())
+    keys = list(known_keys(of))
     by_name = {known.rsplit(".", 1)[-1]: known for known in keys}
     last = key.rsplit(".", 1)[-1]
     near = [known for known in keys if known.rsplit(".", 1)[-1] == last] or [
@@ -47,7 +47,7 @@ def show(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _one(error: Any) -> str:
+def _one(error: Any, of: type[BaseModel]) -> str:
     key = ".".join(str(part) for part in error["loc"])
     value = error["input"]
     kind = error["type"]
@@ -60,7 +60,7 @@ def _one(error: Any) -> str:
         while isinstance(value, dict) and value:  # an unknown table: name its first key
             name, value = next(iter(value.items()))
             key = f"{key}.{name}"
-        return f"{key} = {show(value)}: unknown key; {nearest_key(key)}"
+        return f"{key} = {show(value)}: unknown key; {nearest_key(key, of)}"
     if kind == "missing":
         return f"{key} is missing: {_missing(key)}"
     if kind == "literal_error":
@@ -80,8 +80,8 @@ def _missing(key: str) -> str:
     return f"add {name} = ... under [{table}]"
 
 
-def one_line(error: ValidationError) -> str:
-    """The first problem in full, and how many more there are."""
+def one_line(error: ValidationError, of: type[BaseModel] = Scene) -> str:
+    """The first problem of such a table in full, and how many more there are."""
     problems = error.errors(include_url=False)
     more = len(problems) - 1
-    return _one(problems[0]) + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")
+    return _one(problems[0], of) + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")

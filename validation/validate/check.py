@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from validation.curve_files.read import Reference, is_curve_file, read_reference
+from validation.curve_files.sidecar import read_sidecar
 from validation.errors import UserError
 from validation.harness.files import write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
-from validation.models import adapter
-from validation.scenes.load import BUILT_IN, load_scene
+from validation.models import adapter, model_names
+from validation.scenes.load import BUILT_IN, NamedScene, load_scene
 from validation.scenes.messages import show
 from validation.validate.headline import Difference, differences
 from validation.validate.plan import PAPER, Plan, Runs
@@ -35,7 +37,7 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     ------
     UserError
         A scene is refused or two have one name, a model is unknown, named twice, or takes one of
-        the scenes not, or a tolerance can't be read.
+        the scenes not, a tolerance or a file of curves can't be read, or a scene has none.
     """
     named = {}
     for source in scenes or PAPER.scenes.values():
@@ -48,13 +50,34 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     wanted = [name.strip() for name in models.split(",")]
     if len(set(wanted)) < len(wanted) or reference in wanted:
         raise UserError(f"--models {models}: a model is named twice, or is the reference as well")
-    for name in (*wanted, reference):
+    files = [] if reference in model_names() else [part.strip() for part in reference.split(",")]
+    data = _data(files, named) if any(map(is_curve_file, files)) else {}
+    for name in (*wanted, *([] if data else [reference])):
         model = adapter(name)
         for scene in named.values():
             if refused := model.refusal(scene):
                 raise UserError(f"scene {scene.name}, model {name}: {refused}")
     sources = dict(zip(named, scenes or PAPER.scenes.values(), strict=True))
-    return Plan(sources, tuple(wanted), reference, tolerances=read_tolerances(tolerance))
+    return Plan(sources, tuple(wanted), reference, data, read_tolerances(tolerance))
+
+
+def _data(files: Sequence[str], scenes: Mapping[str, NamedScene]) -> Mapping[str, Reference]:
+    """The curves of each scene: of the one that a file's sidecar names, or of the only one."""
+    data: dict[str, Reference] = {}
+    for file in files:
+        name = read_sidecar(Path(file)).scene or (next(iter(scenes)) if len(scenes) == 1 else "")
+        if name not in scenes or name in data:
+            raise UserError(
+                f"--reference {file}: whose curves? State in {file}.toml scene = one of "
+                f"{', '.join(scenes)}, each once (it is {name!r})"
+            )
+        data[name] = read_reference(file, scenes[name])
+    if missing := scenes.keys() - data.keys():
+        raise UserError(
+            f"--reference {','.join(files)}: no curves for the scene {min(missing)}; give a file "
+            "for each scene, with commas between them, or fewer scenes"
+        )
+    return data
 
 
 def read_tolerances(text: str) -> Mapping[str, float]:

@@ -95,8 +95,9 @@ def run_validation(
     models
         Names of the models that are compared, with commas between them: hcm,exudyn
     reference
-        The model that they are compared with. With hcm and fem3d, the default, the whole of the
-        paper's comparison is made; with another reference, the models alone are run.
+        The model that they are compared with, or a file of its curves for each scene: CSV,
+        LS-DYNA's rcforc, CalculiX's .dat. With hcm and fem3d, the default, the whole of the paper's
+        comparison is made; with another reference, the models alone are run.
     tolerance
         Largest differences in percent, peak=5,impulse=3: a difference beyond its tolerance, or one
         that is too uncertain to tell, ends with exit code 3. Further names: duration, arrival,
@@ -139,7 +140,7 @@ def run_validation(
     output(f"page: {page}")
     for problem in context["render_problems"]:
         output(f"renders: {problem}")
-    for note in context["unit_notes"]:
+    for note in (*plan.notes, *context["unit_notes"]):
         say(f"caution: {note}")
     if failures:
         names = "; ".join(failures)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
 from validation.runs.execute import Job
 from validation.scenes.load import without_estimate
@@ -29,15 +30,20 @@ class Plan:
     scenes : what each scene is read from, by its name.
     models : the ones that are compared, the first of them the headline's.
     reference : the model that they are compared with.
-    data : by the scene's name, a record in the place of that model's.
+    data : by the scene's name, curves of a file in the place of that model's run.
     tolerances : largest difference by a quantity's key, percent.
     """
 
     scenes: Mapping[str, str] = field(default_factory=lambda: {"hard": "hard", "soft": "soft"})
     models: tuple[str, ...] = (REDUCED[0],)
     reference: str = REFERENCE[0]
-    data: Mapping[str, RunRecord] = field(default_factory=dict)
+    data: Mapping[str, Reference] = field(default_factory=dict)
     tolerances: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def notes(self) -> list[str]:
+        """What was done to the data, in lines."""
+        return [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
 
     @property
     def in_full(self) -> bool:
@@ -127,7 +133,8 @@ class Runs:
 
     def reference(self, scene: str) -> RunRecord | None:
         """The run, or the data, that the first screen compares with."""
-        return self.plan.data.get(scene) or self.of_model(scene, self.plan.reference)
+        data = self.plan.data.get(scene)
+        return data.record if data else self.of_model(scene, self.plan.reference)
 
     def compared(self, scene: str) -> list[RunRecord]:
         """The completed runs of the models that are compared."""

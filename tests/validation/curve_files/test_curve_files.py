@@ -1,0 +1,246 @@
+"""Force curves from files: against the curves they were written from, and refused in a line."""
+
+import contextlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.validation.commands import Run
+from validation.compare.sprague_geers import compare_forces
+from validation.curve_files.read import Reference, read_reference
+from validation.errors import UserError
+from validation.harness.quantities import COMPARED, ESTIMATED, QUANTITIES
+from validation.harness.record import RunRecord
+from validation.models import hcm
+from validation.models.curves import Curves, record_of
+from validation.peers import calculix
+from validation.scenes.load import load_scene
+
+SOFT = load_scene("soft", ("solver.hcm.estimate=false",))
+HEAD = "time_s,normal_force_N,tangential_force_N"
+GOOD = f"{HEAD}\n0,0,0\n1e-4,4,-2\n2e-4,6,-3\n3e-4,0,0\n"
+DECK = """*NODE,NSET=BODY\n{body}*NODE,NSET=FLOOR\n{floor}*ELEMENT,TYPE=C3D8,ELSET=BLOCK
+1,1,2,3,4,5,6,7,8\n*ELEMENT,TYPE=C3D8,ELSET=PLATE\n2,11,12,13,14,15,16,17,18
+*MATERIAL,NAME=M\n*ELASTIC\n1e9,0.3\n*DENSITY\n1400\n*SOLID SECTION,ELSET=BLOCK,MATERIAL=M
+*SOLID SECTION,ELSET=PLATE,MATERIAL=M\n*SURFACE,NAME=OUTSIDE\n1,S1\n*SURFACE,NAME=TOP\n2,S2
+*SURFACE INTERACTION,NAME=I\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR\n2e10
+*CONTACT PAIR,INTERACTION=I,TYPE=SURFACE TO SURFACE\nOUTSIDE,TOP\n*BOUNDARY\nFLOOR,1,3
+*INITIAL CONDITIONS,TYPE=VELOCITY\nBODY,3,-1\n*STEP,NLGEOM,INC=2000\n*DYNAMIC
+1e-6,1e-4,1e-9,1e-6\n*CONTACT PRINT,SLAVE=OUTSIDE,MASTER=TOP\nCF\n*END STEP\n"""
+
+Read = Callable[..., Reference]
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Read:
+    """Reads a text as a file with that name, with a sidecar."""
+
+    def use(text: str, sidecar: str = "", name: str = "curves.csv") -> Reference:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        (tmp_path / f"{name}.toml").write_text(sidecar, encoding="utf-8")
+        return read_reference(str(tmp_path / name), SOFT)
+
+    return use
+
+
+@pytest.fixture(scope="module")
+def own() -> RunRecord:
+    return hcm.run(SOFT).record
+
+
+def written(
+    time: np.ndarray, *forces: np.ndarray, units: tuple[str, str] = ("s", "N"), extra: str = ""
+) -> str:
+    names = (f"time_{units[0]}", *(f"{f}_force_{units[1]}" for f in ("normal", "tangential")))
+    rows = (",".join(map(repr, map(float, row))) for row in zip(time, *forces, strict=True))
+    return "\n".join([",".join(names) + extra, *rows]) + "\n"
+
+
+def test_own_run_read_back_differs_by_nothing(own: RunRecord, read: Read) -> None:
+    forces = [own.contact_forces[n] for n in ("time_s", "normal_force_N", "tangential_force_N")]
+    found = read(written(*forces)).record
+    expected = record_of(Curves(*forces), SOFT, "own")
+    assert [found.summary[q.key] for q in QUANTITIES] == [
+        expected.summary[q.key] for q in QUANTITIES
+    ]
+    # the run's own summary knows gaps and events between two steps, which no sample has
+    for key, close in (("peak_normal_force_N", 1e-8), ("contact_time_s", 1e-6)):
+        assert found.summary[key] == pytest.approx(own.summary[key], rel=0, abs=close)
+    sidecar = {"scalars": {key: own.summary[key] for key in ESTIMATED}}
+    stated = read(written(*forces), tomli_w.dumps(sidecar)).record
+    assert {q.key: q.value(stated) for q in COMPARED} == {q.key: q.value(own) for q in COMPARED}
+    for name in ("normal_force_N", "tangential_force_N"):
+        metrics = compare_forces(own, stated, name)
+        assert metrics is not None
+        # arccos near 1 turns a round-off of 1e-16 into 1e-8
+        assert metrics == pytest.approx((0.0, 0.0, 0.0), abs=1e-7)
+
+
+def test_half_a_body_shifted_resampled_and_in_other_units(own: RunRecord, read: Read) -> None:
+    time, *forces = (
+        own.contact_forces[n] for n in ("time_s", "normal_force_N", "tangential_force_N")
+    )
+    start, end = own.summary["contact_time_s"], own.summary["contact_duration_s"]
+    rng = np.random.default_rng(1)
+    times = np.sort(rng.uniform(start - 1e-5, start + end + 1e-5, 2000))
+    sampled = [np.interp(times, time, force) / 2e3 for force in forces]
+    text = written((times + 1e-3) * 1e3, *sampled, units=("ms", "kN"))
+    found = read(text, "half_model = true\ntime_offset_s = 1e-3\n").record
+    for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
+        # 2000 samples of mean interval h = T/1800: peak (pi h/T)^2/8, ends to an interval each
+        assert found.summary[key] == pytest.approx(own.summary[key], rel=5e-3), key
+    assert found.summary["contact_time_s"] == pytest.approx(start, abs=2e-6)
+    metrics = compare_forces(own, found)
+    assert metrics is not None
+    assert metrics.combined < 5e-3
+
+
+def test_sigma_columns_become_errors(read: Read) -> None:
+    time = np.linspace(0.0, 4.0, 401)
+    force = 10.0 * np.clip(1.0 - np.abs(time - 2.0), 0.0, None)  # rises by 10 N/s from 1 to 3 s
+    rows = (f"{t!r},{f!r},0.5" for t, f in zip(time.tolist(), force.tolist(), strict=True))
+    text = "\n".join(["time_s,normal_force_N,normal_force_sigma_N", *rows])
+    errors = read(text, "half_model = true\n[uncertainty]\npeak_stress_R_Pa = 3e4").record.errors
+    assert errors["peak_normal_force_N"] == 1.0
+    assert errors["normal_impulse_N_s"] == pytest.approx(2.0)  # 1 N over 2 s
+    # sigma over the slope is 0.05 s at each end; one sample more, for the next one is above
+    assert errors["contact_time_s"] == pytest.approx(0.055, abs=0.011)
+    assert errors["contact_duration_s"] == pytest.approx(0.11, abs=0.021)
+    assert errors["peak_normal_force_time_s"] == pytest.approx(0.1, abs=0.021)
+    assert errors["peak_stress_R_Pa"] == 3e4
+
+
+def rcforc(sides: tuple[str, str] = ("slave", "master"), interfaces: int = 1) -> str:
+    lines = [" title", " {BEGIN LEGEND}", "      1   tip", " {END LEGEND}"]
+    for t, f in ((0.0, 0.0), (1e-3, 2.0), (2e-3, 3.0), (3e-3, 0.0)):
+        for number in range(1, interfaces + 1):
+            for side, s in zip(sides, (number, -number), strict=True):
+                lines.append(
+                    f" {side} {number} time {t:.5E} x {-s * f:.5E} y {s * f:.5E} z 1.5-101"
+                )
+    return "\n".join(lines)
+
+
+def test_rcforc(read: Read) -> None:
+    for sides in (("slave", "master"), ("SURFA", "SURFB")):
+        found = read(rcforc(sides), name="rcforc")
+        assert found.record.summary["peak_normal_force_N"] == 3.0
+        assert found.record.summary["peak_tangential_force_N"] == -3.0
+        assert "contact 1, the force on its slave in s, N: F_n along y" in found.notes[0]
+    chosen = 'interface = 2\nside = "master"\nnormal = "-y"\ntime_unit = "ms"\nforce_unit = "kN"'
+    found = read(rcforc(interfaces=2), chosen, "rcforc")
+    assert found.record.summary["peak_normal_force_N"] == 6000.0
+    assert found.record.summary["contact_duration_s"] == pytest.approx(3e-6)
+
+
+@pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed")
+def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
+    """A cube of 1 mm and 1.4 mg at 1 m/s, 10 um above a floor: t_c = gap/v, impulse = 2 m v."""
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    body = [(x * 1e-3, y * 1e-3, z) for z in (1e-5, 1.01e-3) for x, y in square]
+    floor = [((5 * x - 2) * 1e-3, (5 * y - 2) * 1e-3, z) for z in (-1e-3, 0.0) for x, y in square]
+    nodes = [
+        "".join(f"{n},{x:g},{y:g},{z:g}\n" for n, (x, y, z) in enumerate(points, first))
+        for points, first in ((body, 1), (floor, 11))
+    ]
+    deck = DECK.format(body=nodes[0], floor=nodes[1])
+    printed = calculix.run_calculix(deck, 60.0).printed
+    found = read(printed, 'normal = "z"', "block.dat").record
+    assert found.summary["contact_time_s"] == pytest.approx(1e-5, abs=1e-6)  # its increment
+    # the HHT step's own damping takes 0.1 % of the speed
+    assert found.summary["normal_impulse_N_s"] == pytest.approx(2 * 1.4e-6, rel=2e-3)
+    turned = read(printed, 'normal = "-z"\nside = "master"', "block.dat").record
+    assert turned.summary["peak_normal_force_N"] == found.summary["peak_normal_force_N"]
+    with pytest.raises(UserError, match="total surface force must follow"):
+        read(printed.replace("total surface", "total normal surface"), 'normal = "z"', "block.dat")
+
+
+@pytest.mark.parametrize(
+    ("text", "sidecar", "words"),
+    [
+        ("", "", "column|must be one"),
+        ("time_s,force\n0,0", "", "'force' is unknown; known are time_s|ms|us"),
+        ("time_s\n0", "", "0 columns normal_force"),
+        ("time_s,normal_force_N,normal_force_kN", "", "2 columns normal_force"),
+        (GOOD.replace("-2", "x"), "", "line 3, column tangential_force_N: 'x' is no number"),
+        (GOOD.replace("-2", "nan"), "", "'nan' is no number"),
+        (GOOD.replace("-2", "1_0"), "", "'1_0' is no number"),
+        (GOOD.replace("-2", ""), "", "line 3, column tangential_force_N: is empty"),
+        (GOOD.replace(",-2", ""), "", "line 3: 2 cells, the header has 3"),
+        (GOOD.replace('-2', '"-2'), "", "is no CSV"),
+        (GOOD.replace("2e-4", "1e-4"), "", "line 4: its time, 0.0001 s, is not after"),
+        (GOOD.replace("0,0,0\n", "0,1,0\n", 1), "", "begins in contact, 1 N"),
+        (GOOD.replace("3e-4,0,0\n", ""), "", "ends in contact"),
+        (GOOD.replace("4,-2", "0,0").replace("6,-3", "0,0"), "", "has no normal force above 0 N"),
+        (GOOD.replace("0,0,0\n", "0,-0.1,0\n", 1), "", "can't pull.*threshold_N = 0.15"),
+        (GOOD[: len(HEAD) + 7], "", "has 1 samples"),
+        (GOOD, "scene = 'hard'", "scene = 'hard', and not soft"),
+        (GOOD, "half_modle = true", "unknown key; did you mean half_model"),
+        (GOOD, "half_model = 2", "must be true or false"),
+        (GOOD, "threshold_N = -1", "threshold_N = -1: must be a number in N, >= 0"),
+        (GOOD, "interface = 1", "interface is a solver's output's"),
+        (GOOD, "[uncertainty]\npeak = 1", "unknown key"),
+        (GOOD, "[scalars]\ntip_velocity_at_contact_m_per_s = [1.0]", "at least 2 items"),
+        (GOOD, "normal = ", "TOML syntax error"),
+        (rcforc(interfaces=2), "", "which contact.*1 master, 1 slave, 2 master, 2 slave"),
+        (rcforc(), "interface = 3", "which contact"),
+        (rcforc()[:-20], "", "line 12: interface, time, x, y, z must follow"),
+        (rcforc(), 'normal = "-y"', r"can't pull; state in .* the right normal \(it is -y\)"),
+    ],
+)  # fmt: skip
+def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) -> None:
+    with pytest.raises(UserError, match=words.replace("|ms|us", "")) as refused:
+        read(text, sidecar)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "sidecar", "words"),
+    [
+        (GOOD, "", "as the whole body's, times as since the start.*half_model, time_offset_s"),
+        (GOOD, "half_model = true\ntime_offset_s = 1.0", "doubled.*times less 1 s$"),
+        (GOOD, "", "the tap has 2 samples"),
+        (GOOD, "", "no uncertainty is known"),
+        (GOOD + "4e-4,1,0\n5e-4,0,0\n", "", "touches 2 times; .* of 6 N where the largest has 6"),
+        (
+            "0,-0.1,0\n".join(GOOD.split("0,0,0\n", 1)),
+            "threshold_N = 0.2",
+            "1 samples of up to 0.2",
+        ),
+        (GOOD.replace("3e-4,0", "2e-2,0"), "", "before line 5 a gap in the tap, 0.0198 s"),
+        (re.sub(r",[^,\n]+$", "", GOOD, flags=re.M), "", "no tangential force"),
+    ],
+)
+def test_what_was_done_is_said(text: str, sidecar: str, words: str, read: Read) -> None:
+    assert any(re.search(words, note) for note in read(text, sidecar).notes)
+
+
+CELLS = st.one_of(
+    st.text(max_size=5), st.floats().map(repr), st.sampled_from(["", "0", '"', "1e-4"])
+)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.one_of(st.just(HEAD), st.text(max_size=40)),
+    st.lists(st.lists(CELLS, min_size=2, max_size=4).map(",".join), max_size=6).map("\n".join),
+)
+def test_any_text_is_read_or_refused(read: Read, head: str, rows: str) -> None:
+    with contextlib.suppress(UserError):
+        read(f"{head}\n{rows}".encode("utf-8", "replace").decode())
+
+
+def test_validate_takes_files_for_scenes(fingertap: Run, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(GOOD)
+    said = fingertap("validate", "soft", "hard", "--reference", tmp_path / "a.csv").refusal
+    assert "whose curves" in said
+    (tmp_path / "a.csv.toml").write_text("scene = 'soft'")
+    said = fingertap("validate", "soft", "hard", "--reference", tmp_path / "a.csv").refusal
+    assert "no curves for the scene hard" in said
+    assert "is no file" in fingertap("validate", "soft", "--reference", "none.csv").refusal

@@ -1,0 +1,58 @@
+"""A file of curves as a reference: which format it has, and its record."""
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from validation.curve_files.sidecar import read_sidecar
+from validation.curve_files.solver_output import DAT, RCFORC, read_solver_output
+from validation.curve_files.table import read_table
+from validation.curve_files.tap import curves_of
+from validation.errors import UserError
+from validation.harness.record import RunRecord
+from validation.models.curves import record_of
+from validation.scenes.load import NamedScene, read_text
+
+LARGEST_FILE = 500_000_000  # bytes
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A record made from a file, and what was done to it in lines."""
+
+    record: RunRecord
+    notes: tuple[str, ...]
+
+
+def is_curve_file(source: str) -> bool:
+    """Whether a reference's name is a file's."""
+    name = os.path.basename(source)
+    return os.path.isfile(source) or name.endswith((".csv", ".dat")) or name.startswith("rcforc")
+
+
+def read_reference(source: str, scene: NamedScene) -> Reference:
+    """The curves in a file as a reference of the scene; their model is called as the file.
+
+    ``*.dat`` is CalculiX's, a file with LS-DYNA's lines is an rcforc, all others are CSV.
+
+    Raises
+    ------
+    UserError
+        The file, or the one beside it, is refused.
+    """
+    path = Path(source)
+    if not os.path.isfile(source):
+        raise UserError(f"--reference {source}: is no file; check the path")
+    text, sidecar = read_text(path, source, LARGEST_FILE), read_sidecar(path)
+    if sidecar.scene not in (None, scene.name):
+        raise UserError(f"{source}.toml: scene = {sidecar.scene!r}, and not {scene.name}")
+    if path.suffix == ".dat" and not DAT.search(text):
+        raise UserError(f"{source}: has no contact output; print it by *CONTACT PRINT with CF")
+    read = read_solver_output if DAT.search(text) or RCFORC.search(text) else read_table
+    curves, notes = curves_of(read(text, source, sidecar), source, sidecar)
+    # a file's name may be no UTF-8, which no result file could hold
+    name = path.name.encode("utf-8", "backslashreplace").decode()
+    record = record_of(curves, scene, name)
+    data = {"file": name, "source": sidecar.source, "notes": notes}
+    record = replace(record, provenance={**record.provenance, "data": data})
+    return Reference(record, tuple(f"{name}: {note}" for note in notes))

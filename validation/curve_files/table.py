@@ -1,0 +1,61 @@
+"""Force curves in a CSV file.
+
+Columns in any order, ``time_s, normal_force_N``, and where known ``tangential_force_N,
+normal_force_sigma_N, tangential_force_sigma_N`` (one standard deviation); units by the endings.
+"""
+
+import csv
+
+import numpy as np
+
+from validation.curve_files.samples import FACTORS, Samples, number
+from validation.curve_files.sidecar import Sidecar
+from validation.errors import UserError
+from validation.scenes.messages import show
+
+FORCES = ("normal_force", "tangential_force", "normal_force_sigma", "tangential_force_sigma")
+UNITS = {"time": ("s", "ms", "us"), **dict.fromkeys(FORCES, ("N", "kN", "mN"))}
+COLUMNS = {f"{name}_{unit}": (name, unit) for name, units in UNITS.items() for unit in units}
+KNOWN = ", ".join(f"{name}_{'|'.join(units)}" for name, units in UNITS.items())
+
+
+def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
+    """The samples of a CSV file.
+
+    Raises
+    ------
+    UserError
+        A column is unknown, missing or there twice, a cell is empty or no number, or the sidecar
+        has keys that are of no use here.
+    """
+    for key in sidecar.model_fields_set & {"time_unit", "force_unit", "interface", "side"}:
+        raise UserError(f"{origin}.toml: {key} is a solver's output's; a CSV's header has units")
+    reader = csv.reader(text.splitlines(), strict=True)
+    try:
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    except csv.Error as error:
+        raise UserError(f"{origin}, line {reader.line_num}: is no CSV: {error}") from error
+    (_, header), *rows = [row for row in rows if any(row[1]) or len(row[1]) > 1] or [(0, [])]
+    for name in header:
+        if name not in COLUMNS:
+            raise UserError(f"{origin}: column {show(name)} is unknown; known are {KNOWN}")
+    names = [COLUMNS[name][0] for name in header]
+    for name in UNITS:
+        if names.count(name) != 1 and (name in names or name in ("time", "normal_force")):
+            count = names.count(name)
+            raise UserError(f"{origin}: {count} columns {name}, must be one; known are {KNOWN}")
+    table = np.empty((len(rows), len(header)))
+    for i, (line, row) in enumerate(rows):
+        if len(row) != len(header):
+            raise UserError(
+                f"{origin}, line {line}: {len(row)} cells, the header has {len(header)}"
+            )
+        for j, (cell, name) in enumerate(zip(row, header, strict=True)):
+            place = f"{origin}, line {line}, column {name}"
+            if not cell:
+                raise UserError(f"{place}: is empty; fill it, or leave the row out")
+            table[i, j] = number(cell, place) * FACTORS[COLUMNS[name][1]]
+            if "sigma" in name and table[i, j] < 0.0:
+                raise UserError(f"{place}: {cell} is negative; a deviation is not")
+    columns = dict(zip(names, table.T, strict=True))
+    return Samples(np.array([line for line, _ in rows]), columns.pop("time"), columns)

@@ -13,8 +13,6 @@ from validation.harness.record import RunRecord
 from validation.models.curves import record_of
 from validation.scenes.load import NamedScene, read_text
 
-LARGEST_FILE = 500_000_000  # bytes
-
 
 @dataclass(frozen=True)
 class Reference:
@@ -43,7 +41,7 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
     path = Path(source)
     if not os.path.isfile(source):
         raise UserError(f"--reference {source}: is no file; check the path")
-    text, sidecar = read_text(path, source, LARGEST_FILE), read_sidecar(path)
+    text, sidecar = read_text(path, source, largest=500_000_000), read_sidecar(path)
     if sidecar.scene not in (None, scene.name):
         raise UserError(f"{source}.toml: scene = {sidecar.scene!r}, and not {scene.name}")
     if path.suffix == ".dat" and not DAT.search(text):
@@ -53,6 +51,5 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
     # a file's name may be no UTF-8, which no result file could hold
     name = path.name.encode("utf-8", "backslashreplace").decode()
     record = record_of(curves, scene, name)
-    data = {"file": name, "source": sidecar.source, "notes": notes}
-    record = replace(record, provenance={**record.provenance, "data": data})
+    record = replace(record, provenance={**record.provenance, "data": {name: notes}})
     return Reference(record, tuple(f"{name}: {note}" for note in notes))

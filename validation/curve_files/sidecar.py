@@ -50,11 +50,6 @@ class Sidecar(_Table):
     scalars: Scalars = Scalars()  # that the source states itself, instead of the curves'
     uncertainty: Errors = Errors()  # absolute, one standard deviation, instead of the columns'
 
-    @property
-    def body(self) -> float:
-        """The whole body's force over the file's."""
-        return 2.0 if self.half_model else 1.0
-
 
 def read_sidecar(path: Path) -> Sidecar:
     """The keys beside a file of curves; the defaults where there are none.

@@ -21,7 +21,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     UserError
         Times do not rise, a force pulls, there is none, or a record begins or ends in contact.
     """
-    line, beside, body = samples.lines, f"{origin}.toml", sidecar.body
+    line, beside, body = samples.lines, f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
     if line.size < 3:
         raise UserError(f"{origin}: has {line.size} samples; a tap needs three or more")
     time = samples.time_s - sidecar.time_offset_s
@@ -56,7 +56,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     tap = slice(int(starts[0]) - 1, int(ends[0]) + 1)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     tangential, sigma = contact.get("tangential_force"), forces.get("normal_force_sigma")
-    notes = [*samples.notes, _of_the_whole(sidecar, beside)]
+    notes = [*filter(None, [sidecar.source]), *samples.notes, _of_the_whole(sidecar, beside)]
     idle = ~touches & np.any([forces[name] != 0.0 for name in axes if name in forces], axis=0)
     if idle.any():
         notes.append(

@@ -16,6 +16,7 @@ from validation.validate.plan import REDUCED, REFERENCE
 SELF = "self"  # computed by the model under validation
 OTHER = "other model"  # computed by the independent model
 PAPER = "paper"  # printed in the article
+DATA = "data"  # of a file of curves
 MEASURED = quantities(
     "wall_time_s", "peak_memory_MB", "steps", "elements", "time_step_s", "energy_residual"
 )
@@ -57,7 +58,7 @@ def accuracy_rows(
             "reduced_model": reduced.label,
             "reduced_source": SELF,
             "reference_model": reference.label,
-            "reference_source": OTHER,
+            "reference_source": DATA if "data" in reference.provenance else OTHER,
         }
         for entry in COMPARED:
             value, target = entry.read(reduced), entry.read(reference)

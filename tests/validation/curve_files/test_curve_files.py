@@ -21,18 +21,20 @@ from validation.models import hcm
 from validation.models.curves import Curves, record_of
 from validation.peers import calculix
 from validation.scenes.load import load_scene
+from validation.validate.check import plan_of
+from validation.validate.plan import Runs
+from validation.validate.tables import accuracy_rows
 
 SOFT = load_scene("soft", ("solver.hcm.estimate=false",))
 HEAD = "time_s,normal_force_N,tangential_force_N"
 GOOD = f"{HEAD}\n0,0,0\n1e-4,4,-2\n2e-4,6,-3\n3e-4,0,0\n"
-DECK = """*NODE,NSET=BODY\n{body}*NODE,NSET=FLOOR\n{floor}*ELEMENT,TYPE=C3D8,ELSET=BLOCK
-1,1,2,3,4,5,6,7,8\n*ELEMENT,TYPE=C3D8,ELSET=PLATE\n2,11,12,13,14,15,16,17,18
-*MATERIAL,NAME=M\n*ELASTIC\n1e9,0.3\n*DENSITY\n1400\n*SOLID SECTION,ELSET=BLOCK,MATERIAL=M
-*SOLID SECTION,ELSET=PLATE,MATERIAL=M\n*SURFACE,NAME=OUTSIDE\n1,S1\n*SURFACE,NAME=TOP\n2,S2
-*SURFACE INTERACTION,NAME=I\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR\n2e10
+PAIR = """*SURFACE,NAME=OUTSIDE\n1,S1\n*SURFACE,NAME=TOP\n2,S2\n*SURFACE INTERACTION,NAME=I
+*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR\n2e10
 *CONTACT PAIR,INTERACTION=I,TYPE=SURFACE TO SURFACE\nOUTSIDE,TOP\n*BOUNDARY\nFLOOR,1,3
 *INITIAL CONDITIONS,TYPE=VELOCITY\nBODY,3,-1\n*STEP,NLGEOM,INC=2000\n*DYNAMIC
-1e-6,1e-4,1e-9,1e-6\n*CONTACT PRINT,SLAVE=OUTSIDE,MASTER=TOP\nCF\n*END STEP\n"""
+1e-6,1e-4,1e-9,1e-6\n*CONTACT PRINT,SLAVE=OUTSIDE,MASTER=TOP\nCF\n*END STEP"""
+
+DAT = " statistics for slave set A, master set B and time 1\n\n total surface force (f)\n"
 
 Read = Callable[..., Reference]
 
@@ -116,6 +118,20 @@ def test_sigma_columns_become_errors(read: Read) -> None:
     assert errors["peak_stress_R_Pa"] == 3e4
 
 
+def test_scatter_up_to_the_threshold_is_no_contact(read: Read) -> None:
+    time = np.linspace(0.0, 4.0, 401)
+    force = 100.0 * np.clip(1.0 - np.abs(time - 2.0), 0.0, None)  # 1 N from sample to sample
+    force += np.random.default_rng(2).uniform(-0.3, 0.3, time.size)
+    force[:5] = 0.3
+    text = written(time, force, -0.5 * force)
+    with pytest.raises(UserError, match=r"threshold_N = 0\.4\d$"):
+        read(text)
+    found = read(text, "threshold_N = 0.45")
+    assert found.record.summary["contact_time_s"] == pytest.approx(1.0, abs=0.01)  # a sample
+    assert found.record.summary["normal_impulse_N_s"] == pytest.approx(100.0, abs=0.3 * 2.0)
+    assert any("202 samples of up to 0.45 N count as no contact" in note for note in found.notes)
+
+
 def rcforc(sides: tuple[str, str] = ("slave", "master"), interfaces: int = 1) -> str:
     lines = [" title", " {BEGIN LEGEND}", "      1   tip", " {END LEGEND}"]
     for t, f in ((0.0, 0.0), (1e-3, 2.0), (2e-3, 3.0), (3e-3, 0.0)):
@@ -142,15 +158,14 @@ def test_rcforc(read: Read) -> None:
 @pytest.mark.skipif(not calculix.available(), reason="CalculiX is not installed")
 def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
     """A cube of 1 mm and 1.4 mg at 1 m/s, 10 um above a floor: t_c = gap/v, impulse = 2 m v."""
-    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    body = [(x * 1e-3, y * 1e-3, z) for z in (1e-5, 1.01e-3) for x, y in square]
-    floor = [((5 * x - 2) * 1e-3, (5 * y - 2) * 1e-3, z) for z in (-1e-3, 0.0) for x, y in square]
-    nodes = [
-        "".join(f"{n},{x:g},{y:g},{z:g}\n" for n, (x, y, z) in enumerate(points, first))
-        for points, first in ((body, 1), (floor, 11))
-    ]
-    deck = DECK.format(body=nodes[0], floor=nodes[1])
-    printed = calculix.run_calculix(deck, 60.0).printed
+    cube = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    floor = (5 * cube - (2, 2, 5)) * 1e-3
+    lines = calculix.nodes("BODY", cube * 1e-3 + (0, 0, 1e-5)) + calculix.nodes("FLOOR", floor, 9)
+    for first, name in ((1, "BLOCK"), (2, "PLATE")):
+        cell = np.arange(8)[None, :] + 8 * first - 7
+        lines += calculix.elements("C3D8", name, cell, first)
+    lines += [*calculix.material(1e9, 0.3, 1400, "BLOCK", "PLATE"), PAIR]
+    printed = calculix.run_calculix("\n".join(lines) + "\n", 60.0).printed
     found = read(printed, 'normal = "z"', "block.dat").record
     assert found.summary["contact_time_s"] == pytest.approx(1e-5, abs=1e-6)  # its increment
     # the HHT step's own damping takes 0.1 % of the speed
@@ -228,7 +243,7 @@ CELLS = st.one_of(
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    st.one_of(st.just(HEAD), st.text(max_size=40)),
+    st.one_of(st.sampled_from([HEAD, *rcforc().splitlines(), DAT]), st.text(max_size=40)),
     st.lists(st.lists(CELLS, min_size=2, max_size=4).map(",".join), max_size=6).map("\n".join),
 )
 def test_any_text_is_read_or_refused(read: Read, head: str, rows: str) -> None:
@@ -243,4 +258,14 @@ def test_validate_takes_files_for_scenes(fingertap: Run, tmp_path: Path) -> None
     (tmp_path / "a.csv.toml").write_text("scene = 'soft'")
     said = fingertap("validate", "soft", "hard", "--reference", tmp_path / "a.csv").refusal
     assert "no curves for the scene hard" in said
+    plan = plan_of(("soft",), "hcm", str(tmp_path / "a.csv"), "")
+    reference = Runs((), plan).reference("soft")
+    assert reference is not None
+    (row, *_) = accuracy_rows(reference, [reference], [])
+    assert (row["reference"], row["reference_model"], row["reference_source"]) == (
+        6,
+        "a.csv",
+        "data",
+    )
+    assert all(note.startswith("soft, a.csv: ") for note in plan.notes)
     assert "is no file" in fingertap("validate", "soft", "--reference", "none.csv").refusal

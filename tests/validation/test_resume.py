@@ -76,7 +76,7 @@ def test_damaged_restart_file_is_one_line(tmp_path: Path, fingertap: Run) -> Non
 
 def test_nothing_to_resume(tmp_path: Path, fingertap: Run) -> None:
     line = fingertap("run", "soft", "--model", "hcm", "--resume", "--out", tmp_path).refusal
-    assert "--resume: hcm runs in seconds" in line
+    assert "--resume: hcm leaves no restart file" in line
     coarse = [a.replace("3e-3", "5e-3").replace("=explicit", "=rigid") for a in SCENE]
     ended = fingertap(*coarse, "--out", tmp_path, "--resume")
     assert ended.code == 0

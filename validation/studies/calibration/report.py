@@ -100,7 +100,6 @@ def misses(numbers: Sequence[Number]) -> list[dict[str, Any]]:
         {
             "scene": n.index, "kind": n.case.kind, "quantity": n.quantity,
             "stated (%)": 100 * n.stated, "true (%)": 100 * n.true, "cautioned": n.cautioned,
-            "angles": " ".join(map(str, n.case.angles)),
             "overrides": "; ".join(n.case.overrides),
         }
         for n in poor

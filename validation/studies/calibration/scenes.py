@@ -7,7 +7,7 @@ kg/m^3, nu 0.3 to 0.49, mu 0 (one in five) to 1.2, e* 1 (every other) or 0.3 to 
 at least (the middle of a finger meets nearer ones first), 20 elements a phalanx (every other) or 2
 to 20. By turns they fall, are driven by torques of 0.1 to 30 times weight times length, a third of
 them upwards, start tilted by up to half a radian a phalanx, or tap three times (the solid: until
-3 ms after the touch). A solid cannot start tilted: it falls instead.
+3 ms after the touch).
 """
 
 from collections.abc import Iterator
@@ -28,12 +28,11 @@ LARGEST_TILT = 0.5  # rad
 
 @dataclass(frozen=True)
 class Case:
-    """A scene by its overrides of ``soft``; angles of a tilted start, rad, or none."""
+    """A scene by its overrides of ``soft``."""
 
     model: str
     kind: str
     overrides: tuple[str, ...]
-    angles: tuple[float, ...] = ()
 
 
 def case(model: str, index: int) -> Case:
@@ -73,8 +72,9 @@ def case(model: str, index: int) -> Case:
         overrides.append(f"drive.torques={[float(f'{t:.4g}') for t in torques]}")
     elif kind == "three taps":
         overrides += _further_taps(model, tuple(overrides))
-    angles = tuple(float(f"{a:.4g}") for a in tilts) if kind == "tilted" else ()
-    return Case(model, kind, tuple(overrides), angles)
+    elif kind == "tilted":
+        overrides.append(f"start.angles={[float(f'{a:.4g}') for a in tilts]}")
+    return Case(model, kind, tuple(overrides))
 
 
 def _further_taps(model: str, overrides: tuple[str, ...]) -> list[str]:

@@ -57,14 +57,14 @@ def solve_case(case: Case) -> Solved:
 
 def _solve(scene: NamedScene, case: Case, tight: bool) -> RunRecord:
     if case.model == "hcm":
-        return _reduced(scene, case, tight)
+        return _reduced(scene, tight)
     if tight:
         more = (*case.overrides, *TIGHT_SOLID, *without_estimate(case.model))
         scene = load_scene("soft", more)
     return unless_interrupted(adapter(case.model).run(scene).record)
 
 
-def _reduced(scene: NamedScene, case: Case, tight: bool) -> RunRecord:
+def _reduced(scene: NamedScene, tight: bool) -> RunRecord:
     import hcm
     from validation.models.hcm import translate
 
@@ -80,9 +80,8 @@ def _reduced(scene: NamedScene, case: Case, tight: bool) -> RunRecord:
         )
         phalanges = (replace(p, elements=ELEMENTS * p.elements) for p in finger.phalanges)
         given["finger"] = hcm.Finger(tuple(phalanges))
-    start = hcm.RigidStart(case.angles, (0.0,) * len(case.angles)) if case.angles else None
     try:
-        result = unless_interrupted(hcm.simulate(**given, start=start))
+        result = unless_interrupted(hcm.simulate(**given))
     except hcm.ParameterError as refusal:
         raise UserError(str(refusal)) from refusal
     return to_record(result, scene, "hcm", "", result.statistics.wall_time_s)

@@ -1,7 +1,8 @@
 """Estimated errors of a completed run's numbers, of the first tap.
 
 - Arrival and speed: the rigid chain of the true shape (`true_body`) flies as well. What a mesh cuts
-  off a round body makes it lighter and its ends less so.
+  off a round body makes it lighter and its ends less so. After a rigid flight the steps that lead
+  to the touch change the speed too: until a wave has come from its hinge the tip falls freely.
 - The tap: a `Companion` of other edges taps from the run's own impact state (`mesh_error`). A force
   follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v.
 """
@@ -120,7 +121,7 @@ def estimated(run: TapResult, given: Given, companion: Companion | None, again: 
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
     of_speed, other = 0.0, None
     if companion is not None:
-        late, apart = _of_flight(given, chain, touch, first, companion.geometry)
+        late, apart = _of_flight(given, chain, touch, first, companion.geometry, speed)
         sagitta = resolution.edge**2 / (8.0 * given.radius)
         errors = {"contact_time_s": late + sagitta / fall, VELOCITY: apart}
         of_speed = max(apart) / fall
@@ -150,8 +151,12 @@ def _of_flight(
     touch: ChainState,
     first: ChainState,
     geometry: meshes.FingerGeometry,
+    read: tuple[float, float],
 ) -> tuple[float, tuple[float, float]]:
-    """Errors of arrival (s) and of the pole's velocity; inf where the true shape never arrives."""
+    """Errors of arrival (s) and of the pole's velocity; inf where the true shape never arrives.
+
+    read : the velocity that the run states.
+    """
     true = true_chain(geometry, given.materials, given.drive, given.mesh.dim)
     gap = surface_gap(given.model, true)
     flight = touch.time_s - first.time_s
@@ -163,7 +168,9 @@ def _of_flight(
     place = given.model.points[pole], given.model.body_of_point[pole]
     own = pose(chain, touch, *place)[1][0]
     its = pose(true, state_at(arrival), *place)[1][0]
-    apart = np.abs(own - its)
+    apart = np.abs(own - its)[:2]
+    if given.flown is not None:
+        apart += np.abs(own[:2] - read)
     return abs(touch.time_s - arrival), (float(apart[0]), float(apart[1]))
 
 

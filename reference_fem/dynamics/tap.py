@@ -9,7 +9,7 @@ import numpy as np
 from reference_fem.arrays import Array
 from reference_fem.contact.law import NORMAL
 from reference_fem.dynamics.state import State
-from reference_fem.dynamics.step import Block
+from reference_fem.dynamics.step import Block, advance
 from reference_fem.model import Model
 from reference_fem.result import Status
 from reference_fem.settings import Settings
@@ -44,8 +44,9 @@ def tap_after(model: Model, tap: Tap, state: State, block: Block) -> Tap:
     if touched.size:
         if first is None:
             first = state.time_s + touched[0] * model.step_s
-            # The body is still untouched at the block's start, a few steps before.
-            x, y = block.velocity[model.pole, :2]
+            # Half a step before, untouched: the block may have begun some fifty steps before.
+            before, _ = advance(model, state, max(int(touched[0]), 1), False)
+            x, y = before.velocity[model.pole, :2]
             velocity = (float(x), float(y))
         last = state.time_s + touched[-1] * model.step_s
     if first is None or last is None:

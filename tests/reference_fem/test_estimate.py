@@ -186,3 +186,18 @@ def test_an_interrupt_of_the_companion_keeps_the_run(estimated: rf.TapResult) ->
     stopped = tap(stop=stop)
     assert stopped.status is rf.Status.INTERRUPTED
     assert stopped.summary.peak_normal_force_N == estimated.summary.peak_normal_force_N
+
+
+def test_what_leads_to_the_touch_changes_the_speed_as_is_stated() -> None:
+    """The tip of a rubber finger falls freely in the steps after its rigid flight."""
+    rubber = (rf.Material(1e7, 0.4, 1400.0),) * 3
+    mesh, beside = meshes.finger_hexahedra(FINGER, COARSE), rf.Companion(FINGER)
+    read, stated = [], []
+    for steps in (1, 10):
+        settings = rf.Settings(contact="impulse", lead_steps=steps)
+        run = rf.simulate(mesh, rubber, SURFACE, DRIVE, settings, companion=beside)
+        read.append(vars(run.summary)[V])
+        stated.append(run.errors[V])
+    apart = np.abs(np.subtract(*read))
+    assert apart.max() > 5e-3
+    np.testing.assert_allclose(np.subtract(*stated[::-1]), apart, rtol=1e-6)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hcm.simulate import LARGEST_RESIDUAL
 from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.line_store import LineStore
 from validation.harness.page import write_page
@@ -15,7 +16,6 @@ from validation.harness.provenance import provenance
 from validation.harness.tables import write_table
 from validation.studies.stated_errors import TIMES, WRONG
 from validation.studies.stress.campaign import verdict_inputs
-from validation.studies.stress.hcm.audit import ENERGY_SHARE
 from validation.studies.stress.limits import limit
 from validation.studies.stress.reference.judge import OTHER
 from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
@@ -125,7 +125,7 @@ def write_stress_page(
             "times": TIMES,
             "wrong_share": WRONG,
             "other": OTHER,
-            "energy_share": ENERGY_SHARE,
+            "energy_share": LARGEST_RESIDUAL,
             "provenance": provenance({}),
         },
     )

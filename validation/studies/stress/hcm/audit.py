@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from hcm import Finger, Posture, Status, TapResult
+from hcm.simulate import LARGEST_RESIDUAL
 from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.stability_map import LARGEST_ERROR
 
 Floats = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 
-# F_n of a linear spring is v sqrt(k m): the kinetic energy at impact may be off by twice that.
-ENERGY_SHARE = 2 * LARGEST_ERROR
 # rad; a first node that turns faster between two kept postures may have turned once more.
 MOST_TURNED = 1.0
 # States looked at, of runs with more events.
@@ -174,7 +173,7 @@ def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
         if works is not None:
             held = own.kinetic_J + own.strain_J + own.gravity_J + float(stored[row])
             off = abs(held + losses[row] - works[state.time_s])
-            if off > ENERGY_SHARE * largest + own.floor_J:
+            if off > LARGEST_RESIDUAL * largest + own.floor_J:
                 yield f"energy off by {off / largest:.3g} of the largest {at}"
         if scene.settings.flight_integrator == "gauss":
             # a step of order 10 swings more than once, and its row has the reaction at its end only

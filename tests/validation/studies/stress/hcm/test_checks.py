@@ -132,7 +132,7 @@ def test_checks_see_what_is_wrong(tap: hcm.TapResult) -> None:
         "runs backwards": {"time_s": bent(h.time_s, -1.0)},
         "kinetic energy": {"kinetic_energy_J": (1 + 1e-5) * h.kinetic_energy_J},
         "strain energy": {"strain_energy_J": 1.1 * h.strain_energy_J},
-        "energy off": {"contact_energy_J": h.contact_energy_J + 0.2 * h.kinetic_energy_J.max()},
+        "energy off": {"contact_energy_J": h.contact_energy_J + 0.07 * h.kinetic_energy_J.max()},
         "momentum off": {"hinge_reactions_N": 1.5 * h.hinge_reactions_N},
         "leaves its law": {"normal_force_N": bent(h.normal_force_N, 1e-6 * force)},
         "pulls": {"normal_force_N": bent(h.normal_force_N, -2 * force)},
@@ -171,7 +171,8 @@ def test_mechanics_of_a_stretched_turning_bar() -> None:
 
 def test_torques_work_is_recomputed() -> None:
     """A driven tap's energy closes with our own count of the torques' turns, and only with it."""
-    scene = observed(replace(TAP, drive=hcm.Drive((0.05,))))
+    longer = replace(TAP.settings, max_steps=20_000)
+    scene = observed(replace(TAP, drive=hcm.Drive((0.05,)), settings=longer))
     result = hcm.simulate(**scene.arguments())
     assert result.status is hcm.Status.COMPLETED
     assert violations(scene, result) == []

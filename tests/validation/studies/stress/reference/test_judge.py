@@ -59,11 +59,27 @@ def test_every_answer(scene: ReferenceScene, answer: str, reason: str) -> None:
 
 def test_an_answer_that_nothing_supports_is_wrong(monkeypatch: Patch) -> None:
     told: list[float] = [0.2, 1e-6]
-    monkeypatch.setattr(judge_module, "difference", lambda *_: told.pop(0))
+    monkeypatch.setattr(judge_module, "largest_difference", lambda *_: told.pop(0))
     monkeypatch.setattr("reference_fem.dynamics.loop.cautions", lambda *_: ())
-    verdict = judge(ReferenceScene(contact="surface", stiffness=0.01, body="finger"))
+    verdict = judge(ReferenceScene())
     assert verdict.answer == Answer.WRONG
     assert "half the step: differs by 0.2" in verdict.reason
+
+
+@pytest.mark.parametrize(("share", "answer"), [(1.0, Answer.RIGHT), (1e-6, Answer.UNDERSTATED)])
+def test_a_finger_is_held_to_the_errors_that_it_states(
+    share: float, answer: Answer, monkeypatch: Patch
+) -> None:
+    whole = ReferenceScene.simulate
+
+    def bolder(scene: ReferenceScene) -> tuple[rf.TapResult, Model]:
+        result, model = whole(scene)
+        errors = {name: share * np.asarray(error) for name, error in result.errors.items()}
+        return replace(result, errors=errors), model
+
+    monkeypatch.setattr(ReferenceScene, "simulate", bolder)
+    verdict = judge(ReferenceScene(body="finger"))
+    assert (verdict.answer, verdict.stated is None) == (answer, False), verdict
 
 
 INNER = int(np.argmin(np.abs(block(3, 4).points).sum(axis=1)))  # the node in the middle

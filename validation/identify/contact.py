@@ -34,7 +34,7 @@ from validation.scenes.load import NamedScene
 # both, the whole graded mesh is refined, and not its middle alone.
 MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
 LENGTH = 3.0  # of the modelled end, over its radius
-REACH = 1.5  # of the nodes that may touch, over the contact radius
+REACH = 2.0  # of the nodes that may touch, over the contact radius
 ROUNDS = 6  # of the fixed point, which contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 

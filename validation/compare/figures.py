@@ -88,7 +88,8 @@ def overlay_figure(
     """
     looks = {
         "hcm": (BLACK, "-", 1.8),
-        "fem3d ls-dyna-like": (ORANGE, "-", 1.3),
+        "fem3d contact": (ORANGE, "-", 1.6),
+        "fem3d ls-dyna-like": (BLUE, "-", 1.2),
         "fem3d fast": (BLUE, "--", 1.2),
         "fem2d fast": (GREEN, "-.", 1.2),
     }

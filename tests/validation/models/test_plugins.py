@@ -18,18 +18,14 @@ from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
 from validation.scenes.load import load_scene
 
-EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example" / "rigid_rod.py"
+EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example"
 
 
 @pytest.fixture
-def example() -> ModuleType:
+def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """The example of the documentation, as if it were installed."""
-    spec = importlib.util.spec_from_file_location("rigid_rod", EXAMPLE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    monkeypatch.syspath_prepend(EXAMPLE)
+    return importlib.import_module("rigid_rod")
 
 
 @pytest.fixture

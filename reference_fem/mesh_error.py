@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
+from reference_fem.hertz import hertz_contact_radius
 from reference_fem.result import TapResult
 from reference_fem.settings import Material
 
@@ -164,12 +165,12 @@ def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
 
 
 def hertz_radius(force: float, radius: float, material: Material, angle: float, dim: int) -> float:
-    """Radius of Hertz's patch, m: a³ = 3 F R / 4 E*.
+    """Radius of Hertz's patch, m.
 
     In plane stress half the width of a line's: a² = 4 F R / π E t, on the chord t of the round
     section where a phalanx at this angle below the horizontal touches.
     """
     if dim == 3:
-        return (0.75 * force * radius / material.plane_strain_modulus) ** (1.0 / 3.0)
+        return hertz_contact_radius(material, radius, force)
     chord = 2.0 * radius * max(abs(math.sin(angle)), 0.1)
     return math.sqrt(4.0 * force * radius / (math.pi * material.youngs_modulus * chord))

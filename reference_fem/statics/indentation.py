@@ -27,7 +27,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Flags
 from reference_fem.contact.facet_quadrature import facet_quadrature
-from reference_fem.settings import Material
+from reference_fem.hertz import hertz_indentation
 from reference_fem.statics.tip import TipCompliance
 
 PENALTY = 2000.0  # f
@@ -193,17 +193,6 @@ def _stick(tip: TipCompliance, springs: Array) -> float:
         np.eye(free.sum()) + c[np.ix_(free, free)] @ both, c[np.ix_(free, free)] @ both @ plane
     )
     return float((both @ (plane - u))[:k].sum())
-
-
-def hertz_indentation(material: Material, radius: float, force: float) -> float:
-    """Hertz: δ = (3 F/(4 E* sqrt(R)))^(2/3) of an elastic sphere on a rigid plane, m."""
-    modulus = material.plane_strain_modulus
-    return float((0.75 * force / (modulus * math.sqrt(radius))) ** (2 / 3))
-
-
-def hertz_stiffness(material: Material, radius: float, force: float) -> float:
-    """Energy-equivalent k = F²/(2 U), U = (2/5) F δ: k = 5 F/(4 δ), N/m."""
-    return 1.25 * force / hertz_indentation(material, radius, force)
 
 
 def mindlin_ratio(poisson_ratio: float) -> float:

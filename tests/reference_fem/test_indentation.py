@@ -8,14 +8,8 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.statics.indentation import (
-    ContactArea,
-    contact_area,
-    hertz_indentation,
-    hertz_stiffness,
-    indent,
-    mindlin_ratio,
-)
+from reference_fem.hertz import hertz_indentation, hertz_stiffness
+from reference_fem.statics.indentation import ContactArea, contact_area, indent, mindlin_ratio
 from reference_fem.statics.tip import TipCompliance, tip_compliance
 from tests.reference_fem.boxes import structured
 

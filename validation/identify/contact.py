@@ -105,20 +105,15 @@ def identify_contact(
     RunFailedError
         The reduced model does not tap, or the contact's active set does not settle.
     """
-    from reference_fem.statics.indentation import (
-        contact_area,
-        hertz_indentation,
-        hertz_stiffness,
-        indent,
-        mindlin_ratio,
-    )
+    from reference_fem.hertz import hertz_contact_radius, hertz_indentation, hertz_stiffness
+    from reference_fem.statics.indentation import contact_area, indent, mindlin_ratio
 
     tables = scene.tables
     angle = impact_of(scene).touch_angle
     material = solid.inputs(tables)[0][-1]
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
-    contact_radius = (0.75 * guess * radius / material.plane_strain_modulus) ** (1 / 3)
+    contact_radius = hertz_contact_radius(material, radius, guess)
     levels: list[Level] = []
     for number, (share, growth) in enumerate(refinements):
         edge = share * contact_radius

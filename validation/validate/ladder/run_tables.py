@@ -9,7 +9,7 @@ from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.models import solid
 from validation.scenes.load import read_scene
-from validation.validate.plan import CONTACT, FAST, PLANE, REDUCED, REFERENCE, Runs
+from validation.validate.plan import DEFAULT, FAST, PLANE, REDUCED, REFERENCE, Runs
 
 NAMES = {REDUCED: "hcm, the paper's k"}
 
@@ -61,7 +61,7 @@ def accuracy_against_cost(
         scene = reference.scene
         several = [
             (NAMES.get(which, " ".join(which)), run)
-            for which in (REDUCED, PLANE, FAST, REFERENCE, CONTACT)
+            for which in (REDUCED, PLANE, FAST, REFERENCE, DEFAULT)
             if (run := runs.find(scene, which)) is not None
         ]
         several += [("hcm, identified k", run) for run in predictions if run.scene == scene]
@@ -74,9 +74,11 @@ def accuracy_against_cost(
 def contact_patch(run: RunRecord) -> ContactPatch | None:
     """Patch of a run at its peak force; None for one that has no pressure.
 
-    Hertz at the same force, a sphere on a rigid plane: a³ = 3 F R/(4 E*), p_0 = 3 F/(2π a²),
-    E* = E/(1 - ν²) (Johnson, Contact Mechanics, eqs. 4.22 and 4.24).
+    Hertz at the same force, a sphere on a rigid plane: p_0 = 3 F/(2π a²) (Johnson, Contact
+    Mechanics, eq. 4.24).
     """
+    from reference_fem.hertz import hertz_contact_radius
+
     history = run.history
     if not {"contact_area_m2", "peak_pressure_Pa", "normal_force_N"} <= history.keys():
         return None
@@ -85,7 +87,7 @@ def contact_patch(run: RunRecord) -> ContactPatch | None:
     tables = read_scene(run.provenance["scene_toml"], run.scene)
     materials, *_ = solid.inputs(tables)
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-    hertz = (0.75 * force * radius / materials[-1].plane_strain_modulus) ** (1 / 3)
+    hertz = hertz_contact_radius(materials[-1], radius, force)
     return ContactPatch(
         run.scene,
         run.label,
@@ -103,7 +105,7 @@ def contact_patches(
     """Of the three-dimensional presets and of rung 3's finest run, by scene."""
     rows = []
     for scene in scenes:
-        several = runs.several(scene, (FAST, REFERENCE, CONTACT))
+        several = runs.several(scene, (FAST, REFERENCE, DEFAULT))
         several += [run for run in best if run.scene == scene]
         rows += [found for run in several if (found := contact_patch(run)) is not None]
     return rows

@@ -138,29 +138,29 @@ def impact_state(tables: Scene, dimension: Dimension) -> Any:
 
     Runs on different meshes that start from it hit the surface alike.
     """
+    return _impact(tables, _fast_mesh(tables, dimension))
+
+
+def _impact(tables: Scene, mesh: Any) -> Any:
+    """The `impact_state` by the masses of this mesh."""
     import reference_fem
 
     materials, surface, drive, settings = inputs(tables)
     clearance = CLEARANCE * 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-    return reference_fem.impact_state(
-        _fast_mesh(tables, dimension),
-        materials,
-        surface,
-        drive,
-        clearance,
-        settings.max_flight_time_s,
-        start_of(tables),
-    )
+    limit = settings.max_flight_time_s
+    start = start_of(tables)
+    return reference_fem.impact_state(mesh, materials, surface, drive, clearance, limit, start)
 
 
 def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     """Where and how hard the rigid finger touches; None if it never does."""
     import reference_fem
 
-    state = impact_state(tables, dimension)
+    mesh = _fast_mesh(tables, dimension)
+    state = _impact(tables, mesh)
     if state is None:
         return None
-    return reference_fem.predicted_touch(_fast_mesh(tables, dimension), *inputs(tables)[:3], state)
+    return reference_fem.predicted_touch(mesh, *inputs(tables)[:3], state)
 
 
 def _fast_mesh(tables: Scene, dimension: Dimension) -> Any:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from validation.compare.verdict import Verdict, judge
 from validation.harness.quantities import Quantity
 from validation.harness.record import RunRecord
 
@@ -18,6 +19,59 @@ def error_percent(reduced: float | None, reference: float | None) -> float | Non
 
 
 @dataclass(frozen=True)
+class Difference:
+    """One number of a model on a scene, beside the reference's.
+
+    Attributes
+    ----------
+    reduced, reference : values in the quantity's unit; None where a run is missing.
+    reduced_error, reference_error : what the runs state as their own errors.
+    tolerance : percent; None where none was asked for.
+    """
+
+    scene: str
+    model: str
+    quantity: Quantity
+    reduced: float | None
+    reference: float | None
+    reduced_error: float | None = None
+    reference_error: float | None = None
+    tolerance: float | None = None
+
+    @property
+    def error_percent(self) -> float | None:
+        """Signed, relative to the reference."""
+        return error_percent(self.reduced, self.reference)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """What the difference says."""
+        errors = self.reduced_error, self.reference_error
+        return judge(self.reduced, self.reference, *errors, self.tolerance)
+
+
+def difference(
+    scene: str,
+    model: str,
+    of: Quantity,
+    reduced: RunRecord | None,
+    reference: RunRecord | None,
+    tolerance: float | None = None,
+) -> Difference:
+    """One quantity of two runs; a run may be missing."""
+    return Difference(
+        scene,
+        model,
+        of,
+        reduced=None if reduced is None else of.read(reduced),
+        reference=None if reference is None else of.read(reference),
+        reduced_error=None if reduced is None else of.error(reduced),
+        reference_error=None if reference is None else of.error(reference),
+        tolerance=tolerance,
+    )
+
+
+@dataclass(frozen=True)
 class Spread:
     """How far runs that should agree lie apart. Not a convergence study.
 
@@ -30,10 +84,6 @@ class Spread:
     low: float
     high: float
     count: int
-
-    def percent_of(self, value: float) -> float:
-        """The whole spread as a share of a value, percent."""
-        return 100 * (self.high - self.low) / abs(value)
 
 
 def spread(runs: Sequence[RunRecord], of: Quantity) -> Spread | None:

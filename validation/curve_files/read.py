@@ -11,7 +11,7 @@ from validation.curve_files.tap import curves_of
 from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.models.curves import record_of
-from validation.scenes.load import NamedScene, read_text
+from validation.scenes.load import NamedScene, file_name, read_text
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,7 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
         raise UserError(f"{source}: has no contact output; print it by *CONTACT PRINT with CF")
     read = read_solver_output if DAT.search(text) or RCFORC.search(text) else read_table
     curves, notes = curves_of(read(text, source, sidecar), source, sidecar)
-    # a file's name may be no UTF-8, which no result file could hold
-    name = path.name.encode("utf-8", "backslashreplace").decode()
+    name = file_name(path.name)
     record = record_of(curves, scene, name)
     record = replace(record, provenance={**record.provenance, "data": {name: notes}})
     return Reference(record, tuple(f"{name}: {note}" for note in notes))

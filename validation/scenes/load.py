@@ -39,10 +39,12 @@ class NamedScene:
 
 def scene_name(source: str) -> str:
     """What a scene is called: a built-in one by its name, a file by its stem."""
-    if source in BUILT_IN:
-        return source
-    # a file's name may be no UTF-8, which no result file could hold
-    return Path(source).stem.encode("utf-8", "backslashreplace").decode()
+    return source if source in BUILT_IN else file_name(Path(source).stem)
+
+
+def file_name(name: str) -> str:
+    """A file's name as result files can hold it: it may be no UTF-8."""
+    return name.encode("utf-8", "backslashreplace").decode()
 
 
 def read_document(source: str) -> tuple[str, dict[str, Any]]:

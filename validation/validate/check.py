@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from validation.compare.differences import Difference
 from validation.curve_files.read import Reference, is_curve_file, read_reference
 from validation.curve_files.sidecar import read_sidecar
 from validation.errors import UserError
@@ -16,7 +17,7 @@ from validation.harness.quantities import COMPARED
 from validation.models import adapter, model_names
 from validation.scenes.load import BUILT_IN, NamedScene, load_scene
 from validation.scenes.messages import show
-from validation.validate.headline import Difference, differences
+from validation.validate.headline import differences
 from validation.validate.plan import PAPER, Plan, Runs
 
 NAMES = {

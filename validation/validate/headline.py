@@ -1,43 +1,9 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
-from dataclasses import dataclass
-
-from validation.compare.differences import error_percent
-from validation.compare.verdict import Verdict, judge, unit_slip
+from validation.compare.differences import Difference, difference
+from validation.compare.verdict import unit_slip
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.validate.plan import REDUCED, Runs
-
-
-@dataclass(frozen=True)
-class Difference:
-    """One number of a model on a scene, beside the reference's.
-
-    Attributes
-    ----------
-    reduced, reference : values in the quantity's unit; None where a run is missing.
-    reduced_error, reference_error : what the runs state as their own errors.
-    tolerance : percent; None where none was asked for.
-    """
-
-    scene: str
-    model: str
-    quantity: Quantity
-    reduced: float | None
-    reference: float | None
-    reduced_error: float | None = None
-    reference_error: float | None = None
-    tolerance: float | None = None
-
-    @property
-    def error_percent(self) -> float | None:
-        """Signed, relative to the reference."""
-        return error_percent(self.reduced, self.reference)
-
-    @property
-    def verdict(self) -> Verdict | None:
-        """What the difference says."""
-        errors = self.reduced_error, self.reference_error
-        return judge(self.reduced, self.reference, *errors, self.tolerance)
 
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
@@ -48,13 +14,8 @@ def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Dif
         for model in runs.plan.models:
             reduced = runs.of_model(scene, model)
             for entry in wanted:
-                value = entry.read(reduced) if reduced else None
-                target = entry.read(reference) if reference else None
-                reduced_error = entry.error(reduced) if reduced else None
-                reference_error = entry.error(reference) if reference else None
-                errors = reduced_error, reference_error
                 asked = runs.plan.tolerances.get(entry.key)
-                rows.append(Difference(scene, model, entry, value, target, *errors, asked))
+                rows.append(difference(scene, model, entry, reduced, reference, asked))
     return rows
 
 

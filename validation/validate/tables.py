@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from validation.compare.differences import error_percent, spread
+from validation.compare.differences import difference, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
-from validation.compare.verdict import judge
 from validation.harness.quantities import COMPARED, quantities
 from validation.harness.record import RunRecord
 from validation.validate.paper_tables import TABLE_2, TABLE_3, printed
@@ -61,18 +60,18 @@ def accuracy_rows(
             "reference_source": DATA if "data" in reference.provenance else OTHER,
         }
         for entry in COMPARED:
-            value, target = entry.read(reduced), entry.read(reference)
-            errors = entry.error(reduced), entry.error(reference)
-            verdict = judge(value, target, *errors, tolerances.get(entry.key))
+            asked = tolerances.get(entry.key)
+            found = difference(reduced.scene, reduced.model, entry, reduced, reference, asked)
+            verdict = found.verdict
             band = spread(spread_over, entry) if reference.model == "fem3d" else None
             row = common | {
                 "quantity": entry.title,
                 "unit": entry.unit,
-                "reduced": value,
-                "reduced_error": errors[0],
-                "reference": target,
-                "reference_error": errors[1],
-                "error_percent": error_percent(value, target),
+                "reduced": found.reduced,
+                "reduced_error": found.reduced_error,
+                "reference": found.reference,
+                "reference_error": found.reference_error,
+                "error_percent": found.error_percent,
                 "uncertainty_percent": verdict and verdict.uncertainty,
                 "verdict": verdict and verdict.judgement,
                 "tolerance_percent": verdict and verdict.tolerance,

@@ -79,7 +79,8 @@ def test_a_run_writes_its_files_and_a_readable_table(
     ended = fingertap(*HCM, "--set", "surface.friction=0.7")
     assert ended.code == 0
     folder = tmp_path / "out" / "run" / "soft-hcm"
-    assert {path.name for path in folder.iterdir()} == {"summary.json", "history.nc"}
+    files = {"summary.json", "history.nc", "curves.csv", "curves.csv.toml"}
+    assert {path.name for path in folder.iterdir()} == files
     assert "peak Fn                        64 N" in ended.out
     assert "contact duration               200 us" in ended.out
     assert str(Path("out/run/soft-hcm")) in ended.out

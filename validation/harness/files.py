@@ -10,9 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from validation.errors import UserError
-from validation.harness.quantities import unit_of
-from validation.harness.record import RunRecord, plain
+from validation.harness.quantities import ESTIMATED, unit_of
+from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
 
 if TYPE_CHECKING:
     import xarray
@@ -106,7 +108,8 @@ def history_dataset(record: RunRecord) -> "xarray.Dataset":
 
 def clear_run(folder: Path) -> None:
     """Remove what says that a run is complete: a kill must not leave two runs mixed in a folder."""
-    for name in ("error.txt", "summary.json", "history.nc", "fields/tap.pvd"):
+    names = ("error.txt", "summary.json", "history.nc", "curves.csv", "curves.csv.toml")
+    for name in (*names, "fields/tap.pvd"):
         (folder / name).unlink(missing_ok=True)
 
 
@@ -133,18 +136,42 @@ def summary_last(folder: Path, record: RunRecord) -> Iterator[None]:
 
 
 def write_run(folder: Path, record: RunRecord) -> None:
-    """Write ``history.nc`` and at last ``summary.json`` of a run; see `summary_last`."""
+    """Write a run's history, its curves, and at last ``summary.json``; see `summary_last`."""
     with summary_last(folder, record):
         write_history(folder, record)
 
 
 def write_history(folder: Path, record: RunRecord) -> None:
-    """Write ``history.nc`` of a run that has a history."""
+    """Write ``history.nc`` of a run that has a history, ``curves.csv`` of one that completed."""
     if record.history:
         # made in memory: HDF5 crashes the process where a disk fills up under it
         content = history_dataset(record).to_netcdf(engine="h5netcdf")
         with atomic(folder / "history.nc") as temporary:
             temporary.write_bytes(content)
+    if record.ok:
+        _write_curves(folder / "curves.csv", record)
+
+
+def _write_curves(path: Path, record: RunRecord) -> None:
+    """The contact force of every step, and beside it what no sample has: see ``curve_files``.
+
+    Both give back the run's numbers and curves bit for bit, as ``--reference curves.csv``.
+    """
+    import tomli_w
+
+    curves = {name: record.contact_forces[name] for name in FORCE_COLUMNS}
+    columns = {name: array.tolist() for name, array in curves.items() if np.isfinite(array).all()}
+    rows = (",".join(map(repr, row)) for row in zip(*columns.values(), strict=True))
+    stated = {
+        "scene": record.scene,
+        "source": f"fingertap {record.label}, {record.provenance.get('created', '')}",
+        "half_model": False,
+        "time_offset_s": 0.0,
+        "scalars": {key: record.summary[key] for key in ESTIMATED if record.summary.get(key)},
+        "uncertainty": {key: e for key, e in record.errors.items() if np.isfinite(e).all()},
+    }
+    write_text(path.with_name(f"{path.name}.toml"), tomli_w.dumps(plain(stated)))
+    write_text(path, "\n".join([",".join(columns), *rows]) + "\n")
 
 
 def _write_summary(folder: Path, record: RunRecord) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS, finite
 
 Scalar = float | int | bool | str | None
+FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
 
 @dataclass(frozen=True)

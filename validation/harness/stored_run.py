@@ -16,13 +16,11 @@ import tomli_w
 
 from validation.harness.fields import Fields, write_fields
 from validation.harness.files import atomic, clear_run
-from validation.harness.record import Event, RunRecord, plain
+from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store
 
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
-
-FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
 
 def _json(record: RunRecord) -> str:

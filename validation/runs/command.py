@@ -53,7 +53,7 @@ def run_scene(
     as_json
         Print only one JSON object; files are written only if --out is given or the run fails.
     out
-        Folder for run/SCENE-MODEL/ with summary.json, history.nc and fields; by default out.
+        Folder for run/SCENE-MODEL/ with summary.json, history.nc, curves.csv and fields; by default out.
     resume
         Continue a run that was killed, from the restart file in its folder, to the same result.
     fresh

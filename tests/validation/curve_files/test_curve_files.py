@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -15,7 +14,8 @@ from tests.validation.commands import Run
 from validation.compare.sprague_geers import compare_forces
 from validation.curve_files.read import Reference, read_reference
 from validation.errors import UserError
-from validation.harness.quantities import COMPARED, ESTIMATED, QUANTITIES
+from validation.harness.files import write_run
+from validation.harness.quantities import COMPARED, QUANTITIES
 from validation.harness.record import RunRecord
 from validation.models import hcm
 from validation.models.curves import Curves, record_of
@@ -64,7 +64,7 @@ def written(
     return "\n".join([",".join(names) + extra, *rows]) + "\n"
 
 
-def test_own_run_read_back_differs_by_nothing(own: RunRecord, read: Read) -> None:
+def test_own_run_read_back_differs_by_nothing(own: RunRecord, read: Read, tmp_path: Path) -> None:
     forces = [own.contact_forces[n] for n in ("time_s", "normal_force_N", "tangential_force_N")]
     found = read(written(*forces)).record
     expected = record_of(Curves(*forces), SOFT, "own")
@@ -74,10 +74,12 @@ def test_own_run_read_back_differs_by_nothing(own: RunRecord, read: Read) -> Non
     # the run's own summary knows gaps and events between two steps, which no sample has
     for key, close in (("peak_normal_force_N", 1e-8), ("contact_time_s", 1e-6)):
         assert found.summary[key] == pytest.approx(own.summary[key], rel=0, abs=close)
-    sidecar = {"scalars": {key: own.summary[key] for key in ESTIMATED}}
-    stated = read(written(*forces), tomli_w.dumps(sidecar)).record
+    write_run(tmp_path, own)
+    stated = read_reference(str(tmp_path / "curves.csv"), SOFT).record
     assert {q.key: q.value(stated) for q in COMPARED} == {q.key: q.value(own) for q in COMPARED}
+    assert stated.errors == own.errors
     for name in ("normal_force_N", "tangential_force_N"):
+        np.testing.assert_array_equal(stated.history[name], own.contact_forces[name])
         metrics = compare_forces(own, stated, name)
         assert metrics is not None
         # arccos near 1 turns a round-off of 1e-16 into 1e-8

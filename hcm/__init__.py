@@ -5,6 +5,7 @@ compression-restitution and stick-slip events, generalized-alpha in time, in fli
 collocation.
 """
 
+from hcm.batch import Outcome, Scene, simulate_each, simulate_many, vary
 from hcm.model import RigidStart
 from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
 from hcm.posture import Posture
@@ -16,10 +17,12 @@ __all__ = [
     "Event",
     "Finger",
     "History",
+    "Outcome",
     "ParameterError",
     "Phalanx",
     "Posture",
     "RigidStart",
+    "Scene",
     "Settings",
     "Statistics",
     "Status",
@@ -28,4 +31,7 @@ __all__ = [
     "TapResult",
     "Tip",
     "simulate",
+    "simulate_each",
+    "simulate_many",
+    "vary",
 ]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.outline import Outline, depth
-from hcm.compiled import kernel
+from hcm.compiled import kernel, kernel_with
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.event_search import NO_EVENT
@@ -50,7 +50,7 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
         motion.jerk[i] = 0.0
 
 
-@kernel
+@kernel_with("contract", nogil=True)  # other threads run meanwhile: `hcm.batch`
 def advance(
     old: Motion, new: Motion, contact: Contact, clock: Clock, plan: Plan, integrator: AnyIntegrator,
     undamped: AnyIntegrator, probe: Probe, outline: Outline, record: Record,

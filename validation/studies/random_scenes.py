@@ -8,37 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
+from hcm import Drive, Finger, Phalanx, Scene, Settings, Surface, Tip
 
 NUMBERS = 24
 # steps of one random scene: enough for a tap, few enough for ten thousand scenes
 MAX_STEPS = 3_000
 MOST_ELEMENTS = 240
-
-
-@dataclass(frozen=True)
-class HcmScene:
-    """What ``hcm.simulate`` is given."""
-
-    finger: Finger
-    surface: Surface
-    tip: Tip
-    drive: Drive = field(default_factory=Drive)
-    settings: Settings = field(default_factory=Settings)
-
-    def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``hcm.simulate``."""
-        return dict(vars(self))
-
-    @property
-    def elements(self) -> int:
-        """Beam elements of all phalanges."""
-        return sum(p.elements for p in self.finger.phalanges)
 
 
 def random_numbers(seed: int, index: int) -> list[float]:
@@ -59,7 +37,7 @@ def _rare(number: float, share: float, special: float, otherwise: float) -> floa
     return special if number < share else otherwise
 
 
-def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmScene:
+def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> Scene:
     """The scene that `NUMBERS` numbers in [0, 1) stand for; nearby numbers give nearby scenes.
 
     E 1e4..1e12 Pa, rho 100..2e4, slenderness L/d 2..200, 1..30 phalanges of 1..40 elements, k
@@ -122,5 +100,5 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> HcmSce
         flight="rigid" if 0.1 < several < 0.2 or several > 0.9 else "elastic",
         flight_integrator="gauss" if collocated else "generalized-alpha",
     )
-    return HcmScene(finger, Surface(height, friction), tip,
-                    Drive(torques, gravity, reaction=0.4 < several < 0.5), settings)  # fmt: skip
+    return Scene(finger, Surface(height, friction), tip,
+                 Drive(torques, gravity, reaction=0.4 < several < 0.5), settings)  # fmt: skip

@@ -63,7 +63,7 @@ SECTIONS = (
         "Random scenes through hcm",
         (
             "Scenes of `fingertap stress`, far beyond any finger, of at most 3,000 steps each, on"
-            " all cores; processes started, compiled code loaded.",
+            " all cores; compiled code loaded.",
         ),
         (),
         ("throughput",),

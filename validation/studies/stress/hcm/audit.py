@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from hcm import Finger, Posture, Status, TapResult
+from hcm import Finger, Posture, Scene, Status, TapResult
 from hcm.simulate import LARGEST_RESIDUAL
-from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.stability_map import LARGEST_ERROR
 
 Floats = NDArray[np.float64]
@@ -77,7 +76,7 @@ def mechanics(finger: Finger, gravity: float, state: Posture) -> Mechanics:
     return Mechanics(kinetic, strain, potential, momentum, floor)
 
 
-def observed(scene: HcmScene) -> HcmScene:
+def observed(scene: Scene) -> Scene:
     """The scene with frames that count the turns of driven phalanges; the steps are the same."""
     s = scene.settings
     if not any(scene.drive.torques):
@@ -103,7 +102,7 @@ def _unresolved(time: Floats, rate: Floats) -> Floats:
     return np.asarray(np.maximum.accumulate(np.maximum(*either)))
 
 
-def _losses(scene: HcmScene, result: TapResult) -> Floats:
+def _losses(scene: Scene, result: TapResult) -> Floats:
     """What friction and the loops have taken up to every row, J."""
     h, tip = result.history, scene.tip
     power = -h.tangential_force_N * h.particle_velocity_m_per_s
@@ -123,7 +122,7 @@ def _turned(before: Posture, after: Posture) -> Floats:
     return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
 
 
-def _works(scene: HcmScene, result: TapResult) -> dict[float, float] | None:
+def _works(scene: Scene, result: TapResult) -> dict[float, float] | None:
     """Work of the torques up to each kept posture, by time, J; None if its turns are not known.
 
     The frames between the events must be dense enough to count the turns: see `observed`.
@@ -145,7 +144,7 @@ def _works(scene: HcmScene, result: TapResult) -> dict[float, float] | None:
     return works
 
 
-def audit(scene: HcmScene, result: TapResult) -> Iterator[str]:
+def audit(scene: Scene, result: TapResult) -> Iterator[str]:
     """What mechanics finds wrong with a run's states, one sentence each."""
     h = result.history
     states = result.event_postures[:: max(1, len(result.event_postures) // MOST_STATES)]

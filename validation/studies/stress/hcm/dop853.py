@@ -4,9 +4,9 @@ It shares the beams' forces with hcm, and neither the time integration, nor Newt
 hinges' multipliers, nor the search for events.
 """
 
+from hcm import Scene
 from hcm import reference_solution as truth
 from hcm.posture import Postures
-from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import examine, with_step
 from validation.studies.stress.judging import largest_difference
 from validation.studies.stress.stability_map import Answer, Verdict
@@ -17,7 +17,7 @@ RTOL, ATOL = 1e-7, 1e-11
 LONGEST_S = 0.01
 
 
-def judge_by_dop853(scene: HcmScene) -> Verdict:
+def judge_by_dop853(scene: Scene) -> Verdict:
     """The verdict of the laws, and then peak F_n, impulse and duration by DOP853."""
     found, result = examine(scene)
     if result is None:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import hcm
-from validation.studies.random_scenes import HcmScene
 from validation.studies.stated_errors import compare
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
@@ -33,7 +32,7 @@ def first_tap(result: hcm.TapResult) -> tuple[float, ...] | None:
     return tap_scalars(result.summary, result.history)
 
 
-def confirm(scene: HcmScene, result: hcm.TapResult, found: Verdict) -> Verdict:
+def confirm(scene: hcm.Scene, result: hcm.TapResult, found: Verdict) -> Verdict:
     """The verdict on a completed run, by a run with smaller steps and tolerances.
 
     A tighter run that does not end in the work allowed gives way to one that is less tight; where
@@ -53,7 +52,7 @@ def confirm(scene: HcmScene, result: hcm.TapResult, found: Verdict) -> Verdict:
     return replace(found, error=float("inf")).judged(Answer.WRONG, failed)
 
 
-def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
+def examine(scene: hcm.Scene) -> tuple[Verdict, hcm.TapResult | None]:
     """Run a scene and check its invariants; the result where it is right so far."""
     scene = observed(scene)
     try:
@@ -75,7 +74,7 @@ def examine(scene: HcmScene) -> tuple[Verdict, hcm.TapResult | None]:
     return found, result
 
 
-def with_step(found: Verdict, scene: HcmScene, result: hcm.TapResult) -> Verdict:
+def with_step(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
     """The verdict, which says so where the contact steps are far smaller than was asked."""
     rows = int((result.history.mode // 3 > 0).sum())
     step = (result.summary.contact_duration_s or 0.0) / max(rows, 1)
@@ -84,7 +83,7 @@ def with_step(found: Verdict, scene: HcmScene, result: hcm.TapResult) -> Verdict
     return found
 
 
-def judge_by_tighter_run(scene: HcmScene) -> Verdict:
+def judge_by_tighter_run(scene: hcm.Scene) -> Verdict:
     """Run a scene and a tighter one beside it; say what the answer is worth.
 
     Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
@@ -96,7 +95,7 @@ def judge_by_tighter_run(scene: HcmScene) -> Verdict:
     return with_step(confirm(scene, result, found), scene, result)
 
 
-def judge_by_laws(scene: HcmScene) -> Verdict:
+def judge_by_laws(scene: hcm.Scene) -> Verdict:
     """Run a scene and check its invariants, without a second run."""
     found, result = examine(scene)
     return found if result is None else with_step(found, scene, result)

@@ -5,8 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from hcm import Drive, Finger, Phalanx, Settings, Surface, Tip
-from validation.studies.random_scenes import HcmScene, random_numbers, random_scene
+from hcm import Drive, Finger, Phalanx, Scene, Settings, Surface, Tip
+from validation.studies.random_scenes import random_numbers, random_scene
 from validation.studies.stress.hcm.dop853 import judge_by_dop853
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.rigid_rod import judge_by_closed_form
@@ -21,7 +21,7 @@ def soft_finger(modulus: float = 1e9, count: int = 3, elements: int = 5) -> Fing
     return Finger((replace(SOFT, youngs_modulus=modulus, elements=elements),) * count)
 
 
-SOFT_SCENE = HcmScene(
+SOFT_SCENE = Scene(
     soft_finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
 )
 
@@ -31,29 +31,29 @@ def _soft(**settings: float) -> Settings:
     return replace(SOFT_SCENE.settings, **settings)  # type: ignore[arg-type]
 
 
-def _slender(slenderness: float, elements: float, modulus: float) -> HcmScene:
+def _slender(slenderness: float, elements: float, modulus: float) -> Scene:
     phalanx = Phalanx(0.04, 0.04 / slenderness, modulus, 1400.0, elements=int(elements))
     return replace(SOFT_SCENE, finger=Finger((phalanx,) * 3))
 
 
-def _many(count: float, modulus: float, elements: float) -> HcmScene:
+def _many(count: float, modulus: float, elements: float) -> Scene:
     finger = soft_finger(modulus, int(count), int(elements))
     return replace(SOFT_SCENE, finger=finger, surface=Surface(0.8 * finger.length, 0.5))
 
 
-def _bouncing_rod(restitution: float, end_time: float, friction: float) -> HcmScene:
+def _bouncing_rod(restitution: float, end_time: float, friction: float) -> Scene:
     """A rod that bounces about ten times a second."""
     settings = Settings(
         end_time=end_time, contact_step=1e-5, contact_tolerance=1e-9, max_steps=400_000
     )
-    return HcmScene(
+    return Scene(
         soft_finger(count=1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(),
         settings,
     )  # fmt: skip
 
 
-def _falling_rod(stiffness: float, modulus: float, height: float) -> HcmScene:
-    return HcmScene(
+def _falling_rod(stiffness: float, modulus: float, height: float) -> Scene:
+    return Scene(
         soft_finger(modulus, 1, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
         Settings(max_steps=10 * MAX_STEPS),
     )  # fmt: skip

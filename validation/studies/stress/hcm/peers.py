@@ -21,7 +21,6 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import workers
 from validation.models.adapter import Progress
 from validation.peers.scipy_ivp import solve_first_tap
-from validation.studies.random_scenes import HcmScene
 from validation.studies.stress.hcm.judge import first_tap, tighter
 from validation.studies.stress.hcm.maps import SOFT_SCENE, soft_finger
 from validation.studies.stress.judging import largest_difference
@@ -37,7 +36,7 @@ FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
 BEFORE, WINDOW = 0.002, 1.3
 
 
-def hard_cells() -> dict[str, HcmScene]:
+def hard_cells() -> dict[str, hcm.Scene]:
     """Scenes by why they are hard, those that every solver can express first."""
     settings = hcm.Settings(max_steps=100_000)
     soft = replace(SOFT_SCENE, surface=hcm.Surface(0.1, 0.0), settings=settings)
@@ -84,16 +83,16 @@ def _timed(solve: Callable[[], tuple[str, Tap | None]]) -> PeerAnswer:
     return ending, tap, time.perf_counter() - start
 
 
-def _hcm(scene: HcmScene) -> hcm.TapResult:
+def _hcm(scene: hcm.Scene) -> hcm.TapResult:
     return unless_interrupted(hcm.simulate(**scene.arguments()))
 
 
-def _given(scene: HcmScene) -> dict[str, Any]:
+def _given(scene: hcm.Scene) -> dict[str, Any]:
     """Finger, surface, tip and drive."""
     return {name: value for name, value in scene.arguments().items() if name != "settings"}
 
 
-def _exudyn(scene: HcmScene, contact_s: float, window_s: float) -> PeerAnswer:
+def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
     """In a process of its own, whose start and imports are not charged."""
     with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
         for name in ("exudyn", "exudyn.itemInterface"):
@@ -125,7 +124,7 @@ def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -
         return f"no answer after {seconds:g} s", None, seconds
 
 
-def _exudyn_cell(scene: HcmScene, result: hcm.TapResult, truth: Tap | None) -> str:
+def _exudyn_cell(scene: hcm.Scene, result: hcm.TapResult, truth: Tap | None) -> str:
     s = result.summary
     if scene.surface.friction or scene.tip.restitution < 1.0:
         return "not expressible without Python in the step"

@@ -16,14 +16,14 @@ import math
 
 import numpy as np
 
-from validation.studies.random_scenes import HcmScene
+from hcm import Scene
 from validation.studies.stress.hcm.judge import examine
 from validation.studies.stress.stability_map import Verdict
 
 POINTS = 40
 
 
-def closed_form(scene: HcmScene) -> dict[str, float]:
+def closed_form(scene: Scene) -> dict[str, float]:
     """t_c (s), peak F_n (N), duration (s) and impulse (N s) of a frictionless elastic tap."""
     phalanx, g, k = scene.finger.phalanges[0], scene.drive.gravity, scene.tip.normal_stiffness
     length, height = phalanx.length, scene.surface.height
@@ -46,7 +46,7 @@ def closed_form(scene: HcmScene) -> dict[str, float]:
     }
 
 
-def judge_by_closed_form(scene: HcmScene) -> Verdict:
+def judge_by_closed_form(scene: Scene) -> Verdict:
     """Right is what breaks no law and lies within `LARGEST_ERROR` of the closed form."""
     found, result = examine(scene)
     if result is None:

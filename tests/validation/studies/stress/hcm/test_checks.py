@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import hcm
 from tests.validation.studies.stress.taps import SOFT, TAP
 from validation.models.hcm import warm_up_flights
-from validation.studies.random_scenes import NUMBERS, HcmScene, random_numbers, random_scene
+from validation.studies.random_scenes import NUMBERS, random_numbers, random_scene
 from validation.studies.stress.hcm.audit import mechanics, observed
 from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.hcm.judge import first_tap
@@ -100,7 +100,7 @@ def test_frames_at_the_ends_of_steps_are_kept() -> None:
 def test_small_dents_are_resolved() -> None:
     """A stiff tip on a light finger: the steps follow the contact, whatever was asked for."""
     light = hcm.Finger((hcm.Phalanx(0.005, 3e-4, 1e9, 200.0, elements=2),))
-    scene = HcmScene(light, hcm.Surface(2e-4, 0.0), hcm.Tip(1e8), hcm.Drive(),
+    scene = hcm.Scene(light, hcm.Surface(2e-4, 0.0), hcm.Tip(1e8), hcm.Drive(),
                      hcm.Settings(max_steps=20_000))  # fmt: skip
     coarse = hcm.simulate(**scene.arguments())
     fine = replace(scene.settings, contact_step=1e-10, contact_tolerance=1e-15, max_steps=200_000)

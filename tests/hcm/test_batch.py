@@ -1,0 +1,149 @@
+"""Batches: the bits of single runs, whatever becomes of the scenes beside them."""
+
+import itertools
+import sys
+import threading
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm import batch, loop
+from tests.hcm.cases import SOFT, SOFT_TIP
+
+CHEAP = hcm.Settings(estimate=False, contact_step=1e-5, contact_tolerance=1e-9)
+SCENE = hcm.Scene(
+    hcm.Finger((replace(SOFT, elements=2),)), hcm.Surface(0.03, 0.5), SOFT_TIP, settings=CHEAP
+)
+HEIGHTS = [0.024, 0.026, 0.028, 0.03, 0.032]
+
+
+def scenes() -> list[hcm.Scene]:
+    """Of one and of two phalanges, falling as beams and as rods, with estimates and without."""
+    falls = [replace(SCENE, surface=hcm.Surface(height, 0.3)) for height in HEIGHTS]
+    rods = replace(CHEAP, flight="rigid")
+    two = hcm.Finger(SCENE.finger.phalanges * 2)
+    rigid = [
+        replace(SCENE, settings=rods, finger=two, surface=hcm.Surface(2 * height, 0.3))
+        for height in HEIGHTS
+    ]
+    told = [replace(falls[0], settings=replace(CHEAP, estimate=True))]
+    return [*falls, *rigid, *told]
+
+
+def test_each_scene_has_the_bits_of_its_own_run() -> None:
+    many = list(hcm.simulate_each(scenes(), threads=3))
+    for scene, outcome in zip(scenes(), many, strict=True):
+        alone = hcm.simulate(**scene.arguments())
+        assert outcome.status == alone.status.name
+        assert outcome.summary == alone.summary
+        assert outcome.errors == alone.errors
+        assert outcome.steps == alone.statistics.steps
+    assert many[-1].errors
+    assert len({outcome.summary for outcome in many}) == len(many) - 1
+
+
+def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = batch.simulate
+
+    def broken(surface: hcm.Surface, **given: Any) -> hcm.TapResult:
+        if surface.height in (HEIGHTS[1], 2 * HEIGHTS[1]):
+            raise ZeroDivisionError("of this scene")
+        return own(surface=surface, **given)
+
+    monkeypatch.setattr(batch, "simulate", broken)
+    short = replace(CHEAP, max_flight_time=1e-3)
+    given = scenes()
+    given[2] = replace(given[2], settings=short)
+    given[3] = replace(given[3], surface=hcm.Surface(1e-3, 0.3))  # cuts the finger
+    table = hcm.simulate_many(given, threads=2)
+    assert table["status"].values.tolist() == [
+        "COMPLETED", "FAILED", "NOT_REACHED", "REFUSED", "COMPLETED", "COMPLETED", "FAILED",
+        *["COMPLETED"] * 4,
+    ]  # fmt: skip
+    assert table["message"].values[1] == "ZeroDivisionError: of this scene"
+    assert "the surface cuts" in table["message"].values[3]
+    peaks = table["peak_normal_force_N"].values
+    assert np.isnan(peaks[[1, 2, 3, 6]]).all()
+    assert peaks[4] == own(**given[4].arguments()).summary.peak_normal_force_N
+
+
+def test_the_table_has_units_and_whole_columns() -> None:
+    table = hcm.simulate_many(scenes()[-2:])
+    assert dict(table.sizes) == {"scene": 2, "axis": 2}
+    assert table["normal_impulse_N_s"].units == "N s"
+    assert table["error_tip_velocity_at_contact_m_per_s"].units == "m/s"
+    assert table["tip_velocity_at_contact_m_per_s"].dims == ("scene", "axis")
+    assert table["steps"].dtype.kind == "i"
+    assert np.isnan(table["error_peak_normal_force_N"].values).tolist() == [True, False]
+    # an empty batch is a table too
+    assert hcm.simulate_many([]).sizes["scene"] == 0
+
+
+def test_scenes_are_asked_for_as_they_are_needed() -> None:
+    """So that neither scenes nor outcomes pile up, and an end is an end."""
+    asked = itertools.count()
+    endless = (SCENE for _ in asked)
+    stream = hcm.simulate_each(endless, threads=2)
+    for _ in range(3):
+        assert next(stream).status == "COMPLETED"
+    assert next(asked) <= 2 * batch.AHEAD * batch.PART + 1
+    stream.close()  # type: ignore[attr-defined]
+    assert not [t for t in threading.enumerate() if t.name.startswith("taps")]
+
+
+def test_what_runs_ends_when_nobody_waits_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that would take minutes is left between two calls of the loop."""
+    calls = itertools.count()
+    monkeypatch.setattr(sys.modules["hcm.simulate"], "TABLE_ROWS", 50)
+    long = replace(CHEAP, end_time=1e5, max_flight_time=1e5, max_steps=10**6, flight_tolerance=0.0)
+    upwards = replace(SCENE, settings=replace(long, flight_step=1e-4, end_time=50.0))
+    short = [replace(SCENE, surface=hcm.Surface(height, 0.5)) for height in HEIGHTS]
+    own = batch.simulate
+
+    def counted(progress: Any, **given: Any) -> hcm.TapResult:
+        def tell(fraction: float, doing: str) -> None:
+            next(calls)
+            progress(fraction, doing)
+
+        return own(progress=tell, **given)
+
+    monkeypatch.setattr(batch, "simulate", counted)
+    stream = hcm.simulate_each([*short, *short[:3], upwards], threads=2)
+    assert next(stream).status == "COMPLETED"
+    stream.close()  # type: ignore[attr-defined]
+    assert next(calls) < 10_000
+
+
+def test_other_threads_run_while_the_loop_does() -> None:
+    assert loop.advance.targetoptions["nogil"]
+
+
+def test_arrays_make_scenes() -> None:
+    frictions = np.array([0.0, 0.5])
+    columns = {"surface.friction": frictions, "phalanx.density": [1000, 2000]}
+    one, other = hcm.vary(SCENE, columns)
+    assert isinstance(one, hcm.Scene)
+    assert isinstance(other, hcm.Scene)
+    assert one.surface == replace(SCENE.surface, friction=0.0)
+    assert other.finger.phalanges[0].density == 2000
+    assert other.tip is SCENE.tip
+    (refused,) = hcm.vary(SCENE, {"tip.restitution": [2.0]})
+    assert "restitution = 2.0" in str(refused)
+    assert [o.status for o in hcm.simulate_each([refused, one])] == ["REFUSED", "COMPLETED"]
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"surface.slope": [1.0]}, "'surface.slope'"),
+        ({"finger.phalanges": [1.0]}, "'finger.phalanges'"),
+        ({"friction": [1.0]}, "'friction'"),
+        ({"surface.friction": [1.0], "tip.restitution": [1.0, 0.5]}, r"\[1, 2\] rows"),
+    ],
+)
+def test_wrong_columns_are_refused(columns: dict[str, list[float]], said: str) -> None:
+    with pytest.raises(hcm.ParameterError, match=said):
+        list(hcm.vary(SCENE, columns))

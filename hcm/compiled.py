@@ -13,8 +13,6 @@
   own file only; here it compares all of them (`source_stamp`).
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import re

@@ -5,8 +5,6 @@ and nowhere else. The loop returns to Python when its tables are full, so that p
 and a run can be interrupted.
 """
 
-from __future__ import annotations
-
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.outline import Outline, depth

@@ -1,7 +1,5 @@
 """The finger's shape at an instant, and how far a phalanx is bent."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import overload

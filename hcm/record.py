@@ -1,7 +1,5 @@
 """What a run writes down: the rows of its history and their energy audit, events, frames."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ Explicit steps are bounded by the shortest wave (about 1 us at 5 elements a phal
 square of the refinement), so a tap costs tenths of a second and the flight before it a minute.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

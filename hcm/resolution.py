@@ -8,8 +8,6 @@ trapezoidal rule; 1.04 times that at the default xi). Two readings of omega h:
   swing: omega h = pi/n. One of too few steps may be spurious, or hide others.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

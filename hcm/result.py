@@ -1,7 +1,5 @@
 """What a run returns: status with advice, history, events, statistics and summary."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum

@@ -1,7 +1,5 @@
 """Run the reduced model: from rest, through flight and contact, to separation or an end time."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Where the beams start: in flight, or at the touch that ends a flight as rigid rods."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from hcm.arrays import Floats

@@ -1,7 +1,5 @@
 """The state that steps are taken from: the motion, and the scalars that travel with it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

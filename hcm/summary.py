@@ -1,7 +1,5 @@
 """Scalars of the first tap, from the history and the located events."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

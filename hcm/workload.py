@@ -1,7 +1,5 @@
 """What a run will need, known before anything is allocated."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from hcm.parameters import Finger, ParameterError, Settings

@@ -7,7 +7,6 @@ from meshes.geometry import FingerGeometry
 from meshes.mesh import FingerMesh, MeshError
 from meshes.mirror import mirrored
 from meshes.plan import count_elements
-from meshes.quality import Quality, critical_step, quality
 from meshes.sizing import SIZINGS, Sizing
 
 __all__ = [
@@ -15,15 +14,12 @@ __all__ = [
     "FingerGeometry",
     "FingerMesh",
     "MeshError",
-    "Quality",
     "Sizing",
     "check_finger",
     "count_elements",
-    "critical_step",
     "finger_hexahedra",
     "finger_quadrilaterals",
     "mirrored",
-    "quality",
     "read",
     "write",
 ]

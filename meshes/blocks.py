@@ -6,8 +6,6 @@ Faces are found by their four corners and curves by their two ends, so that bloc
 same points share them. Lengths are in millimetres here: gmsh's tolerances are absolute.
 """
 
-from __future__ import annotations
-
 import ctypes
 import signal
 import threading

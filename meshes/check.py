@@ -1,7 +1,5 @@
 """What a mesh must be before a solver may have it."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

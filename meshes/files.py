@@ -5,8 +5,6 @@ Sets overlap, so each is a field of its own: ``nodes_NAME`` (0 or 1 per point), 
 meshio's format modules are called directly, because ``meshio.read`` ends the process on bad files.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The whole finger: phalanges meshed one by one, snapped, numbered and put in a row."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

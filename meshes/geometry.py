@@ -1,7 +1,5 @@
 """The finger's outer shape: a chain of round phalanges along -X, the first hinge at the origin."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """The mesh that everything else receives, the package's array types and its one exception."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

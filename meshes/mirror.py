@@ -1,7 +1,5 @@
 """The full body from the half model: its mirror image about the plane of motion joined to it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from meshes.mesh import FingerMesh, Ints, MeshError

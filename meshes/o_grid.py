@@ -20,8 +20,6 @@ preset, at a smallest scaled Jacobian of 0.66 and an aspect ratio below 2.5. A f
 Laplacian smoothing afterwards made that length smaller, not larger.
 """
 
-from __future__ import annotations
-
 import math
 
 CORE_SIDE = 0.70

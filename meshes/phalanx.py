@@ -1,7 +1,5 @@
 """One phalanx as a block structure, in its own coordinates: proximal end at x = 0, along -x."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 Everything is known before gmsh starts, so that absurd requests cost nothing.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

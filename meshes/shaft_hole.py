@@ -15,8 +15,6 @@ has, in its lower and its upper half (here the lower), two blocks around the hol
 Across, the blocks A and B repeat in the section's two layers: core (below) and ring (above).
 """
 
-from __future__ import annotations
-
 import math
 
 from meshes.blocks import Blocks

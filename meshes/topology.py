@@ -1,7 +1,5 @@
 """Sides, orientation (VTK order) and numbering of elements."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee

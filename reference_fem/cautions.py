@@ -1,7 +1,5 @@
 """What a run's numbers should not be trusted for, judged from its own record."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reference_fem.arrays import Array, Flags

@@ -5,8 +5,6 @@ own file only. Here what is cached is stale once a file in the kernel's folder, 
 are (see `elements.loops`), or any file of this package that these import has changed.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import re

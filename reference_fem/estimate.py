@@ -7,8 +7,6 @@
   follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

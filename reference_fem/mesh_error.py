@@ -14,8 +14,6 @@
 They add up.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """From mesh, materials, surface and drive to the arrays that the explicit loop runs on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

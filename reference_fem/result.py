@@ -3,8 +3,6 @@
 A half model's forces, energies and areas are doubled before they get here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ Masses, mass centres and moments of inertia are those of the lumped nodal masses
 explicit run which takes over has the same momentum and energy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

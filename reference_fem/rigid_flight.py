@@ -1,7 +1,5 @@
 """The rigid chain's flight down to the surface, and the state just before it touches."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """The one call: a finger falls and taps a surface."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator, Sequence

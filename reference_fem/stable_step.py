@@ -1,7 +1,5 @@
 """The largest stable step of the explicit loop, contact penalty included."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Axial stress at R: mid-length of the last phalanx, lower surface."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

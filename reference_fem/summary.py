@@ -1,7 +1,5 @@
 """The scalars of the first tap, from the record of every step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where a falling finger touches, and how hard: by its rigid chain and Hertz's law."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Transitions of a contact that is spread over many nodes, from its resultant."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

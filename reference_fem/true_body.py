@@ -1,7 +1,5 @@
 """The rigid chain of the finger's true shape, which a mesh of flat facets cuts corners off."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How long a run will take, said before it starts."""
 
-from __future__ import annotations
-
 from reference_fem.model import Model
 from reference_fem.settings import Settings
 

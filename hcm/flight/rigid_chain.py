@@ -11,8 +11,6 @@ which are those of ANCF elements (sections without rotary inertia, torques on a 
 slope) that neither bend nor stretch.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ Where that is below the error asked for, the thin rods of `hcm.flight.rigid_chai
 the beams take over, unstrained, at the touch.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, ta
 stage is the next step's first.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hcm.arrays import Floats

@@ -8,8 +8,6 @@ suspect a dip below zero in between. An event function that starts at zero (it h
 two events coincide) is judged by where it goes: it fires again only after it has been positive.
 """
 
-from __future__ import annotations
-
 import math
 
 from hcm.compiled import kernel

@@ -10,8 +10,6 @@ stable at any step (Hairer, Lubich and Wanner 2006, sections II.1.3, IV.2.1, VI.
 The stages are solved for by Newton's iteration (`gauss_systems`).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve

@@ -14,8 +14,6 @@ the angle, without a stiffness in front. The hinges that B_i is opened at by tha
 moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hcm.arrays import Floats

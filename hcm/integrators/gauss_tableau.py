@@ -6,8 +6,6 @@ vibration keeps its amplitude and is out of phase by (s!)^2/((2 s)! (2 s + 1)!) 
 its angle (Hairer, Lubich and Wanner 2006, sections II.1.3 and IV.2; Hairer and Wanner 1996, IV.5).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

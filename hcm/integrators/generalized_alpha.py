@@ -8,8 +8,6 @@ beta = (1 + alpha_f - alpha_m)^2/4: order 2 in q, v and lam, spectral radius xi 
 frequency. The equations of motion hold at the step's end with q..1 and lam1 as unknowns.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hcm.arrays import Floats

@@ -3,8 +3,6 @@
 Both integrators of the reduced model iterate with factors of an earlier tangent.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hcm.arrays import Floats, Ints

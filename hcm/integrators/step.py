@@ -5,8 +5,6 @@ Gauss collocation. The choice is made by the type, while the loop is compiled: a
 use collocation neither compiles it nor hands its arrays around.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

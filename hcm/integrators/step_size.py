@@ -1,7 +1,5 @@
 """How long the next step is: Newton's convergence, the phase's tolerance, the first event."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the integrator keeps: coefficients, factors and scratch, and how they are made."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

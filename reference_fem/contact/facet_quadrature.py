@@ -1,7 +1,5 @@
 """Gauss points on the facets that may touch."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Coulomb friction with a tangential penalty, by return mapping."""
 
-from __future__ import annotations
-
 import math
 
 from reference_fem.compiled import njit

@@ -1,7 +1,5 @@
 """Contact without a penalty: nodes are stopped at the surface by forward-increment multipliers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The contact laws by name."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The point of a solid on which a lumped contact law acts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Node-to-plane penalty contact with Coulomb friction: one evaluation at one time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How far a round tip stands out of the flat facets that mesh it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from meshes import FingerMesh

@@ -1,7 +1,5 @@
 """Nodal penalty stiffness and tributary area of the surface that may touch."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from meshes.topology import local_facets

@@ -9,8 +9,6 @@ body's impedance stop it; three times as much changes the peak by 0.05 % (their 
 c/κ is some nanoseconds).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 A checksum says that a file is what was written, not that a run wrote it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields
 

@@ -1,7 +1,5 @@
 """Explicit central differences (leapfrog): one fused update of all nodes."""
 
-from __future__ import annotations
-
 from numba import prange
 
 from reference_fem.arrays import Array

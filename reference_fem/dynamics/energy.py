@@ -1,7 +1,5 @@
 """Energy audit of one state: every term from its own source, none from the sum of forces."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reference_fem.arrays import Array

@@ -1,7 +1,5 @@
 """What ends a run that has gone wrong: lost energy, elements turned inside out, too much work."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reference_fem.dynamics.state import State

@@ -1,7 +1,5 @@
 """Drives the explicit loop: when to search for contact, what to record, when to stop."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Where the explicit loop stands between two blocks, and its form in a restart file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 

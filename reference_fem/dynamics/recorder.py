@@ -1,7 +1,5 @@
 """Keeps what a run of unknown length has to show, in bounded memory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Generic, TypeVar, cast

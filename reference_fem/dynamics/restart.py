@@ -1,7 +1,5 @@
 """Restart files: a run that is killed at any moment resumes to the same result, bit for bit."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import hashlib

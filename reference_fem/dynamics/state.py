@@ -1,7 +1,5 @@
 """The explicit run's state: all that a restart needs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from reference_fem.arrays import Array

@@ -1,7 +1,5 @@
 """A block of explicit steps: state in, state out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

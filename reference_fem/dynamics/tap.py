@@ -1,7 +1,5 @@
 """When a tap begins, and when it is over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

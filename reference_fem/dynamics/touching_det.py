@@ -1,7 +1,5 @@
 """Smallest Jacobian of the elements that touch: whether one of them is turned inside out."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reference_fem.arrays import Array, Index

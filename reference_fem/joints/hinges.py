@@ -1,7 +1,5 @@
 """Hinges: exact constraints on mean positions, by Lagrange multipliers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Weights of a face's mean position: by area, so that they do not depend on where its nodes lie."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from meshes.topology import outer_facets

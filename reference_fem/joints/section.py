@@ -1,7 +1,5 @@
 """Sections of nodes: their best-fit planar rotation, and joint torques as couples on them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -18,8 +18,6 @@ area in contact sticks and moves along the plane as one (Mindlin's problem, its 
 the normal pressure left out); η² is the ratio of the two tangent stiffnesses of that area.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

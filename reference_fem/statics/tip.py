@@ -4,8 +4,6 @@ Small strain, small rotation, the trilinear hexahedron of the explicit runs (dev
 2 x 2 x 2 points, volumetric part at one), assembled by scikit-fem, one sparse factorization.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -11,8 +11,9 @@ import meshes
 from meshes.finger import snap
 from meshes.phalanx import mesh_phalanx
 from meshes.plan import plan_finger
-from meshes.quality import edge_lengths, scaled_jacobians
+from meshes.quality import scaled_jacobians
 from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, L, R
+from tests.meshes.lengths import edge_lengths
 
 
 @pytest.mark.parametrize("angle", [0.0, 5.0, 20.0, 39.0, 45.0, 52.0, 60.0, 75.0, 83.0, 90.0])

@@ -1,7 +1,5 @@
 """The style that all figures share, and panels that are written atomically."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

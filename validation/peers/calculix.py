@@ -1,7 +1,5 @@
 """CalculiX (GPL-2 or later): parts of an input file, one run of the program, what it printed."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -6,8 +6,6 @@ fixed floor, ``*DYNAMIC`` with automatic increments. Its mass is consistent wher
 lumped, and its contact has no dashpots.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -5,8 +5,6 @@ arming, no origin shift: RK45, rtol 1e-3, atol 1e-6, an event function that fall
 a phase.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The JSON Schema of a scene, from the tables and the solvers' settings themselves."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import inspect

@@ -1,7 +1,5 @@
 """A new scene as commented TOML, every key of it from the schema."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator
 from typing import Any

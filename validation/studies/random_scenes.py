@@ -4,8 +4,6 @@ Hypothesis and the campaign both hand in such numbers: what one finds, the other
 ranges reach far beyond any finger; a scene may be hopeless, but it must be answered.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

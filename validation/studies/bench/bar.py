@@ -3,8 +3,6 @@
 A program that is not installed is left out; one that fails is a row that says how.
 """
 
-from __future__ import annotations
-
 import subprocess
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Random scenes through hcm on all cores: how many a second, and how they end."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections import Counter

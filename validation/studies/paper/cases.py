@@ -8,8 +8,6 @@ start from q.. = 0 (fig. 6). The times under fig. 13's postures (67.2, 9.1 and 6
 no multiples of 1 ms; all nine are multiples of 0.02 ms, the longest flight step that they allow.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 _PAPER = (

@@ -1,7 +1,5 @@
 """Section 4.2.2, figs. 11 and 12: Young's modulus, slenderness and hysteresis."""
 
-from __future__ import annotations
-
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import (
     Runs,

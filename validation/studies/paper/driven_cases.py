@@ -6,8 +6,6 @@ other tangential stiffnesses (the article gives none), and the article's numeric
 that its arrival times give under them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ The torques act at once on a finger without damping: what follows rings at every
 mesh holds. Readings that depend on that ringing are given with their variations (`driven_cases`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

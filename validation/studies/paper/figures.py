@@ -1,7 +1,5 @@
 """The paper's figures from our own runs: 7 to 12 of the free finger, 13 to 16 of the driven one."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

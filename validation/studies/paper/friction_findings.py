@@ -1,7 +1,5 @@
 """Section 4.2.1, fig. 10: the friction study of the soft finger."""
 
-from __future__ import annotations
-
 from validation.studies.paper.cases import ETA2, STRESS_VARIED, friction_case
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import (

@@ -5,8 +5,6 @@ nor its penalty, so both are varied: penalty factors on that mesh and on one of 
 elements, and the preset that `fingertap converge` has found to be converged.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ measurements of one unknown: least squares on the relative residuals
 with the standard uncertainty s/|J|, s^2 = sum r^2/(3 - 1), J = dr/dfactor (linear regression).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

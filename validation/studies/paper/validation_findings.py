@@ -1,7 +1,5 @@
 """Sections 4.1 and 5: tables 2 and 3, figs. 7 and 9."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import NoEstimate, Overrides
+from validation.harness.command_line import NoEstimate, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
@@ -44,7 +44,7 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame"
 
 
 def compare(
-    scene: str,
+    scene: Source,
     /,
     *,
     model: str,
@@ -56,16 +56,10 @@ def compare(
 
     Parameters
     ----------
-    scene
-        A built-in scene or the path of a TOML file.
     model
         hcm, fem3d or fem2d.
-    overrides
-        The change, KEY=VALUE as often as needed: --set solver.fem.flight=explicit
     out
         Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
-    no_estimate
-        Leave the estimates of both runs' errors out.
 
     Raises
     ------

@@ -18,8 +18,8 @@ from validation.converge.verdicts import (
     preset_rows,
     verdict_rows,
 )
-from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import Flag, Overrides
+from validation.errors import RunFailedError
+from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.files import output_folder, safe_name
@@ -27,7 +27,7 @@ from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.store import Store
 from validation.harness.tables import write_table
 from validation.models.adapter import Progress
-from validation.models.solid import DIMENSIONS, size_scale
+from validation.models.solid import size_scale
 
 
 def run_levels(
@@ -72,7 +72,7 @@ def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
 
 
 def run_converge(
-    scene: str,
+    scene: Source,
     /,
     *,
     model: Literal["fem3d", "fem2d"] = "fem3d",
@@ -84,12 +84,8 @@ def run_converge(
 
     Parameters
     ----------
-    scene
-        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
     model
         fem3d or fem2d.
-    overrides
-        KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
     quick
         Coarser levels: two minutes instead of a half hour, and a wider error bar.
     out
@@ -104,8 +100,6 @@ def run_converge(
     """
     import pandas as pd
 
-    if model not in DIMENSIONS:
-        raise UserError(f"--model {model}: must be one of {', '.join(DIMENSIONS)}")
     output_folder(out / "converge")
     with progress_bar("converge") as progress:
         progress(0.0, "impact state")

@@ -1,18 +1,28 @@
-"""Parameters that several commands share, as the command line names them."""
+"""Parameters that several commands share, as the command line names and explains them."""
 
 from collections.abc import Sequence
 from typing import Annotated
 
 from cyclopts import Parameter
 
-Overrides = Annotated[Sequence[str], Parameter(name="--set", negative="")]
-"""KEY=VALUE texts, one after each ``--set``."""
+Source = Annotated[
+    str,
+    Parameter(
+        help="A built-in scene (hard, soft, driven-1, driven-2, driven-3) or a TOML file's path."
+    ),
+]
+_SET = "KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7"
+Overrides = Annotated[Sequence[str], Parameter(name="--set", negative="", help=_SET)]
 
 Flag = Annotated[bool, Parameter(negative="")]
 """A switch that is off unless it is given."""
 
-NoEstimate = Annotated[bool, Parameter(name="--no-estimate", negative="")]
-"""Whether runs go without estimates of their errors, as with ``solver.hcm.estimate=false``."""
+_AGAIN = "Run everything again; without it an unchanged run that is in OUT/store is read back."
+Fresh = Annotated[bool, Parameter(negative="", help=_AGAIN)]
 
-AsJson = Annotated[bool, Parameter(name="--json", negative="")]
-"""Whether one JSON object is printed and nothing else."""
+_LEFT_OUT = "Leave the estimates of errors out, which take up to a third of a run's time."
+NoEstimate = Annotated[bool, Parameter(name="--no-estimate", negative="", help=_LEFT_OUT)]
+
+AsJson = Annotated[
+    bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")
+]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from validation.compare.grid_convergence import Convergence
-from validation.harness.command_line import AsJson, Overrides
+from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.harness.files import output_folder, safe_name, write_json
@@ -108,7 +108,7 @@ def draw(path: Path, found: ContactIdentification) -> None:
 
 
 def run_identify_contact(
-    scene: str,
+    scene: Source,
     /,
     *,
     overrides: Overrides = (),
@@ -119,12 +119,6 @@ def run_identify_contact(
 
     Parameters
     ----------
-    scene
-        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
-    overrides
-        KEY=VALUE with a dotted key, as often as needed: --set material.poisson_ratio=0.45
-    as_json
-        Print only one JSON object.
     out
         Folder for identify/: contact-SCENE as CSV, Markdown, LaTeX, JSON and PNG.
 

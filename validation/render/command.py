@@ -32,8 +32,6 @@ def render(
         The folder of a finished solid run, or a scene, which is run first.
     model
         The model to run a scene with: fem3d (default) or fem2d.
-    overrides
-        KEY=VALUE with a dotted key for a scene, as often as needed.
     out
         Folder for render/NAME-WHAT.png and .gif, and for run/SCENE-MODEL/ of a scene.
 
@@ -69,8 +67,6 @@ def render(
 
 def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
     """The folder of a new run, kept as ``fingertap run`` keeps it."""
-    if model == "hcm":
-        raise UserError("--model hcm: beams have no fields to draw; use fem3d or fem2d")
     scene = load_scene(source, (*overrides, *without_estimate(model)))
     folder = output_folder(out / "run" / safe_name(f"{scene.name}-{model}"))
     with progress_bar(f"{scene.name} {model}") as progress:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import AsJson, Flag, NoEstimate, Overrides
+from validation.harness.command_line import AsJson, Flag, Fresh, NoEstimate, Overrides, Source
 from validation.harness.console import output, progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
@@ -26,7 +26,7 @@ Result = TypeVar("Result")
 
 
 def run_scene(
-    scene: str,
+    scene: Source,
     /,
     *,
     model: str,
@@ -34,7 +34,7 @@ def run_scene(
     as_json: AsJson = False,
     out: Path | None = None,
     resume: Flag = False,
-    fresh: Flag = False,
+    fresh: Fresh = False,
     no_estimate: NoEstimate = False,
 ) -> None:
     """Run, print, keep; a run that writes files and is stored already is read back.
@@ -44,22 +44,13 @@ def run_scene(
 
     Parameters
     ----------
-    scene
-        A built-in scene (hard, soft, driven-1, driven-2, driven-3) or the path of a TOML file.
     model
         hcm: the reduced model. fem3d, fem2d: finite elements. Or an installed plug-in's name.
-    overrides
-        KEY=VALUE with a dotted key, as often as needed: --set surface.friction=0.7
-    as_json
-        Print only one JSON object; files are written only if --out is given or the run fails.
     out
-        Folder for run/SCENE-MODEL/ with summary.json, history.nc, curves.csv and fields; by default out.
+        Folder for run/SCENE-MODEL/ with summary.json, history.nc, curves.csv and fields; by default
+        out. With --json files are written only if it is given or the run fails.
     resume
         Continue a run that was killed, from the restart file in its folder, to the same result.
-    fresh
-        Run again; without it an unchanged run that is in OUT/store is read back.
-    no_estimate
-        Leave the estimates of errors out, which take up to a third of the run's time.
 
     Raises
     ------

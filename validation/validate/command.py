@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.errors import OutsideToleranceError, RunFailedError
-from validation.harness.command_line import Flag, NoEstimate
+from validation.harness.command_line import Flag, Fresh, NoEstimate
 from validation.harness.console import output, progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
@@ -83,7 +83,7 @@ def run_validation(
     tolerance: str = "",
     out: Path = Path("out"),
     ladder: Flag = False,
-    fresh: Flag = False,
+    fresh: Fresh = False,
     no_estimate: NoEstimate = False,
 ) -> None:
     """Run, compare, tabulate, draw, and write the page.
@@ -107,10 +107,6 @@ def run_validation(
         junit.xml, figures, renders, runs.
     ladder
         Compare with the converged reference on the ladder's third rung: minutes longer.
-    fresh
-        Run everything again; without it a run that is unchanged is read back from OUT/store.
-    no_estimate
-        Leave the estimates of the runs' errors out.
 
     Raises
     ------

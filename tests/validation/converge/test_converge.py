@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.validation.commands import Run
 from validation.compare.grid_convergence import Convergence
 from validation.converge.command import run_converge
 from validation.converge.refinements import PENALTY, SHAFT_MESH, TIP_MESH, TIP_PRESSED, refinements
 from validation.converge.verdicts import preset_rows
-from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
 
@@ -61,9 +61,8 @@ def test_preset_is_known_by_its_distance_and_every_refinement_but_the_penaltys()
     assert row["uncertainty_percent"] == pytest.approx(0.5 + 0.4 + 0.2 + 0.1)
 
 
-def test_unreachable_scene_and_unknown_model_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="fem3d"):
-        run_converge("soft", model="hcm", quick=True, out=tmp_path)  # type: ignore[arg-type]
+def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:
+    assert "fem3d" in fingertap("converge", "soft", "--model", "hcm", "--out", tmp_path).refusal
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from validation.compare.claims import read_claims
-from validation.harness.command_line import Flag
+from validation.harness.command_line import Fresh
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
@@ -55,7 +55,7 @@ def solve_all(progress: Progress, store: Store) -> tuple[Runs, IdentifiedTorque]
         ), found
 
 
-def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = False) -> None:
+def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh = False) -> None:
     """Run, judge, tabulate, draw, and write the page.
 
     Parameters
@@ -64,8 +64,6 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Flag = 
         Folder for paper/: index.html, ledger.csv, figures.
     reference
         Whether to run the ls-dyna-like reference too; its rows are not judged without it.
-    fresh
-        Run everything again; without it a run that is unchanged is read back from OUT/store.
 
     Raises
     ------

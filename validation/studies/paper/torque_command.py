@@ -47,13 +47,7 @@ def identify_and_predict() -> tuple[IdentifiedTorque, Predictions]:
 
 
 def run_identify_torque(*, as_json: AsJson = False) -> None:
-    """Identify, predict and print.
-
-    Parameters
-    ----------
-    as_json
-        Print only one JSON object.
-    """
+    """Identify, predict and print."""
     identified, predicted = identify_and_predict()
     found = identified.common
     if as_json:

@@ -1,7 +1,6 @@
 """Compliance of a meshed fingertip under forces near the point where it touches: linear statics.
 
-Small strain, small rotation, the trilinear hexahedron of the explicit runs (deviatoric part at
-2 x 2 x 2 points, volumetric part at one), assembled by scikit-fem, one sparse factorization.
+Small strain, small rotation, the 8-point hexahedron of the explicit runs, one sparse factorization.
 """
 
 from dataclasses import dataclass
@@ -11,6 +10,9 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array, Flags, Index
+from reference_fem.elements.base import lame_constants
+from reference_fem.elements.frequency import element_stiffness
+from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 
 # Candidates whose three loads are solved for at once.
@@ -169,54 +171,20 @@ def _solve(
 
 
 def _stiffness(points: Array, cells: Index, material: Material) -> Any:
-    """K_e = Σ_q w_q B_dᵀ 2G B_d + V b_0ᵀ K b_0, numbered node by node.
-
-    B_d (6 x 24) is the deviatoric strain at the 2 x 2 x 2 points, b_0 (24) the divergence at the
-    middle; gradients and weights are scikit-fem's.
-    """
+    """Stiffness of the elements `hex8`, numbered node by node."""
     from scipy.sparse import coo_matrix
-    from skfem import Basis, ElementHex1, MeshHex
-    from skfem.io.meshio import INV_HEX_MAPPING
 
-    nodes = cells.T[INV_HEX_MAPPING[:8]]
-    mesh = MeshHex(np.ascontiguousarray(points.T), nodes, sort_t=False, validate=False)
-    full = Basis(mesh, ElementHex1(), intorder=3)
-    middle = Basis(mesh, ElementHex1(), quadrature=(np.full((3, 1), 0.5), np.ones(1)))
-    shear = material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio))
-    strain = _strain(_gradients(full))
-    strain[..., :3, :] -= strain[..., :3, :].sum(axis=-2, keepdims=True) / 3.0
-    # Engineering shears γ = 2 ε store 2G · 2 ε² = G γ²: half the weight of a normal strain.
-    weight = np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0]) * shear
-    scaled = strain * weight[:, None] * full.dx[..., None, None]
-    n_cells = len(cells)
-    # Both with the points and strains of a cell in one row index: one product per cell.
-    element = np.matmul(
-        scaled.reshape(n_cells, -1, 24).transpose(0, 2, 1), strain.reshape(n_cells, -1, 24)
+    mu, lame = lame_constants(*np.array([[material.youngs_modulus], [material.poisson_ratio]]))
+    element = np.concatenate(
+        [
+            element_stiffness(g.gradients, g.weights, mu, lame, mean_dilatation=True)
+            for g in geometries(points, cells)
+        ]
     )
-    spread = _strain(_gradients(middle))[:, 0, :3].sum(axis=1)
-    volume = middle.dx[:, 0]
-    element += np.einsum("e,ei,ej->eij", material.bulk_modulus * volume, spread, spread)
-    dofs = (3 * nodes.T[:, :, None] + np.arange(3)).reshape(n_cells, 24)
-    rows = np.repeat(dofs, 24, axis=1).ravel()
-    columns = np.tile(dofs, (1, 24)).ravel()
+    dofs = (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), 24)
+    rows, columns = np.repeat(dofs, 24, axis=1).ravel(), np.tile(dofs, (1, 24)).ravel()
     size = 3 * len(points)
     return coo_matrix((element.ravel(), (rows, columns)), shape=(size, size)).tocsr()
-
-
-def _gradients(basis: Any) -> Array:
-    """Shape functions' gradients, (n_cells, n_points, 8, 3)."""
-    return np.stack([basis.basis[i][0].grad for i in range(8)]).transpose(2, 3, 0, 1)
-
-
-def _strain(gradient: Array) -> Array:
-    """B: strains (xx, yy, zz, yz, xz, xy; shears γ) of the 24 nodal displacements, (.., 6, 24)."""
-    b = np.zeros((*gradient.shape[:2], 6, 8, 3))
-    for d in range(3):
-        b[..., d, :, d] = gradient[..., d]
-        one, other = (d + 1) % 3, (d + 2) % 3
-        b[..., 3 + d, :, one] = gradient[..., other]
-        b[..., 3 + d, :, other] = gradient[..., one]
-    return b.reshape(*gradient.shape[:2], 6, 24)
 
 
 def _section(points: Array, x: float) -> Index:

@@ -11,16 +11,11 @@ class Bound:
 
     Parameters
     ----------
-    unit
-        SI unit, "" for a pure number.
-    above, below
-        Open bounds.
-    at_least, at_most
-        Closed bounds.
-    integer
-        Whether only whole numbers are allowed.
-    advice
-        What is usual, or what to do instead.
+    unit : SI unit, "" for a pure number
+    above, below : open bounds
+    at_least, at_most : closed bounds
+    integer : whether only whole numbers are allowed
+    advice : what is usual, or what to do instead
     """
 
     unit: str = ""

@@ -16,17 +16,13 @@ class FingerGeometry:
 
     Parameters
     ----------
-    lengths
-        Length of each phalanx in m. The last one includes its hemispherical end.
-    diameters
-        Diameter of each phalanx in m.
-    tip
-        ``"hemisphere"``: the last phalanx ends in a half-sphere of radius d/2;
-        ``"flat"``: it ends in a plane.
-    shaft_radius
-        Radius of the shafts at the hinges, m, each in a hole about the hinge axis that lies half
-        in the one phalanx's end and half in its neighbour's; at most `LARGEST_SHAFT` of the
-        smallest phalanx's radius. None: no holes, the ends are plane.
+    lengths : length of each phalanx in m. The last one includes its hemispherical end.
+    diameters : diameter of each phalanx in m
+    tip : ``"hemisphere"``: the last phalanx ends in a half-sphere of radius d/2; ``"flat"``: it
+        ends in a plane.
+    shaft_radius : radius of the shafts at the hinges, m, each in a hole about the hinge axis that
+        lies half in the one phalanx's end and half in its neighbour's; at most `LARGEST_SHAFT` of
+        the smallest phalanx's radius. None: no holes, the ends are plane.
 
     Raises
     ------

@@ -22,20 +22,15 @@ class FingerMesh:
 
     Parameters
     ----------
-    points
-        Node positions, (n_points, dim), m.
-    cells
-        Nodes of each element, (n_cells, 8 or 4), in VTK's (and gmsh's) order.
-    node_sets
-        Sorted node numbers by name: ``hinge_w_proximal``, ``hinge_w_distal``, ``proximal_face_w``,
-        ``distal_face_w``, ``tip``, ``pole`` and (3D) ``symmetry``; w counts phalanges from 1.
-        A hinge takes the mean position by area of its nodes' face: the end face, or the edges that
-        a shaft's hole has in it.
-    facet_sets
-        Nodes of outer facets by name, (k, 4 or 2), outward oriented: ``surface`` (all of the last
-        phalanx that can touch), ``tip``.
-    cell_sets
-        Sorted element numbers by name: ``phalanx_w``.
+    points : node positions, (n_points, dim), m
+    cells : nodes of each element, (n_cells, 8 or 4), in VTK's (and gmsh's) order
+    node_sets : sorted node numbers by name: ``hinge_w_proximal``, ``hinge_w_distal``,
+        ``proximal_face_w``, ``distal_face_w``, ``tip``, ``pole`` and (3D) ``symmetry``; w counts
+        phalanges from 1. A hinge takes the mean position by area of its nodes' face: the end face,
+        or the edges that a shaft's hole has in it.
+    facet_sets : nodes of outer facets by name, (k, 4 or 2), outward oriented: ``surface`` (all of
+        the last phalanx that can touch), ``tip``
+    cell_sets : sorted element numbers by name: ``phalanx_w``
     """
 
     points: Floats

@@ -31,20 +31,15 @@ class HoledEnd:
 
     Parameters
     ----------
-    x
-        Of the end face, mm.
-    inwards
-        Direction from the end face into the phalanx along X, 1 or -1.
-    station
-        Points of the section, at ``x + inwards * HINGE_DEPTH * radius``.
+    x : of the end face, mm
+    inwards : direction from the end face into the phalanx along X, 1 or -1
+    station : points of the section, at ``x + inwards * HINGE_DEPTH * radius``
 
     Attributes
     ----------
-    face, hole, shaft, symmetry
-        Tags of the end's faces (curves in 2D) by role.
-    edges
-        Curves (points in 2D) of the hole that lie in the end face; the mean of their nodes lies on
-        the hinge axis.
+    face, hole, shaft, symmetry : tags of the end's faces (curves in 2D) by role
+    edges : curves (points in 2D) of the hole that lie in the end face; the mean of their nodes lies
+        on the hinge axis.
     """
 
     def __init__(

@@ -123,8 +123,8 @@ def astray(edges: Array, touched: Flags) -> float | None:
 
     Parameters
     ----------
-    edges : (k,)
-        Roots of the areas of the nodes that may touch; a mesh of similar ones is not refined.
+    edges : (k,), roots of the areas of the nodes that may touch; a mesh of similar ones is not
+        refined.
     touched : (k,)
     """
     if not touched.any() or not np.isfinite(edges).all():

@@ -91,8 +91,7 @@ def estimated(run: TapResult, given: Given, companion: Companion | None, again: 
 
     Parameters
     ----------
-    again
-        Taps with another mesh from a rigid state.
+    again : taps with another mesh from a rigid state
 
     Raises
     ------

@@ -58,14 +58,9 @@ STEPS = 2.0
 class Resolution:
     """How finely a run resolves its contact.
 
-    Attributes
-    ----------
-    edge
-        Where it touches, m.
-    patch
-        Hertz's radius at the run's peak force, m.
-    section
-        Size of the shafts' cells over their diameter.
+    edge : where it touches, m
+    patch : Hertz's radius at the run's peak force, m
+    section : size of the shafts' cells over their diameter
     """
 
     edge: float
@@ -108,8 +103,7 @@ def tap_errors(run: TapResult, other: Other | None, resolution: Resolution) -> d
 
     Parameters
     ----------
-    other
-        Without one the resolution alone says what the mesh leaves wrong.
+    other : without one the resolution alone says what the mesh leaves wrong
     """
     soft, softer = springs(run), 0.0 if other is None else springs(other.run)
     coarse, allowance = resolution.coarse, resolution.allowance

@@ -24,35 +24,21 @@ from reference_fem.stress_probe import StressProbe, build_probe
 class Model:
     """Constants of a run. Masses, stiffnesses and torques are those of the mesh as given.
 
-    Attributes
-    ----------
-    points, cells
-        Of the mesh.
-    kernel
-        Elements.
+    points, cells : of the mesh
+    kernel : elements
     mass, inverse_mass : (n_points,)
-    copies
-        2 for a half model, else 1: what sums are multiplied by for the full body.
-    symmetry : (k,)
-        Nodes held in the plane Z = 0.
-    hinges, couples, contact, probe
-        See their classes.
-    pole
-        Node at the tip's end on the axis.
-    chain
-        Rigid chain for the flight; None for a free body (a mesh without hinges).
-    body_of_point : (n_points,)
-        Phalanx of each node, from 0.
-    touching_body
-        The phalanx whose surface may touch.
-    skin : (n,)
-        Cells with a node that may touch.
+    copies : 2 for a half model, else 1: what sums are multiplied by for the full body
+    symmetry : (k,), nodes held in the plane Z = 0
+    hinges, couples, contact, probe : see their classes
+    pole : node at the tip's end on the axis
+    chain : rigid chain for the flight; None for a free body (a mesh without hinges).
+    body_of_point : (n_points,), phalanx of each node, from 0
+    touching_body : the phalanx whose surface may touch
+    skin : (n,), cells with a node that may touch
     surface, gravity
-    step_s
-        Δt.
-    transit_s, grain_s
-        Times of an axial wave over the length of the last phalanx and over the smallest cell
-        that may touch.
+    step_s : Δt
+    transit_s, grain_s : times of an axial wave over the length of the last phalanx and over the
+        smallest cell that may touch
     """
 
     points: Array

@@ -76,33 +76,22 @@ class Sampled(Generic[Number]):
     gravity + contact + friction dissipation + contact damping - drive work, which the
     discretization alone keeps from being zero, covers a skipped flight as well.
 
-    Attributes
-    ----------
-    time_s : (n,)
-        Absolute time.
-    normal_force_N : (n,)
-        On the tip, pushing up.
-    tangential_force_N : (n,)
-        On the tip, along +X.
-    tip_position_m, tip_velocity_m_per_s : (n, 2)
-        Of the pole, the tip's end on the axis.
-    stress_R_Pa : (n,)
-        Axial Cauchy stress at R, mid-length of the last phalanx, lower surface.
-    kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,)
-        Contact energy is that of the law's normal and tangential springs.
-    hourglass_energy_J : (n,)
-        What hourglass control holds of the strain energy; 0 for elements without it.
-    friction_dissipation_J, contact_damping_J, drive_work_J, energy_balance_J : (n,)
-        Contact damping is what dashpots take, and the lumped law's hysteresis.
-    coulomb_excess : (n,)
-        Largest |f_t| - μ f_n over the nodes in contact, N.
-    contact_area_m2 : (n,)
-        Tributary area of the nodes or quadrature points in contact; a round patch has the radius
-        sqrt(area/π).
-    peak_pressure_Pa : (n,)
-        Largest contact pressure of a node, averaged over its tributary area.
-    hinge_reactions_N : (n, P, 2)
-        Force that hinge w exerts on phalanx w.
+    time_s : (n,), absolute time
+    normal_force_N : (n,), on the tip, pushing up
+    tangential_force_N : (n,), on the tip, along +X
+    tip_position_m, tip_velocity_m_per_s : (n, 2), of the pole, the tip's end on the axis
+    stress_R_Pa : (n,), axial Cauchy stress at R, mid-length of the last phalanx, lower surface
+    kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,), contact energy is
+        that of the law's normal and tangential springs
+    hourglass_energy_J : (n,), what hourglass control holds of the strain energy; 0 for elements
+        without it.
+    friction_dissipation_J, contact_damping_J, drive_work_J, energy_balance_J : (n,), contact
+        damping is what dashpots take, and the lumped law's hysteresis
+    coulomb_excess : (n,), largest |f_t| - μ f_n over the nodes in contact, N
+    contact_area_m2 : (n,), tributary area of the nodes or quadrature points in contact; a round
+        patch has the radius sqrt(area/π).
+    peak_pressure_Pa : (n,), largest contact pressure of a node, averaged over its tributary area
+    hinge_reactions_N : (n, P, 2), force that hinge w exerts on phalanx w
     """
 
     time_s: Number
@@ -143,11 +132,8 @@ class History(Sampled[Array]):
 class ForceRecord:
     """Contact of every step of the window, arrays of length s (the history is sampled).
 
-    Attributes
-    ----------
     time_s, normal_force_N, tangential_force_N : (s,)
-    lowest_gap_m : (s,)
-        Height of the lowest surface node above the plane.
+    lowest_gap_m : (s,), height of the lowest surface node above the plane
     """
 
     time_s: Array
@@ -160,17 +146,12 @@ class ForceRecord:
 class Snapshot:
     """Fields at one time, on the mesh as given (a half model stays half).
 
-    Attributes
-    ----------
-    time_s
-        Absolute time.
-    displacement, velocity : (n_points, dim)
-        m and m/s, at the same time.
+    time_s : absolute time
+    displacement, velocity : (n_points, dim), m and m/s, at the same time
     von_mises_Pa : (n_cells,)
-    contact_pressure_Pa : (n_points,)
-        Normal force of each node over its tributary area; zero off the patch.
-    at_peak
-        True for the snapshot nearest to the peak normal force.
+    contact_pressure_Pa : (n_points,), normal force of each node over its tributary area; zero off
+        the patch.
+    at_peak : True for the snapshot nearest to the peak normal force
     """
 
     time_s: float
@@ -214,17 +195,12 @@ class Summary:
 class TapResult:
     """A run's outcome.
 
-    Attributes
-    ----------
-    status, message
-        How it ended, in one word and in one sentence with numbers and remedy.
-    history, forces, snapshots, summary
-        See the classes. After a failure they hold what was computed before it.
-    cautions
-        What the numbers should not be trusted for, one sentence each; see `cautions`.
-    errors
-        Estimated absolute errors by the summary's names; inf where there is none to be had, empty
-        where none were asked for or the run is not complete.
+    status, message : how it ended, in one word and in one sentence with numbers and remedy
+    history, forces, snapshots, summary : see the classes. After a failure they hold what was
+        computed before it.
+    cautions : what the numbers should not be trusted for, one sentence each; see `cautions`.
+    errors : estimated absolute errors by the summary's names; inf where there is none to be had,
+        empty where none were asked for or the run is not complete.
     """
 
     status: Status

@@ -26,19 +26,12 @@ class ChainState:
 class RigidChain:
     """P rigid bodies chained by hinges, the first hinge fixed.
 
-    Attributes
-    ----------
-    mass, inertia : (P,)
-        Inertia about the body's own mass centre, about Z, kg·m².
-    arms : (P, P, 2)
-        arms[w, j]: what body j adds, at rest, to the mass centre of body w: hinge to hinge for
-        j < w, hinge to mass centre for j = w, zero beyond.
-    origins : (P, 2)
-        Rest position of each body's first hinge.
-    torques : (P,)
-        Absolute torques t_w (no reaction on the neighbour).
-    gravity
-        g along -Y.
+    mass, inertia : (P,), inertia about the body's own mass centre, about Z, kg·m²
+    arms : (P, P, 2), arms[w, j]: what body j adds, at rest, to the mass centre of body w: hinge to
+        hinge for j < w, hinge to mass centre for j = w, zero beyond
+    origins : (P, 2), rest position of each body's first hinge
+    torques : (P,), absolute torques t_w (no reaction on the neighbour)
+    gravity : g along -Y
     """
 
     mass: Array
@@ -122,12 +115,9 @@ def build_chain(
     Parameters
     ----------
     points : (n_points, dim)
-    lumped_mass : (n_points,)
-        As meshed; `torques` must belong to the same (half or full) body.
-    body_nodes
-        Nodes of each phalanx.
-    hinge_points : (P, 2)
-        Rest position of each phalanx's first hinge.
+    lumped_mass : (n_points,), as meshed; `torques` must belong to the same (half or full) body.
+    body_nodes : nodes of each phalanx
+    hinge_points : (P, 2), rest position of each phalanx's first hinge
     """
     count = len(body_nodes)
     mass, inertia = np.zeros(count), np.zeros(count)
@@ -177,10 +167,8 @@ def fly(
 
     Parameters
     ----------
-    gap
-        Of the angles (P,): height of the lowest surface node above the plane, m.
-    tolerance
-        Relative, of a step.
+    gap : of the angles (P,): height of the lowest surface node above the plane, m
+    tolerance : relative, of a step
 
     Returns
     -------

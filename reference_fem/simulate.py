@@ -42,22 +42,16 @@ def simulate(
 
     Parameters
     ----------
-    mesh
-        3D (the half Z >= 0 with a node set `symmetry`, or the full body) or 2D (plane stress).
-    materials
-        One per phalanx.
-    surface, drive, settings
-        See `settings`.
-    progress
-        Called with the share done and what is going on.
-    start
-        Rigid state to start the flight from: absolute angles, rates and time; None: at rest
+    mesh : 3D (the half Z >= 0 with a node set `symmetry`, or the full body) or 2D (plane stress)
+    materials : one per phalanx
+    surface, drive, settings : see `settings`
+    progress : called with the share done and what is going on
+    start : rigid state to start the flight from: absolute angles, rates and time; None: at rest
         along -X at t = 0. An impact state starts right above the surface.
-    restart
-        Where the explicit run leaves what it needs to be resumed after a kill, and whether to
+    restart : where the explicit run leaves what it needs to be resumed after a kill, and whether to
         resume; None: nowhere.
-    companion
-        What `Settings.estimate` takes beside the run itself; without it estimates tell less.
+    companion : what `Settings.estimate` takes beside the run itself; without it estimates tell
+        less.
 
     Returns
     -------

@@ -91,10 +91,8 @@ def lanczos_frequency(kernel: ElementKernel, springs: Array, symmetry: Index) ->
 
     Parameters
     ----------
-    springs : (n_nodes,)
-        k_i of the contact nodes, zero elsewhere, N/m.
-    symmetry : (k,)
-        Nodes held in the plane Z = 0.
+    springs : (n_nodes,), k_i of the contact nodes, zero elsewhere, N/m
+    symmetry : (k,), nodes held in the plane Z = 0
     """
     shape = (kernel.n_nodes, kernel.dim)
     root = 1.0 / np.sqrt(kernel.lumped_mass)[:, None]

@@ -20,13 +20,9 @@ class StressProbe:
     beam's "axial + bending" stress (paper section 4), free of the mesh's arrangement. Centre
     values of a linear field are exact, so for bending the line is as well.
 
-    Attributes
-    ----------
     cells : (k,)
-    weights : (k,)
-        The reading is weights·σ: the line fit is linear in its data.
-    section
-        Of the cells' nodes, for the rotation.
+    weights : (k,), the reading is weights·σ: the line fit is linear in its data
+    section : of the cells' nodes, for the rotation
     """
 
     cells: Index
@@ -52,8 +48,7 @@ def build_probe(
     ----------
     points : (n_points, dim)
     cells : (n_cells, 8 | 4)
-    candidates : (m,)
-        Cells of the last phalanx.
+    candidates : (m,), cells of the last phalanx
     cell_volume : (n_cells,)
     lumped_mass : (n_points,)
     """

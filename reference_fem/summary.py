@@ -33,12 +33,9 @@ def summarize(
 
     Parameters
     ----------
-    friction
-        μ; stick and slip mean nothing at 0 and are then None.
-    tip_velocity
-        Of the pole at the first touch.
-    separation_s
-        Absolute time of the first tap's end.
+    friction : μ; stick and slip mean nothing at 0 and are then None.
+    tip_velocity : of the pole at the first touch
+    separation_s : absolute time of the first tap's end
     """
     touched = np.flatnonzero(forces.normal_force_N > 0.0)
     if not touched.size:

@@ -16,17 +16,11 @@ from reference_fem.settings import Drive, Material, Settings, Surface
 class Touch:
     """A prediction before anything is solved, good to some 5 % in the patch on the paper's fingers.
 
-    Attributes
-    ----------
-    angle
-        Between the last phalanx's axis and the direction to the surface, rad, 0 to π/2: one that
-        lies θ below the horizontal touches a ball's π/2 - θ off its axis.
-    speed
-        Of the lowest point towards the surface, m/s; at least 0.
-    mass
-        That it meets the surface with, kg.
-    force, patch_radius
-        Hertz's at the turn, N and m.
+    angle : between the last phalanx's axis and the direction to the surface, rad, 0 to π/2: one
+        that lies θ below the horizontal touches a ball's π/2 - θ off its axis
+    speed : of the lowest point towards the surface, m/s; at least 0.
+    mass : that it meets the surface with, kg
+    force, patch_radius : Hertz's at the turn, N and m
     """
 
     angle: float

@@ -25,10 +25,8 @@ def turning_points(force: Array, prominence: float) -> TurningPoints:
 
     Parameters
     ----------
-    force : (n,)
-        F_n, N.
-    prominence
-        N, greater than 0.
+    force : (n,), F_n, N
+    prominence : N, greater than 0
     """
     maxima: list[int] = []
     minima: list[int] = []
@@ -66,12 +64,9 @@ def slip_states(
 
     Parameters
     ----------
-    normal, tangential : (n,)
-        F_n and F_t, N.
-    friction
-        μ, greater than 0.
-    least_normal
-        N.
+    normal, tangential : (n,), F_n and F_t, N
+    friction : μ, greater than 0
+    least_normal : N
     """
     counted = normal >= least_normal
     f_t = tangential[counted]

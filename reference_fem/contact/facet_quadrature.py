@@ -16,14 +16,9 @@ _CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
 class FacetQuadrature:
     """Shape functions and weights, of reference facets.
 
-    Attributes
-    ----------
-    facets : (n_facets, n)
-        n = 4 for bilinear quadrilaterals, 2 for edges.
-    shape : (q, n)
-        N_i at the points.
-    weight : (n_facets, q)
-        Reference area of each point, m²; an edge's is length times thickness.
+    facets : (n_facets, n), n = 4 for bilinear quadrilaterals, 2 for edges
+    shape : (q, n), N_i at the points
+    weight : (n_facets, q), reference area of each point, m²; an edge's is length times thickness.
     """
 
     facets: Index
@@ -47,8 +42,7 @@ def facet_quadrature(
     ----------
     points : (n_points, dim)
     facets : (n_facets, 4 | 2)
-    thickness : (n_facets,)
-        Of edges, m.
+    thickness : (n_facets,), of edges, m
     """
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     corners = points[facets]

@@ -21,12 +21,9 @@ def return_map(
 
     Parameters
     ----------
-    stiffness
-        k, N/m.
-    offset_x, offset_z
-        x - a, m; a planar problem has no z component.
-    limit
-        μ f_n, N.
+    stiffness : k, N/m
+    offset_x, offset_z : x - a, m; a planar problem has no z component.
+    limit : μ f_n, N
 
     Returns
     -------

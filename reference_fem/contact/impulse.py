@@ -44,13 +44,11 @@ def impulse_forces(
 
     Parameters
     ----------
-    motion, memory
-        See `law`; one site a node, without an anchor.
+    motion, memory : see `law`; one site a node, without an anchor.
     nodes, area : (k,)
-    residual : (n_points, dim)
-        All forces on the surface's nodes but contact, internal minus external, without gravity.
-    row : (COLUMNS,)
-        Dissipation by the trapezoid rule over the motion of the last step.
+    residual : (n_points, dim), all forces on the surface's nodes but contact, internal minus
+        external, without gravity
+    row : (COLUMNS,), dissipation by the trapezoid rule over the motion of the last step
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step, gravity = motion.height, motion.friction, motion.step, motion.gravity

@@ -32,15 +32,10 @@ COLUMNS = 8
 class Motion(NamedTuple):
     """Where the surface is and how it moves; compiled kernels take it as it is.
 
-    Attributes
-    ----------
-    points, displacement, velocity : (n_points, dim)
-        X, u at t_n and v at t_n - Δt/2.
+    points, displacement, velocity : (n_points, dim), X, u at t_n and v at t_n - Δt/2
     inverse_mass : (n_points,)
-    gravity, step
-        g along -Y, m/s²; Δt, s.
-    height, friction
-        H, m, and μ.
+    gravity, step : g along -Y, m/s²; Δt, s.
+    height, friction : H, m, and μ
     """
 
     points: Array
@@ -56,11 +51,9 @@ class Motion(NamedTuple):
 class Memory(NamedTuple):
     """A law's history, s entries of its own meaning (nodes or quadrature points).
 
-    Attributes
-    ----------
     touching : (s,)
-    anchor, spring_force : (s, dim - 1)
-        Anchors of the tangential springs (m) and the last tangential forces (N).
+    anchor, spring_force : (s, dim - 1), anchors of the tangential springs (m) and the last
+        tangential forces (N)
     """
 
     touching: Flags
@@ -76,14 +69,10 @@ class Memory(NamedTuple):
 class ContactLaw(ABC):
     """See the module's docstring.
 
-    Attributes
-    ----------
-    nodes : (k,)
-        Nodes that may touch.
-    area : (k,)
-        Tributary reference area of each node, m²; infinite where there is no pressure to tell.
-    stiffness : (k,)
-        Bound on the contact stiffness of each node, N/m.
+    nodes : (k,), nodes that may touch
+    area : (k,), tributary reference area of each node, m²; infinite where there is no pressure to
+        tell.
+    stiffness : (k,), bound on the contact stiffness of each node, N/m
     """
 
     nodes: Index
@@ -111,8 +100,7 @@ class ContactLaw(ABC):
         Parameters
         ----------
         displacement : (n_points, dim)
-        _angle
-            Rotation of the last phalanx so far, to within half a turn, rad.
+        _angle : rotation of the last phalanx so far, to within half a turn, rad
         """
         shape = self.sites, displacement.shape[1] - 1
         return Memory(np.zeros(self.sites, dtype=np.bool_), np.zeros(shape), np.zeros(shape))

@@ -21,18 +21,12 @@ from reference_fem.settings import Material, Settings
 class TouchingBody:
     """What laws are built from.
 
-    Attributes
-    ----------
     mesh
-    facets : (n_facets, 4 | 2)
-        Of the mesh, that may touch.
-    mass : (n_points,)
-        As meshed.
-    copies
-        2 for a half model, else 1.
+    facets : (n_facets, 4 | 2), of the mesh, that may touch
+    mass : (n_points,), as meshed
+    copies : 2 for a half model, else 1
     cell_volume, cell_bulk_modulus : (n_cells,)
-    material, radius
-        Of the phalanx that touches; R of its end, m.
+    material, radius : of the phalanx that touches; R of its end, m.
     """
 
     mesh: meshes.FingerMesh

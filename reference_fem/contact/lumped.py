@@ -40,15 +40,13 @@ class LumpedContact:
 
     Parameters
     ----------
-    normal_stiffness
-        k, N/m, greater than 0.
-    restitution
-        e*, energetic coefficient, greater than 0 and at most 1.
-    tangential_ratio
-        η⁻², tangential over normal stiffness, at least 0; 0 transmits no tangential force.
-    hertz_force
-        None: the law above. A force F*, N: Hertz's law instead of the linear normal element,
-        F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at F*.
+    normal_stiffness : k, N/m, greater than 0
+    restitution : e*, energetic coefficient, greater than 0 and at most 1
+    tangential_ratio : η⁻², tangential over normal stiffness, at least 0; 0 transmits no tangential
+        force.
+    hertz_force : None: the law above. A force F*, N: Hertz's law instead of the linear normal
+        element, F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at
+        F*.
 
     Raises
     ------
@@ -103,11 +101,8 @@ class LumpedLaw(ContactLaw):
     Its history's `anchor` is (1, MEMORY + 1): the memory of `lumped_force`, then the point's
     rotation θ, which counts full turns.
 
-    Attributes
-    ----------
     point, constants
-    copies
-        2 for a half model, else 1: the constants are those of the full body.
+    copies : 2 for a half model, else 1: the constants are those of the full body
     """
 
     point: LumpedPoint
@@ -198,12 +193,9 @@ def lumped_force(
     Parameters
     ----------
     x, gap : m
-    speed_x, speed_y
-        Of the half step that led here, m/s: they place the crossing inside the step.
-    memory : (MEMORY,)
-        Changed in place. TOUCHING is 0 or 1.
-    energies : (ENERGIES,)
-        Filled.
+    speed_x, speed_y : of the half step that led here, m/s: they place the crossing inside the step
+    memory : (MEMORY,), changed in place. TOUCHING is 0 or 1.
+    energies : (ENERGIES,), filled
     """
     energies[:] = 0.0
     if memory[TOUCHING] == 0.0:

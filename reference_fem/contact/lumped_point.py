@@ -19,15 +19,10 @@ class LumpedPoint:
 
         g = Σ w_i y_i - R + H,   x_C = Σ w_i x_i + R θ,   f_i = w_i (F_t, F_n), couple R F_t.
 
-    Attributes
-    ----------
-    section
-        Its nodes.
+    section : its nodes
     weights : (k,)
-    rest : (2,)
-        Mean of the undeformed nodes, m.
-    radius
-        m.
+    rest : (2,), mean of the undeformed nodes, m
+    radius : m
     """
 
     section: Section

@@ -44,13 +44,10 @@ def contact_forces(
 
     Parameters
     ----------
-    motion, memory
-        See `law`; one site a node.
+    motion, memory : see `law`; one site a node.
     nodes, stiffness, area : (k,)
-    residual : (n_points, dim)
-        Internal minus external force, N; changed in place.
-    row : (COLUMNS,)
-        Filled with this evaluation's totals; DISSIPATION holds the increment.
+    residual : (n_points, dim), internal minus external force, N; changed in place.
+    row : (COLUMNS,), filled with this evaluation's totals; DISSIPATION holds the increment.
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, touching = motion.height, motion.friction, memory.touching

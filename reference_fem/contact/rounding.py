@@ -44,8 +44,7 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
 
     Parameters
     ----------
-    shape : (q, n)
-        N_i at the points.
+    shape : (q, n), N_i at the points
     """
     ball = sphere(mesh.points[np.unique(mesh.facet_sets.get("tip", np.empty(0, dtype=np.int64)))])
     out = np.zeros((len(facets), len(shape)))

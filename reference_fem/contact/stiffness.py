@@ -86,8 +86,7 @@ def penalty_contact(
     cells : (n_cells, 8 | 4)
     facets : (n_facets, 4 | 2)
     cell_volume, cell_bulk_modulus : (n_cells,)
-    penalty_factor
-        f.
+    penalty_factor : f
     """
     cell = adjoining_cells(cells, facets)
     area, share = facet_areas(points, facets)

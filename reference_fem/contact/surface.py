@@ -25,16 +25,11 @@ from reference_fem.contact.law import ContactLaw, Memory, Motion
 class SurfaceContact(ContactLaw):
     """p = max(0, -κ g - c g') at quadrature points of the facets below the surface.
 
-    Attributes
-    ----------
-    quadrature
-        Facets, shape functions and weights.
-    out : (n_facets, q)
-        How far the body's true surface stands out of the facets (see `rounding`), m.
-    modulus
-        κ, Pa/m.
-    viscosity
-        c, Pa s/m.
+    quadrature : facets, shape functions and weights
+    out : (n_facets, q), how far the body's true surface stands out of the facets (see `rounding`),
+        m
+    modulus : κ, Pa/m
+    viscosity : c, Pa s/m
     """
 
     quadrature: FacetQuadrature
@@ -127,16 +122,12 @@ def surface_forces(
 
     Parameters
     ----------
-    motion, memory
-        See `law`; one site a point, tangential forces are tractions times w_q, N.
+    motion, memory : see `law`; one site a point, tangential forces are tractions times w_q, N.
     facets : (n_facets, n)
     shape : (q, n)
-    weight : (n_facets, q)
-        m².
-    out : (n_facets, q)
-        s, m.
-    modulus, viscosity
-        κ, Pa/m, and c, Pa s/m.
+    weight : (n_facets, q), m²
+    out : (n_facets, q), s, m
+    modulus, viscosity : κ, Pa/m, and c, Pa s/m
     residual : (n_points, dim)
     row : (COLUMNS,)
     """

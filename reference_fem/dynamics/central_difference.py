@@ -24,13 +24,10 @@ def leapfrog(
 
     Parameters
     ----------
-    displacement, velocity : (n_points, dim)
-        Updated in place.
-    residual : (n_points, dim)
-        r: internal minus external force without gravity, N.
+    displacement, velocity : (n_points, dim), updated in place
+    residual : (n_points, dim), r: internal minus external force without gravity, N
     inverse_mass : (n_points,)
-    gravity, step
-        g along -Y, m/s²; Δt, s.
+    gravity, step : g along -Y, m/s²; Δt, s.
     """
     solid = displacement.shape[1] == 3
     fall = step * gravity

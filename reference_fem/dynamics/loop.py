@@ -30,14 +30,9 @@ SPEED_MARGIN = 1.0
 class Reporting:
     """What a run reports to as it goes on.
 
-    Attributes
-    ----------
-    progress
-        Called after each block.
-    restart
-        File that is written to after each block that finds it due.
-    started
-        `time.perf_counter()` of the caller's start, for the wall time.
+    progress : called after each block
+    restart : file that is written to after each block that finds it due
+    started : `time.perf_counter()` of the caller's start, for the wall time
     """
 
     progress: Progress | None = None
@@ -58,8 +53,7 @@ def explicit_tap(
 
     Parameters
     ----------
-    recorder
-        Of the run that this one continues.
+    recorder : of the run that this one continues
     """
     reporting = reporting or Reporting()
     recorder = recorder or Recorder(settings)

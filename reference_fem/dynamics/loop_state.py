@@ -19,20 +19,13 @@ from reference_fem.model import Model
 class LoopState:
     """Where the loop stands between two blocks; with the recorder, all that it needs to go on.
 
-    Attributes
-    ----------
     state, tap
-    start_s
-        Time at which the explicit run began.
-    largest_kinetic_J, largest_error_J
-        Of the audits so far.
-    origin_energy_J
-        What the balance is measured from: 0 for a body that set out from the mesh's rest position
-        at rest; None takes the first audit of the run.
-    audits
-        Number of audits so far.
-    spent_s
-        Wall time of the runs that this one continues.
+    start_s : time at which the explicit run began
+    largest_kinetic_J, largest_error_J : of the audits so far
+    origin_energy_J : what the balance is measured from: 0 for a body that set out from the mesh's
+        rest position at rest; None takes the first audit of the run.
+    audits : number of audits so far
+    spent_s : wall time of the runs that this one continues
     """
 
     state: State

@@ -31,13 +31,10 @@ class Restart:
 
     Parameters
     ----------
-    path
-        An .npz file, replaced as a whole at each writing. It stays when the run ends: whoever
+    path : an .npz file, replaced as a whole at each writing. It stays when the run ends: whoever
         keeps the result removes it then, so that a kill in between loses nothing.
-    resume
-        Whether to continue from the file; without a file there the run starts afresh.
-    every_s
-        Wall time between two writings, s; 0 writes after every block of steps.
+    resume : whether to continue from the file; without a file there the run starts afresh.
+    every_s : wall time between two writings, s; 0 writes after every block of steps.
     """
 
     path: Path
@@ -102,10 +99,8 @@ class RestartFile:
 
     Parameters
     ----------
-    restart
-        Where, and how often.
-    run
-        The run's identity; a file with another one is refused.
+    restart : where, and how often
+    run : the run's identity; a file with another one is refused.
     """
 
     def __init__(self, restart: Restart, run: Mapping[str, str]) -> None:

@@ -12,24 +12,14 @@ class State:
 
     Sums are over the mesh as given (a half model's are half).
 
-    Attributes
-    ----------
-    step
-        n, counted from the start of the explicit run.
-    time_s
-        t_n.
-    displacement : (n_points, dim)
-        u at t_n.
-    velocity : (n_points, dim)
-        v at t_n - Δt/2.
-    memory
-        History of the contact law after the last evaluation.
-    dissipation_J
-        Friction dissipation up to the last evaluation.
-    damping_J
-        What the contact's dashpots took up to the last evaluation.
-    face_angles : (n_couples,)
-        Rotation of the driven faces, rad: keeps the branch of full turns.
+    step : n, counted from the start of the explicit run
+    time_s : t_n
+    displacement : (n_points, dim), u at t_n
+    velocity : (n_points, dim), v at t_n - Δt/2
+    memory : history of the contact law after the last evaluation
+    dissipation_J : friction dissipation up to the last evaluation
+    damping_J : what the contact's dashpots took up to the last evaluation
+    face_angles : (n_couples,), rotation of the driven faces, rad: keeps the branch of full turns
     """
 
     step: int

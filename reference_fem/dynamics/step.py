@@ -17,21 +17,16 @@ from reference_fem.model import Model
 class Block:
     """What a block of steps saw, summed over the mesh as given.
 
-    Attributes
-    ----------
-    log : (steps, COLUMNS)
-        Contact at t_n, t_{n+1}, ... (see `contact.law`); DISSIPATION and DAMPING accumulate from
-        the start of the run. All zero, and GAP infinite, where contact was not searched for.
-    velocity : (n_points, dim)
-        v at t_n, synchronous with the displacement of the state that went in.
-    stored_J, hourglass_J
-        Stored energy at t_n, and what hourglass control holds of it.
-    reactions : (P, 2)
-        Hinge forces at t_n.
-    pressure : (n_points,)
-        Contact pressure at t_n, Pa: each node's normal force over its tributary area.
-    searched
-        Whether contact was searched for.
+    log : (steps, COLUMNS), contact at t_n, t_{n+1}, ... (see `contact.law`); DISSIPATION and
+        DAMPING accumulate from the start of the run. All zero, and GAP infinite, where contact was
+        not searched for.
+    velocity : (n_points, dim), v at t_n, synchronous with the displacement of the state that went
+        in
+    stored_J, hourglass_J : stored energy at t_n, and what hourglass control holds of it
+    reactions : (P, 2), hinge forces at t_n
+    pressure : (n_points,), contact pressure at t_n, Pa: each node's normal force over its tributary
+        area
+    searched : whether contact was searched for
     """
 
     log: Array
@@ -59,8 +54,8 @@ def start_state(
 
     Parameters
     ----------
-    angles : (phalanges,)
-        Rotations of the phalanges so far, to within half a turn; None: less than half a turn.
+    angles : (phalanges,), rotations of the phalanges so far, to within half a turn; None: less than
+        half a turn.
 
     Raises
     ------
@@ -106,8 +101,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
 
     Parameters
     ----------
-    search
-        False skips contact: the caller knows that the surface is out of reach.
+    search : False skips contact: the caller knows that the surface is out of reach
 
     A driven face must not turn by half a turn or more within a block: the drive work counts its
     turns from one block to the next.

@@ -16,15 +16,10 @@ class Hinges:
     `hinge_{w+1}_proximal` (weights +) to that of `hinge_w_distal` (weights -). Rotation about
     the hinge stays free. Means are by area (`mean_position.mean_weights`).
 
-    Attributes
-    ----------
     nodes : (k,)
-    weights : (k,)
-        c_i; those of one side sum to +-1.
-    starts : (P + 1,)
-        Hinge h owns entries starts[h]:starts[h+1].
-    inverse_schur : (P, P)
-        (C M⁻¹ Cᵀ)⁻¹, kg.
+    weights : (k,), c_i; those of one side sum to +-1.
+    starts : (P + 1,), hinge h owns entries starts[h]:starts[h+1]
+    inverse_schur : (P, P), (C M⁻¹ Cᵀ)⁻¹, kg
     """
 
     nodes: Index
@@ -43,8 +38,7 @@ def build_hinges(sides: list[tuple[tuple[Index, Array], ...]], lumped_mass: Arra
 
     Parameters
     ----------
-    sides
-        Per hinge its sides; a side's weights sum to +1 or -1.
+    sides : per hinge its sides; a side's weights sum to +1 or -1.
     lumped_mass : (n_points,)
     """
     nodes = [np.concatenate([side[0] for side in hinge]) for hinge in sides]
@@ -87,12 +81,10 @@ def hinge_reactions(
 
     Parameters
     ----------
-    displacement, velocity : (n_points, dim)
-        u at t_n and v at t_n - Δt/2.
-    residual : (n_points, dim)
-        r, internal minus external force without gravity; changed in place to r - Cᵀλ.
-    reactions : (P, 2)
-        Filled with λ, the force of the hinge on its proximal set, N.
+    displacement, velocity : (n_points, dim), u at t_n and v at t_n - Δt/2
+    residual : (n_points, dim), r, internal minus external force without gravity; changed in place
+        to r - Cᵀλ.
+    reactions : (P, 2), filled with λ, the force of the hinge on its proximal set, N
     """
     count = starts.size - 1
     right = np.zeros((count, 2))

@@ -26,8 +26,7 @@ def mean_weights(points: Array, cells: Index, nodes: Index, radius: float) -> tu
     points : (n_points, dim)
     cells : (n_cells, 8 | 4)
     nodes : (k,)
-    radius
-        R of the phalanx, m; used in 2D.
+    radius : R of the phalanx, m; used in 2D.
 
     Returns
     -------

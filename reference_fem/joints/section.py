@@ -13,11 +13,8 @@ from reference_fem.compiled import njit
 class Section:
     """Nodes that turn together in the plane of motion.
 
-    Attributes
-    ----------
     nodes : (k,)
-    arms : (k, 2)
-        Reference arms X_i from the set's mass centre, m.
+    arms : (k, 2), reference arms X_i from the set's mass centre, m
     masses : (k,)
     """
 
@@ -99,8 +96,7 @@ def apply_couple(
 
     Parameters
     ----------
-    residual : (n_points, dim)
-        Internal minus external force; changed in place.
+    residual : (n_points, dim), internal minus external force; changed in place.
     """
     sine, cosine = cross_and_dot(displacement, nodes, arms, masses)
     scale = torque / (sine * sine + cosine * cosine)

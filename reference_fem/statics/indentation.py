@@ -36,14 +36,10 @@ ITERATIONS, HALVINGS = 60, 12  # of Newton's method, and of one step
 class Indentation:
     """One load of the plane on the tip, for the full body.
 
-    Attributes
-    ----------
-    force_N, indentation_m, energy_J
-        F, δ and U_c.
-    contact_radius_m
-        Of the circle with the area of the points in contact.
-    normal_tangent_N_per_m, tangential_tangent_N_per_m
-        dF_n/dδ and dF_t/du_t of this area, all of it sticking.
+    force_N, indentation_m, energy_J : F, δ and U_c
+    contact_radius_m : of the circle with the area of the points in contact
+    normal_tangent_N_per_m, tangential_tangent_N_per_m : dF_n/dδ and dF_t/du_t of this area, all of
+        it sticking
     """
 
     force_N: float

@@ -26,28 +26,18 @@ class TipCompliance:
     Motion is that against a frame which moves with a section behind the contact (its best-fit
     rigid motion, read at the contact point): the beam's share of the compliance is left out.
 
-    Attributes
-    ----------
-    nodes : (k,)
-        Candidates: the nodes of the surface's facets near the contact point.
-    facets : (m, 4)
-        Those facets, by candidate.
-    points : (k, 3)
-        The candidates' undeformed positions: along the plane of motion, along Z, and the distance
-        from the plane that touches the undeformed tip, m.
-    radius
-        Of the sphere, m.
-    normal : (k, k)
-        Displacement of node i into the body per unit force on node j into the body, m/N.
-    tangential : (k, k, 2, 2)
-        [i, j, a, b]: displacement of i along a per force on j along b; 0: the plane's direction
-        in the plane of motion, 1: Z.
-    held : (k,)
-        Nodes on the symmetry plane, which do not move along Z.
-    copies
-        2 for a half model, else 1.
-    material
-        Of the last phalanx.
+    nodes : (k,), candidates: the nodes of the surface's facets near the contact point
+    facets : (m, 4), those facets, by candidate
+    points : (k, 3), the candidates' undeformed positions: along the plane of motion, along Z, and
+        the distance from the plane that touches the undeformed tip, m
+    radius : of the sphere, m
+    normal : (k, k), displacement of node i into the body per unit force on node j into the body,
+        m/N
+    tangential : (k, k, 2, 2), [i, j, a, b]: displacement of i along a per force on j along b; 0:
+        the plane's direction in the plane of motion, 1: Z.
+    held : (k,), nodes on the symmetry plane, which do not move along Z
+    copies : 2 for a half model, else 1
+    material : of the last phalanx
     """
 
     nodes: Index
@@ -68,14 +58,10 @@ def tip_compliance(
 
     Parameters
     ----------
-    mesh
-        3D with a hemispherical end; only the last phalanx takes part.
-    angle
-        Between the axis (towards the tip) and the direction to the plane, towards -Y, rad.
-    reach
-        Facets with a node within this distance of the contact point may touch, m.
-    behind
-        Distance of the reference section behind the hemisphere's centre, m; the mesh's nearest
+    mesh : 3D with a hemispherical end; only the last phalanx takes part.
+    angle : between the axis (towards the tip) and the direction to the plane, towards -Y, rad
+    reach : facets with a node within this distance of the contact point may touch, m
+    behind : distance of the reference section behind the hemisphere's centre, m; the mesh's nearest
         section is taken.
 
     Raises

@@ -22,8 +22,6 @@ def error_percent(reduced: float | None, reference: float | None) -> float | Non
 class Difference:
     """One number of a model on a scene, beside the reference's.
 
-    Attributes
-    ----------
     reduced, reference : values in the quantity's unit; None where a run is missing.
     reduced_error, reference_error : what the runs state as their own errors.
     tolerance : percent; None where none was asked for.
@@ -75,8 +73,6 @@ def difference(
 class Spread:
     """How far runs that should agree lie apart. Not a convergence study.
 
-    Attributes
-    ----------
     low, high : smallest and largest value.
     count : number of runs.
     """

@@ -14,10 +14,8 @@ SAFETY = 1.25  # Roache's factor for three or more grids
 class Convergence:
     """What a ladder says of one quantity.
 
-    Attributes
-    ----------
-    asymptotic : whether an order is observed: of the last three values, or of a curve fitted to
-        all of them.
+    asymptotic : whether an order is observed: of the last three values, or of a curve fitted to all
+        of them
     order : observed order, None where the last three values are not monotone.
     limit : extrapolated value; the finest one where not asymptotic.
     uncertainty : of the finest value, relative: the grid convergence index; the fit's (`_fitted`);
@@ -98,10 +96,8 @@ def convergence(
 
     Parameters
     ----------
-    sizes
-        Refined quantity (element size, step, 1/penalty), coarse to fine; three at least.
-    formal_order
-        The method's order in it.
+    sizes : refined quantity (element size, step, 1/penalty), coarse to fine; three at least.
+    formal_order : the method's order in it
 
     Raises
     ------

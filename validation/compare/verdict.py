@@ -18,8 +18,6 @@ SLIP = 0.3  # of the ratio's decimal logarithm: models differ by less than a fac
 class Verdict:
     """A comparison of one number.
 
-    Attributes
-    ----------
     difference : E = S - D over |D|, percent.
     uncertainty : u over |D|, percent; None where a result states no error.
     tolerance : largest difference asked for, percent; None: none was.

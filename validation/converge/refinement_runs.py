@@ -28,12 +28,9 @@ class LevelRuns:
 
     Parameters
     ----------
-    source, overrides
-        As `load_scene` takes them.
-    model
-        fem3d or fem2d.
-    store
-        Where results are kept, and found again by a later study.
+    source, overrides : as `load_scene` takes them
+    model : fem3d or fem2d
+    store : where results are kept, and found again by a later study
     """
 
     def __init__(self, source: str, overrides: Sequence[str], model: str, store: Store) -> None:

@@ -28,8 +28,6 @@ class Level:
 class Refinement:
     """Levels from coarse to fine.
 
-    Attributes
-    ----------
     name : what is refined.
     size_name : what a level's size is.
     order : the method's formal order in it.
@@ -65,12 +63,9 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
 
     Parameters
     ----------
-    scale
-        The finger's diameter over 15 mm.
-    patch
-        Radius of the patch of contact as predicted, m.
-    quick
-        Coarser levels and fewer of them: minutes, and a wider error bar.
+    scale : the finger's diameter over 15 mm
+    patch : radius of the patch of contact as predicted, m
+    quick : coarser levels and fewer of them: minutes, and a wider error bar
     """
 
     def sizes(shaft: float, tip: float) -> dict[str, float | str]:

@@ -18,8 +18,6 @@ LARGEST = 1e12  # s, N: nothing of a tap is larger
 class Samples:
     """Contact force over time, not yet checked as a tap.
 
-    Attributes
-    ----------
     lines, time_s : (n,), line of the file, and its time.
     forces : (n,) each, N, by the names ``normal_force``, ``tangential_force`` and these with
         ``_sigma``; the first is always there.

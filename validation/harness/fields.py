@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 class Fields:
     """A mesh and its fields over time.
 
-    Attributes
-    ----------
     points : (n_points, dim), m.
     cells : (n_cells, 8) hexahedra or (n_cells, 4) quadrilaterals, VTK order.
     steps : the reference's snapshots, in the order of time.

@@ -49,8 +49,6 @@ class Scalars(Protocol):
 class Quantity:
     """A scalar of a run.
 
-    Attributes
-    ----------
     key : its name; in ``RunRecord.summary`` too, unless it is a component.
     title : as tables and pages call it.
     prefix : of the unit that they show, a key of ``FACTORS``.

@@ -26,8 +26,6 @@ class Event:
 class RunRecord:
     """One run of one model on one scene.
 
-    Attributes
-    ----------
     scene, model, variant : names; the variant is the preset or what was changed.
     status : name of the model's own status; ``ok`` says whether the run completed.
     message : what happened and what to do, empty when all went well.
@@ -35,8 +33,8 @@ class RunRecord:
     errors : estimated absolute errors, by keys of the summary, in the same units; infinite where
         one could not be estimated, empty where none was asked for.
     history : arrays over time, units in the names; the first axis is time.
-    forces : contact forces of every step, ``time_s, normal_force_N, tangential_force_N, ...``, of
-        a model whose history is sampled; empty where the history has every step.
+    forces : contact forces of every step, ``time_s, normal_force_N, tangential_force_N, ...``, of a
+        model whose history is sampled; empty where the history has every step.
     events : located transitions in the order of time.
     statistics : counts of the solver's work.
     provenance : scene as TOML tables, versions, machine, when it was measured.

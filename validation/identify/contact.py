@@ -58,8 +58,6 @@ MEASURED = tuple(Level.__annotations__)[2:]  # by pressing the mesh: the rest is
 class ContactIdentification:
     """What the tip's statics say.
 
-    Attributes
-    ----------
     force_N : F at which k and eta^2 are stated.
     stiffness_N_per_m, eta_squared : of the finest mesh.
     stiffness, ratio : their convergence over the levels; None with fewer than three.

@@ -39,16 +39,14 @@ Kind = Literal["reduced", "reference"]
 class Adapter(Protocol):
     """A model as every command sees it; its package is imported inside these functions.
 
-    Attributes
-    ----------
     name : as the command line and the tables call it.
     kind : whether it is compared, or what others are compared with.
     settings : the scene's table ``[solver.NAME]`` that it reads, hcm or fem; empty for none.
-    sources : dotted names of the modules whose code makes its results: a result in the store is
-        one of this code. Packages of ours are followed along their imports.
+    sources : dotted names of the modules whose code makes its results: a result in the store is one
+        of this code. Packages of ours are followed along their imports.
     resumable : whether it leaves a restart file at the checkpoint as it goes.
     independent_of : packages of ours that have no part in its results, though a scene's reading
-        imports them.
+        imports them
     """
 
     name: str
@@ -97,8 +95,8 @@ def to_record(
 
     Parameters
     ----------
-    result : object with status, message, history, summary and, where the model has them, forces
-        (of every step), events, statistics, cautions and errors.
+    result : object with status, message, history, summary and, where the model has them, forces (of
+        every step), events, statistics, cautions and errors
     wall_time_s : duration of the solve alone.
     """
     summary = {entry.key: getattr(result.summary, entry.key, None) for entry in QUANTITIES}

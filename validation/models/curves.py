@@ -19,8 +19,6 @@ Floats = NDArray[np.float64]
 class Curves:
     """Contact force over time.
 
-    Attributes
-    ----------
     time_s : (n,), rising.
     normal_force_N : (n,), pushing the tip up; zero out of contact.
     tangential_force_N : (n,), along +X; None: not known.

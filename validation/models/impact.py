@@ -22,8 +22,6 @@ CLEARANCE = 2e-4  # of the tip's radius: meshes put a sphere's lowest node up to
 class Impact:
     """Rigid state right before the tip node touches.
 
-    Attributes
-    ----------
     angles, rates : absolute, from -X, counter-clockwise, rad and rad/s, one per phalanx.
     time_s : of this state.
     sphere_height_m : depth of the plane that a hemispherical end touches in this state.

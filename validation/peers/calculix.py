@@ -22,16 +22,10 @@ _GIVEN_UP = ("no convergence", "too many cutbacks", "increment size smaller than
 class CalculixRun:
     """How a run ended and what it left.
 
-    Attributes
-    ----------
-    answer
-        COMPLETED, TIMED_OUT, NOT_CONVERGED, or "stopped: " and the program's last error.
-    said
-        Its standard output and errors; empty where it was killed.
-    printed
-        Its .dat file, as far as it got.
-    wall_time_s
-        Of the whole process.
+    answer : COMPLETED, TIMED_OUT, NOT_CONVERGED, or "stopped: " and the program's last error
+    said : its standard output and errors; empty where it was killed.
+    printed : its .dat file, as far as it got
+    wall_time_s : of the whole process
     """
 
     answer: str

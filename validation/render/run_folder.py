@@ -17,8 +17,6 @@ FIELDS = Path("fields")
 class DrawnRun:
     """A run's fields over time, and what its pictures say.
 
-    Attributes
-    ----------
     steps : times (s) and files of the fields, at least one.
     contact_s, peak_s : absolute times of the first touch and of the peak force.
     height_m : H.

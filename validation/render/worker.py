@@ -26,8 +26,6 @@ SCALE_PERCENTILE = 99.7
 class Drawing:
     """A run's fields and what its pictures share.
 
-    Attributes
-    ----------
     steps : times and files of the fields.
     contact, peak_time : absolute times of the first touch and of the peak force, s.
     height : H, m.

@@ -17,8 +17,6 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 class Quantity:
     """A finite number (or one per phalanx) with a unit and bounds.
 
-    Attributes
-    ----------
     unit : SI unit, "" for a pure number.
     above, below : open bounds; at_least, at_most : closed bounds.
     integer : whether only whole numbers are allowed.

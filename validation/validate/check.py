@@ -110,8 +110,6 @@ def read_tolerances(text: str) -> Mapping[str, float]:
 class Checked:
     """A tolerance that was asked for, and what became of it.
 
-    Attributes
-    ----------
     outcome : inside, outside or cannot tell, or missing where a run is.
     text : in words with numbers.
     """

@@ -25,8 +25,6 @@ PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
 class Plan:
     """Who is compared with whom, and on what.
 
-    Attributes
-    ----------
     scenes : what each scene is read from, by its name.
     models : the ones that are compared, the first of them the headline's.
     reference : the model that they are compared with.

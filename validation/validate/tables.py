@@ -47,7 +47,7 @@ def accuracy_rows(
     reduced : the run of ``hcm``.
     references : runs of the reference, each compared with the reduced run.
     spread_over : three-dimensional runs over meshes and penalty factors, whose spread is quoted
-        beside every three-dimensional number.
+        beside every three-dimensional number
     tolerances : largest difference by a quantity's key, percent.
     """
     rows: list[dict[str, Any]] = []

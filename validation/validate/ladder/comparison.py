@@ -17,8 +17,6 @@ SAME, OWN = "same impact", "own flight"  # where the two models start
 class Comparison:
     """A compared number.
 
-    Attributes
-    ----------
     rung : 2, 3 or 4.
     quantity : name, unit and start.
     reduced, reference, reference_uncertainty : in that unit; None where there is none.

@@ -24,8 +24,6 @@ EXPLICIT_FLIGHT = "soft"  # the scene whose fall is also run in explicit steps: 
 class Ladder:
     """Rungs 2 and 3.
 
-    Attributes
-    ----------
     full : whether the converged reference and three meshes of the statics were run.
     rows, causes, identified : in the order of the scenes.
     references, predictions : rung 3's finest runs from their own flight, of both models.

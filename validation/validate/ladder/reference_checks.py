@@ -18,8 +18,6 @@ CHECKED = (*OF_A_TAP, quantity("contact_time_s"))
 class ReferenceCheck:
     """Two runs of the reference that differ in one thing.
 
-    Attributes
-    ----------
     mesh : preset of both.
     peak_N, changed_peak_N : as it is, and with the change.
     peak_percent, impulse_percent, duration_percent, contact_time_percent : the change's effect.

@@ -29,24 +29,15 @@ FIELDS = 400
 class ReferenceScene:
     """A block that falls and slides, or a finger that swings down about its hinge.
 
-    Attributes
-    ----------
-    body, dim, divisions, distortion, seed
-        See `bodies`.
-    modulus, poisson
-        E, Pa, and ν; ρ is 1000 kg/m³.
-    speed
-        Of the block and of the finger's end, m/s, normal to the surface (block).
-    slide
-        The block's speed along the surface over that normal to it.
-    tilt
-        Rotation of the block, rad: 0 falls flat.
-    friction
-        μ.
-    contact, stiffness
-        Contact law and its factor: the `penalty_factor`, or `surface_factor` over 10,000.
-    element, step_factor
-        As in `reference_fem.Settings`.
+    body, dim, divisions, distortion, seed : see `bodies`
+    modulus, poisson : E, Pa, and ν; ρ is 1000 kg/m³.
+    speed : of the block and of the finger's end, m/s, normal to the surface (block)
+    slide : the block's speed along the surface over that normal to it
+    tilt : rotation of the block, rad: 0 falls flat
+    friction : μ
+    contact, stiffness : contact law and its factor: the `penalty_factor`, or `surface_factor` over
+        10,000
+    element, step_factor : as in `reference_fem.Settings`
     """
 
     body: Body = "block"

@@ -101,13 +101,20 @@ class Drive:
     torques: Annotated[tuple[float, ...], Bound("N m")] = ()
     """tau_w, counter-clockwise, one per phalanx, on the phalanx's first node; empty: none."""
     gravity: Annotated[float, Bound("m/s2")] = 9.8
-    """g, along -Y."""
+    """g, downwards: along -Y on a level surface."""
     reaction: bool = False
     """Whether each torque w > 1 reacts on the previous phalanx's last node (a motor in the hinge).
     The paper's eq. 14 has no reaction."""
+    incline: Annotated[float, Bound("rad")] = 0.0
+    """Angle by which the surface rises towards +X."""
 
     def __post_init__(self) -> None:
         check_fields(self)
+
+    @property
+    def fall(self) -> tuple[float, float]:
+        """Acceleration of a free fall in the surface's frame, -g (sin, cos)(incline), m/s^2."""
+        return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """From mesh, materials, surface and drive to the arrays that the explicit loop runs on."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +35,8 @@ class Model:
     body_of_point : (n_points,), phalanx of each node, from 0
     touching_body : the phalanx whose surface may touch
     skin : (n,), cells with a node that may touch
-    surface, gravity
+    surface
+    fall : acceleration of a free fall in the surface's frame, m/s²
     step_s : Δt
     transit_s, grain_s : times of an axial wave over the length of the last phalanx and over the
         smallest cell that may touch
@@ -58,7 +59,7 @@ class Model:
     touching_body: int
     skin: Index
     surface: Surface
-    gravity: float
+    fall: tuple[float, float]
     step_s: float
     transit_s: float
     grain_s: float
@@ -116,7 +117,6 @@ def build_model(
     mass = np.ascontiguousarray(kernel.lumped_mass)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     copies = 2 if symmetry.size else 1
-    torques = np.array(drive.torques_for(count)) / copies
     contact = contact_law(
         TouchingBody(
             mesh=mesh,
@@ -145,27 +145,37 @@ def build_model(
         copies=copies,
         symmetry=symmetry,
         hinges=build_hinges(hinge_sides, mass),
-        couples=tuple(
-            Couple(w, torque, build_section(points, face, mass))
-            for w, torque in enumerate(torques)
-            if torque != 0.0
-            for face in [_wanted(mesh.node_sets, f"proximal_face_{w + 1}", "node")]
-        ),
+        couples=tuple(_couples(mesh, drive, mass, copies)),
         contact=contact,
         probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
-        chain=build_chain(points, mass, body_nodes, hinge_points, torques, drive.gravity)
+        chain=build_chain(
+            points, mass, body_nodes, hinge_points, drive.loads_for(count) / copies, drive.fall
+        )
         if hinge_sides
         else None,
         body_of_point=body_of_point,
         touching_body=int(body_of_point[contact.nodes[0]]),
         skin=skin,
         surface=surface,
-        gravity=drive.gravity,
+        fall=drive.fall,
         step_s=step_s,
         transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
         grain_s=_smallest_size(points, cells[skin]) / materials[-1].bar_speed,
     )
+
+
+def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array, copies: int) -> Iterator[Couple]:
+    """Torques on first faces, each followed by its reaction on the last face before it."""
+    for w, torque in enumerate(drive.torques_for(mesh.phalanges)):
+        if torque == 0.0:
+            continue
+        faces = [(w, f"proximal_face_{w + 1}", torque / copies)]
+        if drive.reaction and w > 0:
+            faces.append((w - 1, f"distal_face_{w}", -torque / copies))
+        for phalanx, face, couple in faces:
+            nodes = _wanted(mesh.node_sets, face, "node")
+            yield Couple(phalanx, couple, build_section(mesh.points, nodes, mass))
 
 
 def _smallest_size(points: Array, cells: Index) -> float:

@@ -30,8 +30,8 @@ class RigidChain:
     arms : (P, P, 2), arms[w, j]: what body j adds, at rest, to the mass centre of body w: hinge to
         hinge for j < w, hinge to mass centre for j = w, zero beyond
     origins : (P, 2), rest position of each body's first hinge
-    torques : (P,), absolute torques t_w (no reaction on the neighbour)
-    gravity : g along -Y
+    torques : (P,), on each body, reactions included
+    fall : (2,), f, acceleration of a free fall
     """
 
     mass: Array
@@ -39,7 +39,7 @@ class RigidChain:
     arms: Array
     origins: Array
     torques: Array
-    gravity: float
+    fall: Array
 
     @property
     def links(self) -> int:
@@ -50,7 +50,7 @@ class RigidChain:
         """d(θ, ω)/dt of state (2P,), from Lagrange's equations.
 
             Σ_k [Σ_w m_w b_wj·b_wk + δ_jk J_j] ω'_k
-                = t_j + Σ_w m_w (e x b_wj)·[(0, -g) + Σ_k ω_k² b_wk]
+                = t_j + Σ_w m_w (e x b_wj)·[f + Σ_k ω_k² b_wk]
 
         with b_wj = R(θ_j) arms[w, j] and e the unit vector along Z.
         """
@@ -58,7 +58,7 @@ class RigidChain:
         b = _rotate(angles, self.arms)
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
         pull = np.einsum("k,wkd->wd", rates**2, b)
-        pull[:, 1] -= self.gravity
+        pull += self.fall
         load = self.torques + np.einsum("w,wjd,wd->j", self.mass, turned, pull)
         return np.concatenate([rates, np.linalg.solve(self._joint_inertia(b), load)])
 
@@ -91,8 +91,9 @@ class RigidChain:
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
         speed = np.einsum("k,wkd->wd", state.rates, turned)
         kinetic = 0.5 * (self.mass @ (speed**2).sum(axis=1) + self.inertia @ state.rates**2)
-        rise = (b - self.arms).sum(axis=1)[:, 1]
-        return float(kinetic + self.gravity * self.mass @ rise - self.torques @ state.angles)
+        moved = (b - self.arms).sum(axis=1)
+        gained = self.fall[1] * self.mass @ moved[:, 1] + self.fall[0] * self.mass @ moved[:, 0]
+        return float(kinetic - gained - self.torques @ state.angles)
 
     def hinges_at(self, angles: Array, rates: Array) -> tuple[Array, Array]:
         """Positions and velocities (P, 2) of the first hinges."""
@@ -108,7 +109,7 @@ def build_chain(
     body_nodes: list[Index],
     hinge_points: Array,
     torques: Array,
-    gravity: float,
+    fall: tuple[float, float],
 ) -> RigidChain:
     """Chain from the mesh's masses.
 
@@ -129,7 +130,7 @@ def build_chain(
         inertia[w] = m @ ((x - centre) ** 2).sum(axis=1)
         arms[w, :w] = np.diff(hinge_points[: w + 1], axis=0)
         arms[w, w] = centre - hinge_points[w]
-    return RigidChain(mass, inertia, arms, np.asarray(hinge_points), np.asarray(torques), gravity)
+    return RigidChain(mass, inertia, arms, np.asarray(hinge_points), torques, np.array(fall))
 
 
 def chain_and_start(

@@ -8,7 +8,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
+import numpy as np
+
 from meshes.bounds import Bound, check_fields
+from reference_fem.arrays import Array
 from reference_fem.contact.lumped import LumpedContact
 
 Flight = Literal["rigid", "explicit"]
@@ -70,13 +73,23 @@ class Drive:
     """Joint torques and gravity."""
 
     torques: Annotated[tuple[float, ...], Bound("N m")] = ()
-    """t_w, one per phalanx, counter-clockwise positive, acting on phalanx w at its first hinge
-    without a reaction on its neighbour (paper eq. 14). Empty: no torque anywhere."""
+    """t_w, one per phalanx, counter-clockwise positive, acting on the first face of phalanx w.
+    Empty: no torque anywhere."""
     gravity: Annotated[float, Bound("m/s2")] = 9.8
-    """g, acting along -Y."""
+    """g, acting downwards: along -Y on a level surface."""
+    reaction: bool = False
+    """Whether t_w, w > 1, reacts on the last face of phalanx w - 1, as a motor in the hinge does;
+    the paper's eq. 14 has no reaction."""
+    incline: Annotated[float, Bound("rad")] = 0.0
+    """Angle by which the surface rises towards +X."""
 
     def __post_init__(self) -> None:
         check_fields(self)
+
+    @property
+    def fall(self) -> tuple[float, float]:
+        """Acceleration of a free fall in the surface's frame, -g (sin, cos)(incline), m/s²."""
+        return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)
 
     def torques_for(self, phalanges: int) -> tuple[float, ...]:
         """One torque per phalanx; raises ValueError if their number differs."""
@@ -88,6 +101,13 @@ class Drive:
                 f"phalanges; give {phalanges}, or none for a finger without a drive"
             )
         return tuple(self.torques)
+
+    def loads_for(self, phalanges: int) -> Array:
+        """What acts on each phalanx, reactions included, (P,) N·m."""
+        loads = np.array(self.torques_for(phalanges))
+        if self.reaction:
+            loads[:-1] -= loads[1:].copy()
+        return loads
 
 
 @dataclass(frozen=True)

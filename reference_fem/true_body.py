@@ -48,8 +48,8 @@ def true_chain(
         np.concatenate(masses),
         bodies,
         np.stack([geometry.hinges, np.zeros(last + 1)], axis=1),
-        np.array(drive.torques_for(last + 1)),
-        drive.gravity,
+        drive.loads_for(last + 1),
+        drive.fall,
     )
 
 

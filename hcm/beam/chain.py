@@ -104,7 +104,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
         _roundoff(given),
     )
     rest = np.zeros(n)
-    fill_chain(counts, given, float(drive.gravity), chain, rest)
+    fill_chain(counts, given, drive.fall, chain, rest)
     if drive.torques:
         torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
         chain = chain._replace(torque=torque, torque_node=torque_node)
@@ -123,10 +123,13 @@ def _section(p: Phalanx) -> tuple[float, float, float, float, float]:
 
 
 @kernel_with()
-def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: Floats) -> None:
+def fill_chain(
+    counts: Ints, given: Floats, fall: tuple[float, float], chain: Chain, rest: Floats
+) -> None:
     """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros and scales of 1.
 
     counts : (P,) elements. given : (P, 5) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m).
+    fall : acceleration of a free fall f, m/s^2.
     """
     element, place, arc = 0, 0, 0.0
     for w in range(counts.size):
@@ -134,8 +137,12 @@ def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: 
         chain.hinge[w], chain.hinge_outer[w] = place, place + 2
         chain.hinge_inner[w] = place - 4 if w else -1
         chain.scale[place] = chain.scale[place + 1] = per_length * el
-        # -w int S dx = -w (l/2, l^2/12, l/2, -l^2/12) on the Y components of each element's nodes
-        force, moment = per_length * gravity * el / 2.0, per_length * gravity * el**2 / 12.0
+        # w int S dx = w (l/2, l^2/12, l/2, -l^2/12), w = rho A f, on each element's nodes
+        force_x, force_y = per_length * fall[0] * el / 2.0, per_length * fall[1] * el / 2.0
+        moment_x, moment_y = (
+            per_length * fall[0] * el**2 / 12.0,
+            per_length * fall[1] * el**2 / 12.0,
+        )
         for i in range(counts[w] + 1):
             node = place + 2 + 4 * i
             rest[node], rest[node + 2] = -(arc + el * i), -1.0
@@ -145,12 +152,15 @@ def fill_chain(counts: Ints, given: Floats, gravity: float, chain: Chain, rest: 
             chain.first[element], chain.second[element] = node, node + 4
             chain.length[element], chain.axial_stiffness[element] = el, given[w, 2]
             fill_matrices(per_length, given[w, 3], el, chain.mass[element], chain.bending[element])
-            chain.weight[node + 1] -= force
-            chain.weight[node + 5] -= force
+            for end in (node, node + 4):
+                chain.weight[end] += force_x
+                chain.weight[end + 1] += force_y
             element += 1
-        chain.weight[place + 5] -= moment
+        chain.weight[place + 4] += moment_x
+        chain.weight[place + 5] += moment_y
         place += 4 * counts[w] + 6
-        chain.weight[place - 1] += moment
+        chain.weight[place - 2] -= moment_x
+        chain.weight[place - 1] -= moment_y
         arc += given[w, 4]
 
 

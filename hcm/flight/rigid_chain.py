@@ -5,8 +5,9 @@ carry about (m_k/2 of the outer one of them, k, and the mass beyond it; m_j/3 an
 for j = k), and t_j = (-cos theta_j, -sin theta_j), Lagrange's equations are
 
     sum_k mu_jk L_j L_k [cos(theta_j - theta_k) theta..k + sin(theta_j - theta_k) theta.k^2]
-        = tau_j + g mu_jj' L_j cos theta_j,       mu_jj' = m_j/2 + the mass beyond,
+        = tau_j + mu_jj' L_j (f_x sin theta_j - f_y cos theta_j),
 
+with mu_jj' = m_j/2 + the mass beyond and f the acceleration of a free fall,
 which are those of ANCF elements (sections without rotary inertia, torques on a phalanx's first
 slope) that neither bend nor stretch.
 """
@@ -29,7 +30,7 @@ class Rods(NamedTuple):
 
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
     the torques at a rod's two ends, N m, which bend it even where they cancel.
-    gravity : m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
+    fall : f, m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
     for angles, then zeros.
     """
 
@@ -40,7 +41,7 @@ class Rods(NamedTuple):
     bending: Floats
     axial: Floats
     moment: Floats
-    gravity: float
+    fall: tuple[float, float]
     height: float
     inertia: Floats
     along: Floats
@@ -64,7 +65,7 @@ def build_rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
         np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
         np.array([p.youngs_modulus * p.area for p in phalanges]),
         moment,
-        float(drive.gravity),
+        drive.fall,
         float(surface.height),
         np.empty((len(phalanges), len(phalanges))),
         np.empty((2, len(phalanges))),
@@ -75,12 +76,13 @@ def build_rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
 @kernel
 def rates(state: Floats, chain: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
-    length, mass, beyond, torque, _, _, _, gravity, _, inertia, along, _ = chain
+    length, mass, beyond, torque, _, _, _, fall, _, inertia, along, _ = chain
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
     for j in range(n):
-        load = torque[j] + gravity * (0.5 * mass[j] + beyond[j]) * length[j] * along[0, j]
+        load = torque[j] - fall[1] * (0.5 * mass[j] + beyond[j]) * length[j] * along[0, j]
+        load += fall[0] * (0.5 * mass[j] + beyond[j]) * length[j] * along[1, j]
         for k in range(n):
             outer, share = max(j, k), 0.5 if j != k else 1.0 / 3.0
             size = (share * mass[outer] + beyond[outer]) * length[j] * length[k]
@@ -113,9 +115,9 @@ def clearance(state: Floats, chain: Rods) -> tuple[float, float]:
 
 @kernel
 def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> float:
-    """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (g - r..i).
+    """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (f - r..i).
 
-    Returns the speed that rods leave out, m/s: what their loads p = rho A (g - r..), the larger of
+    Returns the speed that rods leave out, m/s: what their loads p = rho A (f - r..), the larger of
     both ends', the force F of the rods beyond and the torques M at the ends would bend a beam on
     two hinges and stretch a beam held at one, each times its first frequency,
 
@@ -125,14 +127,15 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
     the largest sum of all rods. It vibrates so fast if the loads come suddenly.
     """
     n, fastest = chain.length.size, 0.0
+    gx, gy = -chain.fall[0], -chain.fall[1]
     ax, ay = 0.0, 0.0
     for w in range(n):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
         # r.. of the rod's centre is that of its hinge and half of what the rod adds at its end
         dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
         dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
-        out[2 * w] = -chain.mass[w] * (ax + 0.5 * dx)
-        out[2 * w + 1] = -chain.mass[w] * (chain.gravity + ay + 0.5 * dy)
+        out[2 * w] = -chain.mass[w] * (gx + ax + 0.5 * dx)
+        out[2 * w + 1] = -chain.mass[w] * (gy + ay + 0.5 * dy)
         ax, ay = ax + dx, ay + dy
     fx, fy = 0.0, 0.0
     for w in range(n - 1, -1, -1):
@@ -143,8 +146,8 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
         per_length = chain.mass[w] / length
         across, stretch = 0.0, 0.0
         for _ in range(2):  # the outer end, then the hinge
-            across = max(across, abs(cos * (chain.gravity + ay) - sin * ax))
-            stretch = max(stretch, abs(cos * ax + sin * (chain.gravity + ay)))
+            across = max(across, abs(cos * (gy + ay) - sin * (gx + ax)))
+            stretch = max(stretch, abs(cos * (gx + ax) + sin * (gy + ay)))
             ax, ay = ax - dx, ay - dy
         ax, ay = ax + dx, ay + dy
         sag = per_length * across * length**4 * (5.0 / 384.0)

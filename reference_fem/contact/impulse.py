@@ -31,7 +31,7 @@ def impulse_forces(
     The constraint is that of the NEXT configuration, which the explicit step makes linear in
     the forces of this one, and a lumped mass makes diagonal. With everything but contact,
 
-        v* = v(t - Δt/2) + Δt (-r/m + g),   g* = g(t) + Δt v*_y
+        v* = v(t - Δt/2) + Δt (-r/m + f),   g* = g(t) + Δt v*_y
         f_n = max(0, -g*) m/Δt²                 so that g(t + Δt) = 0 where f_n > 0
         f_t = -m v*_t/Δt, shortened to μ f_n    sticking nodes stop, others slide
 
@@ -51,7 +51,7 @@ def impulse_forces(
     row : (COLUMNS,), dissipation by the trapezoid rule over the motion of the last step
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
-    height, friction, step, gravity = motion.height, motion.friction, motion.step, motion.gravity
+    height, friction, step, fall = motion.height, motion.friction, motion.step, motion.fall
     inverse_mass = motion.inverse_mass
     touching, spring_force = memory.touching, memory.spring_force
     planar = points.shape[1] == 2
@@ -62,11 +62,11 @@ def impulse_forces(
         gap = points[i, 1] + displacement[i, 1] + height
         lowest = min(lowest, gap)
         inverse = inverse_mass[i]
-        ahead = gap + step * (velocity[i, 1] - step * (inverse * residual[i, 1] + gravity))
+        ahead = gap + step * (velocity[i, 1] - step * (inverse * residual[i, 1] - fall[1]))
         if ahead >= 0.0 and not touching[j]:
             continue
         normal = max(0.0, -ahead) / (step * step * inverse)
-        force_x = residual[i, 0] - velocity[i, 0] / (step * inverse)
+        force_x = residual[i, 0] - velocity[i, 0] / (step * inverse) - fall[0] / inverse
         force_z = 0.0 if planar else residual[i, 2] - velocity[i, 2] / (step * inverse)
         size = np.sqrt(force_x * force_x + force_z * force_z)
         limit = friction * normal

@@ -12,12 +12,12 @@ def leapfrog(
     velocity: Array,
     residual: Array,
     inverse_mass: Array,
-    gravity: float,
+    fall: tuple[float, float],
     step: float,
 ) -> None:
     """Leapfrog step of all nodes, on numba's current number of threads.
 
-        a = -M⁻¹ r + g,   v(t + Δt/2) = v(t - Δt/2) + Δt a,   u(t + Δt) = u + Δt v(t + Δt/2)
+        a = -M⁻¹ r + f,   v(t + Δt/2) = v(t - Δt/2) + Δt a,   u(t + Δt) = u + Δt v(t + Δt/2)
 
     Second order, explicit, symplectic; stable for Δt < 2/ω_max (Belytschko, Liu, Moran,
     Nonlinear Finite Elements, 2000, box 6.1, without its damping).
@@ -27,14 +27,14 @@ def leapfrog(
     displacement, velocity : (n_points, dim), updated in place
     residual : (n_points, dim), r: internal minus external force without gravity, N
     inverse_mass : (n_points,)
-    gravity, step : g along -Y, m/s²; Δt, s.
+    fall, step : f, acceleration of a free fall in the plane of motion, m/s²; Δt, s.
     """
     solid = displacement.shape[1] == 3
-    fall = step * gravity
+    drop_x, drop_y = step * fall[0], step * fall[1]
     for i in prange(len(displacement)):
         scale = step * inverse_mass[i]
-        v_x = velocity[i, 0] - scale * residual[i, 0]
-        v_y = velocity[i, 1] - scale * residual[i, 1] - fall
+        v_x = velocity[i, 0] - scale * residual[i, 0] + drop_x
+        v_y = velocity[i, 1] - scale * residual[i, 1] + drop_y
         velocity[i, 0], velocity[i, 1] = v_x, v_y
         displacement[i, 0] += step * v_x
         displacement[i, 1] += step * v_y
@@ -50,7 +50,7 @@ def first_leapfrog(
     velocity: Array,
     residual: Array,
     inverse_mass: Array,
-    gravity: float,
+    fall: tuple[float, float],
     step: float,
     new_displacement: Array,
     new_velocity: Array,
@@ -61,13 +61,13 @@ def first_leapfrog(
     v(t) is the mean of the two half-step velocities. One pass over the nodes in the place of two
     copies, a kick and a step.
     """
-    fall = step * gravity
+    drop_x, drop_y = step * fall[0], step * fall[1]
     for i in prange(len(displacement)):
         scale = step * inverse_mass[i]
         for d in range(displacement.shape[1]):
             v = velocity[i, d] - scale * residual[i, d]
-            if d == 1:
-                v -= fall
+            if d < 2:
+                v += drop_x if d == 0 else drop_y
             middle[i, d] = 0.5 * (velocity[i, d] + v)
             new_velocity[i, d] = v
             new_displacement[i, d] = displacement[i, d] + step * v
@@ -78,7 +78,7 @@ def half_kick(
     velocity: Array,
     residual: Array,
     inverse_mass: Array,
-    gravity: float,
+    fall: tuple[float, float],
     step: float,
     out: Array,
 ) -> None:
@@ -90,4 +90,5 @@ def half_kick(
         scale = 0.5 * step * inverse_mass[i]
         for d in range(velocity.shape[1]):
             out[i, d] = velocity[i, d] - scale * residual[i, d]
-        out[i, 1] -= 0.5 * step * gravity
+        for d in range(2):
+            out[i, d] += 0.5 * step * fall[d]

@@ -1,5 +1,7 @@
 """What ends a run that has gone wrong: lost energy, elements turned inside out, too much work."""
 
+import math
+
 import numpy as np
 
 from reference_fem.dynamics.state import State
@@ -60,7 +62,8 @@ def _energy(
     scale = max(largest_kinetic, taken.kinetic_energy_J)
     if error > allowed * scale:
         # A body at rest has no kinetic energy to compare with: its potential over H stands in.
-        potential = model.copies * model.mass.sum() * abs(model.gravity) * model.surface.height
+        weight = model.copies * model.mass.sum() * math.hypot(*model.fall)
+        potential = weight * model.surface.height
         scale = max(scale, 1e-6 * potential)
     if error > allowed * scale:
         lost = taken.energy_balance_J < 0.0

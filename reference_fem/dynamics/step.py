@@ -85,7 +85,7 @@ def start_state(
     model.kernel.internal_force(state.displacement, residual)
     _less_external(model, state, residual, False, np.zeros(COLUMNS))
     back = np.empty_like(residual)
-    half_kick(state.velocity, residual, model.inverse_mass, model.gravity, -model.step_s, back)
+    half_kick(state.velocity, residual, model.inverse_mass, model.fall, -model.step_s, back)
     return replace(state, velocity=back)
 
 
@@ -113,7 +113,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     pressure = np.zeros(len(u))
     stored, hourglass = model.kernel.audited_force(state.displacement, residual)
     reactions = _less_external(model, first, residual, search, log[0], pressure)
-    constants = model.inverse_mass, model.gravity, model.step_s
+    constants = model.inverse_mass, model.fall, model.step_s
     first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
     work = replace(first, displacement=u, velocity=v)
     for number in range(1, steps):
@@ -158,7 +158,7 @@ def _less_external(
             displacement=u,
             velocity=velocity,
             inverse_mass=model.inverse_mass,
-            gravity=model.gravity,
+            fall=model.fall,
             step=model.step_s,
             height=model.surface.height,
             friction=model.surface.friction,
@@ -178,7 +178,7 @@ def _less_external(
             velocity,
             residual,
             model.inverse_mass,
-            model.gravity,
+            model.fall,
             model.step_s,
             hinges.nodes,
             hinges.weights,

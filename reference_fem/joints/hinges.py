@@ -63,7 +63,7 @@ def hinge_reactions(
     velocity: Array,
     residual: Array,
     inverse_mass: Array,
-    gravity: float,
+    fall: tuple[float, float],
     step: float,
     nodes: Index,
     weights: Array,
@@ -73,9 +73,9 @@ def hinge_reactions(
 ) -> None:
     """Solve for the multipliers and add their forces to the residual.
 
-    The leapfrog step u' = u + Δt (v + Δt a), a = M⁻¹(-r + Cᵀλ) + g, must end on C u' = 0:
+    The leapfrog step u' = u + Δt (v + Δt a), a = M⁻¹(-r + Cᵀλ) + f, must end on C u' = 0:
 
-        (C M⁻¹ Cᵀ) λ = C (M⁻¹ r - g) - (C v + C u/Δt)/Δt
+        (C M⁻¹ Cᵀ) λ = C (M⁻¹ r - f) - (C v + C u/Δt)/Δt
 
     The last term is round-off: it keeps the linear constraint from drifting.
 
@@ -97,7 +97,7 @@ def hinge_reactions(
                     inverse_mass[i] * residual[i, d]
                     - (velocity[i, d] + displacement[i, d] / step) / step
                 )
-            right[h, 1] += c * gravity
+                right[h, d] -= c * fall[d]
     for h in range(count):
         for d in range(2):
             total = 0.0

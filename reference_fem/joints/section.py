@@ -40,7 +40,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Couple:
-    """Joint torque t_w on the first face of phalanx w (from 0), N·m on the mesh as given.
+    """A torque on an end face of phalanx w (from 0), N·m on the mesh as given.
 
     A half model's is half.
     """

@@ -27,23 +27,31 @@ def plan(tolerance: float, step: float = 0.01, end: float = math.inf) -> Plan:
     return Plan(step, 1e-6, 1, end, tolerance, 0.0, 2.0, 1.0)
 
 
-def one_rod(height: float, tolerance: float, step: float = 0.01) -> tuple[Rods, RigidFlight]:
-    chain = build_rods(finger(SOFT, 1), hcm.Surface(height, 0.5), hcm.Drive())
-    return chain, integrate_flight(chain, np.zeros(2), 0.0, plan(tolerance, step), 10_000)
+def one_rod(
+    height: float, tolerance: float, step: float = 0.01, incline: float = 0.0
+) -> tuple[Rods, RigidFlight]:
+    """It sets out level."""
+    drive = hcm.Drive(incline=incline)
+    chain = build_rods(finger(SOFT, 1), hcm.Surface(height, 0.5), drive)
+    start = np.array([-incline, 0.0])
+    return chain, integrate_flight(chain, start, 0.0, plan(tolerance, step), 10_000)
 
 
-def test_a_falling_rod_keeps_its_energy_and_lands_in_time() -> None:
-    # omega^2 = 3 g sin(theta)/L, t = int dtheta/omega; sqrt(theta) = s takes out the singularity
+@pytest.mark.parametrize("incline", [0.0, 0.35, -0.35])
+def test_a_falling_rod_keeps_its_energy_and_lands_in_time(incline: float) -> None:
+    # omega^2 = 3 g sin(theta)/L, theta from the level, t = int dtheta/omega; sqrt(theta) = s takes
+    # out the singularity
     height, length = 0.035, SOFT.length
-    chain, fall = one_rod(height, 1e-13)
-    angle = math.asin(height / length)
-    speed = math.sqrt(3 * G * height / length**2)
+    chain, fall = one_rod(height, 1e-13, incline=incline)
+    touch = math.asin(height / length)
+    angle = touch + incline
+    speed = math.sqrt(3 * G * math.sin(angle) / length)
     time, _ = quad(
         lambda s: 2 * s / math.sqrt(3 * G * math.sin(s * s) / length), 0, math.sqrt(angle)
     )
     assert fall.code == TOUCHED
     assert abs(clearance(fall.states[-1], chain)[0]) < 1e-15
-    assert fall.states[-1] == pytest.approx([angle, speed], rel=1e-10)
+    assert fall.states[-1] == pytest.approx([touch, speed], rel=1e-10)
     assert fall.time[-1] == pytest.approx(time, rel=1e-10)
 
 
@@ -64,7 +72,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
         replace(SOFT, length=0.05, elements=2), replace(SOFT, diameter=0.02, elements=3),
         replace(SOFT, density=900.0, elements=1),
     ))  # fmt: skip
-    drive = hcm.Drive((0.01, -0.02, 0.005), G, reaction)
+    drive = hcm.Drive((0.01, -0.02, 0.005), G, reaction, incline=0.4)
     chain, _ = build_chain(body, drive)
     law = contact_law(SURFACE, SOFT_TIP)
     rng = np.random.default_rng(5)
@@ -89,7 +97,8 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
 
 
 def test_reactions_carry_the_rods_beyond_them() -> None:
-    chain = build_rods(finger(SOFT), SURFACE, hcm.Drive((0.01, 0.0, 0.002)))
+    drive = hcm.Drive((0.01, 0.0, 0.002), incline=0.3)
+    chain = build_rods(finger(SOFT), SURFACE, drive)
     fall = integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 1e-4), 400)
     pull = np.empty((3, 6))
     for row in range(3):
@@ -102,7 +111,7 @@ def test_reactions_carry_the_rods_beyond_them() -> None:
         return chain.mass[:, None] * (turned.cumsum(axis=0) - 0.5 * turned)
 
     change = (momentum(fall.states[302]) - momentum(fall.states[300])) / 2e-4
-    weight = chain.mass[:, None] * np.array([0.0, -G])
+    weight = chain.mass[:, None] * np.array(drive.fall)
     beyond = (weight - change)[::-1].cumsum(axis=0)[::-1]
     # central differences over 1e-4 s: 2e-6 of the force
     assert pull[1].reshape(3, 2) == pytest.approx(beyond, abs=1e-5 * np.abs(beyond).max())

@@ -1,6 +1,7 @@
 """The reduced model from a given rigid state."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,6 +46,25 @@ def test_an_impact_state_gives_the_tap_of_the_whole_fall() -> None:
     # Vibrations that the fall excites move the peak by less than 1e-3.
     assert skipped.peak_normal_force_N == pytest.approx(fall.peak_normal_force_N, rel=1e-3)
     assert skipped.contact_duration_s == pytest.approx(fall.contact_duration_s, rel=1e-3)
+
+
+def test_an_inclined_frame_changes_no_motion() -> None:
+    incline, body = 0.5, finger(SOFT, 2, elements=4, youngs_modulus=1e6)
+    settings = hcm.Settings(end_time=0.05, flight_tolerance=0.0, newton_tolerance=1e-12)
+    drive = hcm.Drive((1e-3, -2e-4), reaction=True)
+    surface = hcm.Surface(0.079, 0.5)
+    level = hcm.simulate(body, surface, SOFT_TIP, drive, settings).history
+    tilted = hcm.simulate(
+        body, surface, SOFT_TIP, replace(drive, incline=incline), settings,
+        start=hcm.RigidStart((-incline,) * 2, (0.0,) * 2),
+    ).history  # fmt: skip
+    turn = math.cos(incline) + 1j * math.sin(incline)
+    places = (h.tip_position_m @ [1.0, 1.0j] for h in (level, tilted))
+    seen, own = places
+    assert abs(own[-1] - own[0]) > 0.01
+    # Newton's tolerance of 1e-12 of the accelerations, in 500 steps
+    assert np.abs(own * turn - seen).max() < 1e-11
+    assert np.abs(level.gravity_energy_J - tilted.gravity_energy_J).max() < 1e-11
 
 
 @pytest.mark.parametrize(

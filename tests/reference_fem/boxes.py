@@ -49,6 +49,8 @@ def boxes(
             nodes[f"hinge_{w}_proximal"] = number[-1].ravel()
             if w < len(lengths):
                 nodes[f"hinge_{w}_distal"] = number[0].ravel()
+        if w < len(lengths):
+            nodes[f"distal_face_{w}"] = number[0].ravel()
         start, offset, first_cell = start + length, offset + number.size, first_cell + len(cell)
     all_points = np.concatenate(points)
     if half:

@@ -23,11 +23,12 @@ def body(
     settings: rf.Settings | None = None,
     torques: tuple[float, ...] = (),
     gravity: float = 0.0,
+    **drive: Any,
 ) -> Model:
     """Phalanges of one material; by default nothing is in their reach."""
-    drive = rf.Drive(torques, gravity)
+    driven = rf.Drive(torques, gravity, **drive)
     materials = (material,) * mesh.phalanges
-    return build_model(mesh, materials, surface, drive, settings or rf.Settings())
+    return build_model(mesh, materials, surface, driven, settings or rf.Settings())
 
 
 def throw(

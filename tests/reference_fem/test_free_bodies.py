@@ -1,7 +1,9 @@
 """The explicit loop without contact: parabola, momentum, order, couples and hinges."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,8 +26,9 @@ def model_of(
     torques: tuple[float, ...] = (),
     gravity: float = 0.0,
     material: Material = RUBBER,
+    **drive: Any,
 ) -> Model:
-    return body(mesh, material, torques=torques, gravity=gravity)
+    return body(mesh, material, torques=torques, gravity=gravity, **drive)
 
 
 SOLIDS = {
@@ -36,15 +39,17 @@ SOLIDS = {
 
 @pytest.mark.parametrize("shape", SOLIDS.values(), ids=SOLIDS.keys())
 def test_free_fall_is_the_parabola(shape: tuple) -> None:
-    model = model_of(boxes(*shape, hinged=False), gravity=9.8)
+    incline = 0.35
+    model = model_of(boxes(*shape, hinged=False), gravity=9.8, incline=incline)
     velocity = np.zeros_like(model.points)
     velocity[:, :2] = 0.3, 0.5
     state = start_state(model, np.zeros_like(velocity), velocity, 0.0)
     state, block = advance(model, state, 500, False)
     t = state.time_s
     # Central differences are exact for quadratics.
-    assert state.displacement[:, 1] == pytest.approx(0.5 * t - 4.9 * t * t, rel=1e-11)
-    assert state.displacement[:, 0] == pytest.approx(0.3 * t, rel=1e-11)
+    down, along = 4.9 * t * t * math.cos(incline), 4.9 * t * t * math.sin(incline)
+    assert state.displacement[:, 1] == pytest.approx(0.5 * t - down, rel=1e-11)
+    assert state.displacement[:, 0] == pytest.approx(0.3 * t - along, rel=1e-11)
     # The block's velocity is that at its start.
     assert np.allclose(block.velocity, velocity, rtol=0, atol=1e-14)
 
@@ -115,13 +120,34 @@ def test_a_couple_turns_a_free_body_and_does_not_push_it() -> None:
     assert abs(taken.energy_balance_J) < 1e-4 * taken.kinetic_energy_J
 
 
-def test_hinged_boxes_follow_the_rigid_chain() -> None:
+def test_a_torque_and_its_reaction_turn_two_bodies_apart() -> None:
+    torque = 2e-4
+    mesh = boxes((0.03, 0.02), (0.01,), (6, 2), hinged=False)
+    model = model_of(mesh, (0.0, torque), reaction=True)
+    zero = np.zeros_like(model.points)
+    state = start_state(model, zero, zero, 0.0)
+    for _ in range(20):
+        state, _ = advance(model, state, 100, False)
+    x, v = model.points + state.displacement, state.velocity
+    turn = model.mass * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])
+    given = torque * (state.time_s - 0.5 * model.step_s)
+    for phalanx, sign in ((0, -1.0), (1, 1.0)):
+        own = model.body_of_point == phalanx
+        assert turn[own].sum() == pytest.approx(sign * given, rel=1e-10)
+        assert np.abs(model.mass[own] @ v[own]).max() < 1e-12 * model.mass.sum()
+    taken = sample(model, state, advance(model, state, 1, False)[1], 0.0)
+    assert taken.drive_work_J == pytest.approx(torque * (state.face_angles @ [1.0, -1.0]))
+    assert abs(taken.energy_balance_J) < 1e-4 * taken.kinetic_energy_J
+
+
+@pytest.mark.parametrize("drive", [{}, {"reaction": True, "incline": 0.6}], ids=["own", "motors"])
+def test_hinged_boxes_follow_the_rigid_chain(drive: dict[str, Any]) -> None:
     # Stiff boxes, so that flexibility is small: its effect falls with E.
     mesh = boxes((0.04, 0.03), (0.01, 0.01), (4, 1, 1))
     torques = (2e-4, -1e-4)
     errors = []
     for young in (1e8, 4e8):
-        model = model_of(mesh, torques, 9.8, Material(young, 0.3, 1000.0))
+        model = model_of(mesh, torques, 9.8, Material(young, 0.3, 1000.0), **drive)
         begin = ChainState(np.array([0.2, 0.5]), np.array([4.0, -6.0]), 0.0)
         state = start_state(
             model, *pose(model.chain, begin, model.points, model.body_of_point), 0.0

@@ -19,7 +19,8 @@ def chain(links: int, inertia: float, torques: tuple[float, ...] = ()) -> RigidC
         arms[w, w, 0] = -LENGTH / 2
     origins = np.stack([-LENGTH * np.arange(links), np.zeros(links)], axis=1)
     load = np.array(torques) if torques else np.zeros(links)
-    return RigidChain(np.full(links, MASS), np.full(links, inertia), arms, origins, load, GRAVITY)
+    fall = np.array([0.0, -GRAVITY])
+    return RigidChain(np.full(links, MASS), np.full(links, inertia), arms, origins, load, fall)
 
 
 def rest(links: int) -> ChainState:

@@ -275,7 +275,7 @@ def test_chain_has_the_mass_of_the_mesh() -> None:
     mass = np.ones(len(mesh.points))
     nodes = [np.unique(mesh.cells[c]) for c in mesh.cell_sets.values()]
     hinges = np.array([[0.0, 0.0], [-0.04, 0.0]])
-    chain = build_chain(mesh.points, mass, nodes, hinges, np.zeros(2), 9.8)
+    chain = build_chain(mesh.points, mass, nodes, hinges, np.zeros(2), (0.0, -9.8))
     assert chain.mass.sum() == pytest.approx(len(mesh.points))
     assert chain.arms[1, 0] == pytest.approx([-0.04, 0.0])
     assert chain.arms[1, 1] == pytest.approx([-0.015, 0.0], abs=1e-15)

@@ -201,15 +201,18 @@ def test_bar_impact_on_a_wall(dim: int, contact: str, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("contact", LAWS)
-@pytest.mark.parametrize("dim", [2, 3])
-def test_block_slides_to_coulombs_rest(dim: int, contact: str) -> None:
-    # v²/(2 mu g) and v/(mu g), and all of the kinetic energy goes into friction. Put on the
-    # surface at once, the block swings about its weight by 100 %, at w = sqrt(k/m): the impulse
+@pytest.mark.parametrize(("dim", "incline"), [(2, 0.0), (3, 0.0), (2, 0.2)])
+def test_block_slides_to_coulombs_rest(dim: int, incline: float, contact: str) -> None:
+    # v²/(2 a) and v/a, a = g (mu cos + sin)(incline), and what the rise doesn't take of the kinetic
+    # energy goes into friction; tan(incline) < mu, so that it stays there. Put on the surface at
+    # once, the block swings about its weight by 100 %, at w = sqrt(k/m): the impulse
     # is off by mu g/w, at the penalty's stiffness 2.45 % of v.
     share, v, mu, gravity = 0.0245, 0.2, 0.4, 100.0
     section = (0.005, 0.01)[: dim - 1]
     mesh = boxes((0.04,), section, (4, 1, 1)[:dim], hinged=False)
-    stop, distance = v / (mu * gravity), v * v / (2 * mu * gravity)
+    rise = gravity * math.sin(incline)
+    slowing = mu * gravity * math.cos(incline) + rise
+    stop, distance = v / slowing, v * v / (2 * slowing)
     settings = Settings(
         contact=contact,
         penalty_factor=0.05,
@@ -219,15 +222,16 @@ def test_block_slides_to_coulombs_rest(dim: int, contact: str) -> None:
         output_interval=1,
     )
     material, surface = Material(1e8, 0.0, 1000.0), Surface(0.0025, mu)
-    model = body(mesh, material, surface, settings, gravity=gravity)
+    model = body(mesh, material, surface, settings, gravity=gravity, incline=incline)
     result = throw(model, settings, (v, 0.0))
     assert result.status in (Status.COMPLETED, Status.STILL_IN_CONTACT)
     history = result.history
     travel = history.tip_position_m[:, 0] - history.tip_position_m[0, 0]
     assert travel.max() == pytest.approx(distance, rel=2 * share)
     assert history.time_s[np.argmax(travel)] == pytest.approx(stop, rel=2 * share + 0.02)
-    # All the kinetic energy goes into friction but for the vibration that is left.
-    spent = 0.5 * model.mass.sum() * v * v
+    assert travel[-1] == pytest.approx(travel.max(), rel=2 * share)
+    # Friction takes it all but for the vibration that is left.
+    spent = model.mass.sum() * (0.5 * v * v - rise * distance)
     assert history.friction_dissipation_J[-1] == pytest.approx(spent, rel=2 * share)
     assert np.all(np.diff(history.friction_dissipation_J) > -1e-12 * spent)
     assert history.coulomb_excess.max() < 1e-12 * history.normal_force_N.max()

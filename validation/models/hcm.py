@@ -63,6 +63,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 torques=tables.drive.torques or (),  # none lets the solver skip them
                 gravity=tables.drive.gravity,
                 reaction=tables.drive.reaction,
+                incline=tables.surface.incline,
             ),
             "settings": hcm.Settings(**stated),
         }

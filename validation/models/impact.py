@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from validation.errors import RunFailedError, UserError
-from validation.models.solid import solver_settings, start_of
+from validation.errors import RunFailedError
+from validation.models.solid import drive_of, solver_settings, start_of
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
@@ -40,20 +40,13 @@ def impact_of(scene: NamedScene) -> Impact:
 
     Raises
     ------
-    UserError
-        The scene's torques react on the neighbouring phalanx, which rigid chains here do not.
     RunFailedError
         The surface is not reached.
     """
     from reference_fem.rigid_chain import ChainState, build_chain, fly
 
     tables = scene.tables
-    if tables.drive.reaction:
-        raise UserError(
-            f"scene {scene.name}: drive.reaction = true: the common impact state has no torques "
-            "that react on the neighbour; set drive.reaction to false"
-        )
-    count = tables.finger.phalanges
+    count, drive = tables.finger.phalanges, drive_of(tables)
     lengths = np.array(tables.per_phalanx(tables.finger.length))
     diameters = np.array(tables.per_phalanx(tables.finger.diameter))
     mass = np.array(tables.per_phalanx(tables.material.density)) * 0.25 * np.pi * diameters**2
@@ -67,8 +60,8 @@ def impact_of(scene: NamedScene) -> Impact:
         np.repeat(0.5 * mass, 2),
         [np.array([2 * w, 2 * w + 1]) for w in range(count)],
         np.stack([ends[:-1], np.zeros(count)], axis=1),
-        np.array(tables.torques),
-        tables.drive.gravity,
+        drive.loads_for(count),
+        drive.fall,
     )
     height = tables.surface.height
     first = start_of(tables) or ChainState(np.zeros(count), np.zeros(count), 0.0)

@@ -222,8 +222,17 @@ def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
         for modulus, nu, density in tables.rows(*columns)
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
-    drive = reference_fem.Drive(torques=tables.drive.torques or (), gravity=tables.drive.gravity)
-    return materials, surface, drive, solver_settings(tables)
+    return materials, surface, drive_of(tables), solver_settings(tables)
+
+
+def drive_of(tables: Scene) -> Any:
+    """The scene's drive as the reference takes it."""
+    import reference_fem
+
+    drive = tables.drive
+    return reference_fem.Drive(
+        drive.torques or (), drive.gravity, drive.reaction, tables.surface.incline
+    )
 
 
 def start_of(tables: Scene) -> Any:
@@ -268,13 +277,8 @@ class Solid:
         return DIMENSIONS[self.name]
 
     def refusal(self, scene: NamedScene) -> str:
-        """Why no finite elements take this scene, empty if they do."""
-        tables = scene.tables
-        if tables.drive.reaction:
-            return (
-                f"drive.reaction = true: {self.name} applies torques without a "
-                "reaction on the neighbour; set drive.reaction to false or use --model hcm"
-            )
+        """What they can't take is told where the scene is translated."""
+        del scene
         return ""
 
     def warm_up(self) -> None:

@@ -72,7 +72,7 @@ def deck(
               *(f"BODY,{axis},{speed:.9g}" for axis, speed in enumerate(velocity, 1)),
               f"*STEP,NLGEOM,INC={MOST_INCREMENTS}", "*DYNAMIC",
               f"{end_s / INCREMENTS:.6g},{end_s:.6g}",
-              "*DLOAD", f"BLOCK,GRAV,{model.gravity},0,-1,0",
+              "*DLOAD", f"BLOCK,GRAV,{-model.fall[1]},0,-1,0",
               "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
               "*NODE PRINT,NSET=BODY", "V", "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"

@@ -25,6 +25,7 @@ METRES_ADVICE = "write metres, not millimetres"
 HEIGHT_ADVICE = (
     "the surface lies at Y = -height below the hinge: with height <= 0 it would be above the finger"
 )
+INCLINE_ADVICE = "20 degrees are 0.349 rad; a surface that hangs over takes drive.gravity < 0"
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
 # below a nanometre no continuum is left, and the section's second moment underflows
@@ -86,6 +87,11 @@ class SurfaceTable(Table):
         float, Quantity(at_least=0, at_most=100, advice="use 0 for a smooth surface")
     ]
     """mu, Coulomb's coefficient."""
+    incline: Annotated[
+        float, Quantity("rad", at_least=-math.pi / 2, at_most=math.pi / 2, advice=INCLINE_ADVICE)
+    ] = 0.0
+    """Angle by which the surface rises towards +X. X runs along it and Y is its normal, so that
+    start.angles count from the surface: -incline is horizontal."""
 
 
 class TipTable(Table):
@@ -110,13 +116,13 @@ class DriveTable(Table):
     ] = None
     """tau_w of each phalanx, counter-clockwise positive, on its first node."""
     gravity: Annotated[float, Quantity("m/s2", at_least=-1e4, at_most=1e4)] = 9.8
-    """g, along -Y."""
+    """g, downwards: along -Y where surface.incline is 0."""
     reaction: bool = False
     """Whether a torque reacts on the previous phalanx, as a motor in the hinge does."""
 
 
 class StartTable(Table):
-    """Where the motion starts; left out: horizontal along -X, at rest."""
+    """Where the motion starts; left out: along -X, parallel to the surface, at rest."""
 
     angles: Annotated[
         Numbers | None, Quantity("rad", at_least=-math.pi, at_most=math.pi, per_phalanx=True)

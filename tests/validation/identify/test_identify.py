@@ -94,7 +94,7 @@ def test_identify_torque_prints_the_factor_and_the_times(
     ("arguments", "code"),
     [
         (["identify", "contact", "sofd"], 2),
-        (["identify", "contact", "soft", "--set", "drive.reaction=true"], 2),
+        (["identify", "contact", "soft", "--set", "surface.incline=20"], 2),
         (["identify", "contact", "soft", "--set", "drive.gravity=-9.8"], 1),
         (["identify"], 0),
         (["identify", "nothing"], 2),

@@ -114,7 +114,6 @@ def test_mesh_sizes_scale_with_the_finger_and_can_be_set() -> None:
 @pytest.mark.parametrize(
     ("override", "part"),
     [
-        ("drive.reaction=true", "drive.reaction = true"),
         ("solver.fem.section_size=1e-6", "section_size"),
         ("solver.fem.element=tet4", "tet4"),
     ],

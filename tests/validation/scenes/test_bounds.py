@@ -18,7 +18,7 @@ from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.quantity import Quantity
 from validation.scenes.tables import Scene, SolverTable
 
-# The one thing that a model lacks and says so: not a bound.
+# A choice, without a bound.
 OWN = {"drive.reaction"}
 
 

@@ -77,8 +77,9 @@ def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
     """Kinetic energy, and all that the body holds without the contact's springs, J."""
     u, v = snapshot.displacement, snapshot.velocity
     kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.copies
-    height = float(model.mass @ u[:, 1]) * model.copies
-    stored = model.kernel.strain_energy(u) * model.copies + model.gravity * height
+    stored = (
+        model.kernel.strain_energy(u) - float(model.mass @ (u[:, :2] @ model.fall))
+    ) * model.copies
     return kinetic, kinetic + stored
 
 

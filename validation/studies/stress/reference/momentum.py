@@ -56,10 +56,10 @@ def _linear(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
     f = result.forces
     force = np.column_stack([f.tangential_force_N, f.normal_force_N])
     mass = float(model.mass.sum()) * model.copies
-    weight = np.array([0.0, mass * model.gravity])
+    weight = mass * np.array(model.fall)
     gained = [model.mass @ s.velocity[:, :2] * model.copies for s in result.snapshots]
     impulse = float(np.trapezoid(np.abs(force).max(axis=1), f.time_s))
-    return np.array(gained), _given(result, force - weight), impulse
+    return np.array(gained), _given(result, force + weight), impulse
 
 
 def _angular(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
@@ -71,7 +71,8 @@ def _angular(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
     for shown, x in zip(result.snapshots, places, strict=True):
         v = shown.velocity
         gained.append(model.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) * model.copies)
-        weights.append(model.mass @ x[:, 0] * model.copies * model.gravity)
+        moment = model.mass @ (x[:, 0] * model.fall[1] - x[:, 1] * model.fall[0])
+        weights.append(moment * model.copies)
         pushed = shown.contact_pressure_Pa[nodes] * model.contact.area
         if pushed.any():
             centres.append([shown.time_s, *(pushed @ x[nodes] / pushed.sum())])
@@ -82,7 +83,7 @@ def _angular(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
     x, y = (np.interp(f.time_s, when, column) for column in plane)
     contact = x * f.normal_force_N - y * f.tangential_force_N
     couples = sum(couple.torque for couple in model.couples) * model.copies
-    rate = contact - np.interp(f.time_s, times, weights) + couples
+    rate = contact + np.interp(f.time_s, times, weights) + couples
     impulse = np.abs(x * f.normal_force_N) + np.abs(y * f.tangential_force_N)
     return (
         np.array(gained)[:, None],

@@ -83,10 +83,10 @@ def impulse_balance(
 ) -> ImpulseBalance:
     """Of a full body, by the surface's force on it and the nodes' velocities at the last time.
 
-    The momentum is Σ m (v_y + v + g t) of a block that fell at v.
+    The momentum is Σ m (v_y + v - f_y t) of a block that fell at v.
     """
     mass = model.copies * model.mass
-    gained = velocity[:, 1] + scene.speed + model.gravity * time_s[-1]
+    gained = velocity[:, 1] + scene.speed - model.fall[1] * time_s[-1]
     before = mass.sum() * scene.speed**2 * (1.0 + scene.slide**2)
     return ImpulseBalance(
         float(force.max()),

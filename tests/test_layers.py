@@ -17,7 +17,8 @@ MAY_IMPORT = {
 # Rooms of validation from the ground up; those of one line do not import each other.
 FLOORS = (
     ("errors",), ("harness",), ("scenes",), ("models",), ("runs", "curve_files"), ("compare",),
-    ("identify",), ("converge", "render"), ("validate",), ("peers",), ("studies",), ("cli",),
+    ("identify",), ("converge", "render", "sweep"), ("validate",), ("peers",), ("studies",),
+    ("cli",),
 )  # fmt: skip
 STUDIES = ("bench", "paper", "stress")
 

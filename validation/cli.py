@@ -77,6 +77,13 @@ app.command(
 
     Finished scenes are kept: a campaign that was stopped goes on.""",
 )
+app.command(
+    "validation.sweep.command:run_sweep",
+    name="sweep",
+    help="""Solve many scenes by models: a dataset, a page; here or on a Dask cluster.
+
+    Finished runs are kept: a sweep that was stopped goes on.""",
+)
 identify = cyclopts.App(name="identify", help="Parameters that the reduced model needs.")
 app.command(identify)
 identify.command(

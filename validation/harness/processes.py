@@ -99,6 +99,7 @@ class Workers:
             pipe.send(job)
             done, answer = pipe.recv()
         except (EOFError, OSError) as error:
+            self._own.pipe = None  # another job starts another process
             raise RunFailedError(
                 "a worker process died (killed, or out of memory); what was finished is kept:"
                 " the same command goes on"

@@ -13,6 +13,7 @@ import tomli_w
 PACKAGES = ("fingertap", "numpy", "scipy", "numba", "scikit-fem", "gmsh", "meshio")
 
 
+@cache  # what is installed does not change while a program runs
 def version(package: str) -> str:
     """A distribution's version, or that it runs from a source tree."""
     try:

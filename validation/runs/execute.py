@@ -51,8 +51,9 @@ def solve(
     folder: Path | None,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
+    warm: bool = False,
 ) -> Outcome:
-    """Warm up, solve and measure.
+    """Warm up, unless this process has solved a scene of the model (`warm`); solve and measure.
 
     Raises
     ------
@@ -68,7 +69,8 @@ def solve(
         if progress is not None:
             progress(0.0, "loading compiled code")
         with compiling_reported(progress):
-            module.warm_up()
+            if not warm:
+                module.warm_up()
             outcome = module.run(scene, progress, checkpoint)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"its run gave a {type(outcome).__name__}, not an Outcome")

@@ -146,6 +146,13 @@ def load_scene(source: str, overrides: Iterable[str] = ()) -> NamedScene:
         One line naming key, value, what is allowed and what to do.
     """
     name, document = read_document(source)
+    return changed_scene(name, document, overrides, source)
+
+
+def changed_scene(
+    name: str, document: dict[str, Any], overrides: Iterable[str], origin: str
+) -> NamedScene:
+    """The scene of tables as they were read, after overrides; the origin is named in a refusal."""
     for assignment in overrides:
         document = override(document, assignment)
-    return NamedScene(name, validate(document, source), document)
+    return NamedScene(name, validate(document, origin), document)

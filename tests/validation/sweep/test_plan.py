@@ -1,0 +1,187 @@
+"""Plans and points: what is refused in one line, and where the points lie."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tests.validation.commands import Run
+from tests.validation.sweep.plans import PLAN, written
+from validation.errors import UserError
+from validation.sweep.plan import Axis, assignment, read_plan
+from validation.sweep.points import points_of, values_of
+
+VARY = '[vary]\n"surface.friction" = '
+HEAD = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nnumber = 4\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("models = [", "TOML syntax error"),
+        (HEAD, "vary is missing"),
+        ('models = ["hcm"]', "scene is missing"),
+        ('scene = "soft"', "models is missing"),
+        (PLAN.replace('"soft"', '"sfot"'), "did you mean soft?"),
+        (PLAN.replace('["hcm"]', "[]"), "models = []"),
+        (PLAN.replace('["hcm"]', '["hcn"]'), "did you mean hcm?"),
+        (PLAN.replace('["hcm"]', '["hcm", "hcm"]'), "is there twice; give each a variant"),
+        (PLAN.replace('["hcm"]', "[3]"), "must be names of models or tables"),
+        (PLAN.replace('["hcm"]', '[{ model = "hcm", sets = {} }]'), "must be names of models"),
+        (PLAN.replace('["hcm"]', '[{ model = "hcm", set = { "tip.k" = 1 } }]'), "unknown key"),
+        (
+            PLAN.replace('["hcm"]', '[{ model = "hcm", set = { "surface.friction" = 1 } }]'),
+            "is varied too",
+        ),
+        ("point = 3\n" + PLAN, "unknown key; known are scene, models, set, points, vary"),
+        (PLAN.replace("number = 4", "number = 0"), ">= 1"),
+        (PLAN.replace("number = 4", "number = 2.5"), "whole number"),
+        (PLAN.replace("number = 4", "number = 100000000"), "<= 1e+07"),
+        (PLAN.replace("number = 4", ""), "points.number is missing"),
+        (PLAN.replace("number = 4", "count = 4"), "known are kind, number, seed, file, columns"),
+        (PLAN.replace("number = 4", 'kind = "halton"'), "must be"),
+        (PLAN.replace("number = 4", 'number = 4\nkind = "grid"'), "follows from the grid"),
+        (PLAN.replace("number = 4", "number = 4\nseed = -1"), "points.seed = -1"),
+        (PLAN.replace("number = 4", 'number = 4\nfile = "p.csv"'), "write kind = 'file'"),
+        (PLAN.replace("number = 4", 'kind = "file"'), "points.file is missing"),
+        (PLAN.replace("surface.height", "surface.heigth"), "did you mean surface.height?"),
+        (PLAN.replace('"surface.height" = 0.03', '"surface.height" = -1'), "surface.height = -1"),
+        (PLAN.replace("surface.height", "surface.friction"), "is varied too"),
+        (PLAN.replace("surface.friction", "surface.fricton"), "did you mean surface.friction?"),
+        (HEAD + VARY + "0.5", "vary.surface.friction"),
+        (HEAD + VARY + "{ low = 0.1 }", "high is missing"),
+        (HEAD + VARY + "{ low = 0.5, high = 0.1 }", "must be below high = 0.1"),
+        (HEAD + VARY + "{ low = 0.5, high = 0.5 }", "must be below high"),
+        (HEAD + VARY + "{ low = -1.0, high = 0.5 }", ">= 0"),
+        (HEAD + VARY + "{ low = 0.0, high = 1e6 }", "<= 100"),
+        (HEAD + VARY + "{ low = nan, high = 1.0 }", "must be a number"),
+        (HEAD + VARY + "{ low = 0.0, high = 1.0, log = true }", "above 0 where log = true"),
+        (HEAD + VARY + '{ low = "0", high = 1.0 }', "vary.surface.friction.low"),
+        (HEAD + VARY + "{ from = 0.0, high = 1.0 }", "known are low, high, log, values"),
+        (HEAD + VARY + "{ low = 0.0, high = 1.0, values = [1] }", "give one of the three"),
+        (HEAD + VARY + "{ values = [] }", "at least one value"),
+        (HEAD + VARY + "{ values = [0.1, -3] }", "vary.surface.friction.values = -3"),
+        (HEAD + VARY + '{ distribution = "gaussian" }', "continuous distribution of scipy.stats"),
+        (HEAD + VARY + '{ distribution = "norm", parameters = { mean = 1 } }', "mean"),
+        (HEAD + VARY + '{ distribution = "norm", parameters = { scale = -1 } }', "no distribution"),
+        (HEAD + '[vary]\n"finger.phalanges" = { low = 1, high = 4 }', "give its values as a list"),
+        (HEAD + '[vary]\n"drive.torques" = { low = 1, high = 4 }', "give its values as a list"),
+        (HEAD + '[vary]\n"drive.reaction" = { low = 0, high = 1 }', "give its values as a list"),
+    ],
+)
+def test_a_bad_plan_is_refused_in_one_line(
+    text: str, said: str, tmp_path: Path, fingertap: Run
+) -> None:
+    path = written(tmp_path, text)
+    assert said in fingertap("sweep", path, "--out", tmp_path).refusal
+    assert not (tmp_path / "sweep" / "plan" / "results.jsonl").exists()
+
+
+FILE = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nkind = "file"\nfile = "p.csv"\n'
+
+
+@pytest.mark.parametrize(
+    ("plan", "content", "said"),
+    [
+        (FILE, None, "cannot be read"),
+        (FILE, "", "has no points"),
+        (FILE, "surface.friction\n", "has no points"),
+        (FILE, "surface.fricton\n1\n", "did you mean surface.friction?"),
+        (FILE, "surface.friction,surface.height\n0.1\n", "row 2 has 1 values for 2 columns"),
+        (FILE, "surface.friction\n-0.1\n", "row 2: surface.friction = -0.1: must be a number"),
+        (FILE, "surface.friction\nrough\n", "surface.friction = 'rough'"),
+        (FILE, "surface.friction,surface.height\n0.1,\n", "surface.height is empty"),
+        (FILE, "surface.friction,surface.friction\n0.1,0.2\n", "is there twice"),
+        (FILE + 'columns = ["surface.height"]\n', "surface.friction\n1\n", "is missing: it has"),
+        (FILE + "number = 4\n", "surface.friction\n1\n", "follows from the file"),
+        (FILE + VARY + "{ low = 0.0, high = 1.0 }", "surface.friction\n1\n", "leave it out"),
+    ],
+)
+def test_a_bad_file_of_points_is_refused_in_one_line(
+    plan: str, content: str | None, said: str, tmp_path: Path, fingertap: Run
+) -> None:
+    if content is not None:
+        (tmp_path / "p.csv").write_text(content, encoding="utf-8")
+    assert said in fingertap("sweep", written(tmp_path, plan), "--out", tmp_path).refusal
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--workers", "0"), "must be 1 or more"),
+        (("--workers", "2", "--dask", "tcp://127.0.0.1:1"), "leave one"),
+    ],
+)
+def test_bad_options_are_refused(
+    options: tuple[str, ...], said: str, tmp_path: Path, fingertap: Run
+) -> None:
+    assert said in fingertap("sweep", written(tmp_path), *options, "--out", tmp_path).refusal
+
+
+def test_a_file_has_points_of_any_kind(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text(
+        "id,start.angles,finger.phalanges,solver.hcm.flight\n"
+        '1,"[0.1, 0.2]",2,rigid\n2,0.5,1,elastic\n'
+    )
+    columns = 'columns = ["start.angles", "finger.phalanges", "solver.hcm.flight"]\n'
+    points = points_of(read_plan(written(tmp_path, FILE + columns)))
+    assert len(points) == 2
+    assert points.overrides(0) == (
+        "start.angles=[0.1, 0.2]", "finger.phalanges=2", 'solver.hcm.flight="rigid"',
+    )  # fmt: skip
+
+
+def of(tmp_path: Path, points: str) -> np.ndarray:
+    """Points of the two ranges, as shares of them."""
+    table = points_of(read_plan(written(tmp_path, PLAN.replace("number = 4", points)))).columns
+    friction, modulus = map(np.array, table.values())
+    return np.column_stack([friction / 1.2, np.log(modulus / 1e9) / np.log(100.0)])
+
+
+def test_more_points_of_a_sequence_begin_with_the_fewer(tmp_path: Path) -> None:
+    for kind in ("sobol", "random"):
+        few, many = (of(tmp_path, f'number = {n}\nkind = "{kind}"') for n in (5, 64))
+        assert np.array_equal(few, many[:5])
+        assert not np.array_equal(many, of(tmp_path, f'number = 64\nkind = "{kind}"\nseed = 1'))
+
+
+def test_points_fill_their_ranges_evenly(tmp_path: Path) -> None:
+    """A Latin hypercube and 2^m Sobol points put one point into each of n slices of every side."""
+    for kind in ("sobol", "latin-hypercube"):
+        shares = of(tmp_path, f'number = 16\nkind = "{kind}"')
+        assert np.array_equal(np.sort(np.floor(16 * shares), axis=0).T, [np.arange(16)] * 2)
+
+
+def test_a_grid_has_all_combinations(tmp_path: Path) -> None:
+    shares = of(tmp_path, 'kind = "grid"')
+    five = np.linspace(0.0, 1.0, 5)
+    assert shares == pytest.approx(np.array([(a, b) for a in five for b in five]), abs=1e-12)
+
+
+def test_a_distributions_points_are_its_quantiles() -> None:
+    axis = Axis(distribution="norm", parameters={"loc": 2.0, "scale": 0.5})
+    shares = np.array([0.0, 0.25, 0.5, 1.0])
+    values = values_of(axis, shares)
+    assert values[1:3] == pytest.approx(stats.norm(2.0, 0.5).ppf(shares[1:3]), rel=1e-12)
+    assert np.isfinite(values).all()
+    assert values_of(Axis(values=["a", "b"]), np.array([0.0, 0.49, 0.5, 1.0])) == [*"aabb"]
+
+
+def test_the_ends_of_a_range_are_as_written() -> None:
+    """The power of a rounded ratio would leave a bound of the scene by its last bit."""
+    ends = np.array([0.0, 1.0])
+    for low, high in ((1e7, 1e11), (0.3, 0.49), (1e-9, 2.0)):
+        for log in (False, True):
+            assert values_of(Axis(low=low, high=high, log=log), ends) == [low, high]
+
+
+def test_a_plans_scene_lies_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text("[finger]\n", encoding="utf-8")
+    with pytest.raises(UserError, match=r"own\.toml.*is missing"):
+        read_plan(written(tmp_path, PLAN.replace('"soft"', '"own.toml"')))
+
+
+def test_assignments_are_toml() -> None:
+    assert assignment("a.b", 1e-7) == "a.b=1e-07"
+    assert assignment("a.b", [0.1, True, "µ"]) == 'a.b=[0.1, true, "µ"]'

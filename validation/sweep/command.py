@@ -1,0 +1,129 @@
+"""``fingertap sweep``: many scenes through models, here or on a cluster."""
+
+from collections import Counter
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.console import output, progress_bar, say
+from validation.harness.files import output_folder, safe_name
+from validation.harness.line_store import LineStore
+from validation.models.adapter import Progress
+from validation.runs.execute import compile_in_fresh_process
+from validation.sweep import dataset
+from validation.sweep.executor import Crew, dask_cluster, processes_here, solve_all
+from validation.sweep.page import write_report
+from validation.sweep.plan import Plan, assignment, read_plan
+from validation.sweep.points import PointTable, points_of
+from validation.sweep.runs import INTERRUPTED, PASSING, Row, Task, on_one_thread, task_of
+
+
+def run_sweep(
+    plan: Path,
+    /,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
+    out: Path = Path("out"),
+) -> None:
+    """Solve a plan's scenes; results are kept as they come, and none is solved twice.
+
+    Parameters
+    ----------
+    plan
+        TOML: scene, models, set, points, vary.
+    workers
+        Processes on this machine; by default one a core. Each scene takes one thread.
+    dask
+        Address of a Dask cluster's scheduler, in the place of processes here: tcp://host:8786
+    out
+        Folder for sweep/NAME/: results.jsonl, sweep.nc, sweep.csv, index.html.
+
+    Raises
+    ------
+    UserError
+        Bad plan, points or output folder, or a cluster that can't be used: nothing was solved.
+    RunFailedError
+        Scenes failed or crashed, or the cluster was lost; the same command goes on.
+    """
+    if workers is not None and (workers < 1 or dask is not None):
+        why = "must be 1 or more" if workers < 1 else "the cluster of --dask has its own; leave one"
+        raise UserError(f"--workers {workers}: {why}")
+    chosen = read_plan(plan)
+    points = points_of(chosen)
+    folder = output_folder(out / "sweep" / safe_name(chosen.name))
+    finished = LineStore(folder / "results.jsonl")
+    tasks = _tasks(chosen, points)
+    todo = [task for task in tasks if finished.load(task.inputs) is None]
+    if len(todo) < len(tasks):
+        say(f"{folder / 'results.jsonl'} has {len(tasks) - len(todo)} of {len(tasks)} results")
+    passing: dict[tuple[int, int], Row] = {}
+    try:
+        if todo:
+            with progress_bar(f"sweep {chosen.name}") as progress:
+                _solve(chosen, todo, len(tasks), finished, passing, (workers, dask), progress)
+    finally:
+        # what there is, also of a sweep that ends here
+        rows = [[dataset.Solved()] * len(chosen.solvers) for _ in range(len(points))]
+        for task in tasks:
+            found = finished.load(task.inputs) or passing.get((task.point, task.solver))
+            rows[task.point][task.solver] = dataset.solved(found)
+        whole = dataset.build(chosen, points, rows)
+        dataset.write(folder, whole)
+    write_report(folder, chosen, points, whole)
+    counts = Counter(result.status for row in rows for result in row)
+    output(", ".join(f"{n} {status.lower().replace('_', ' ')}" for status, n in counts.items()))
+    output(f"files in {folder}")
+    if passing:
+        first = next(iter(passing.values()))
+        raise RunFailedError(
+            f"{len(passing)} runs failed or crashed, the first: {first['message']}; the same"
+            " command tries them again"
+        )
+
+
+def _tasks(plan: Plan, points: PointTable) -> list[Task]:
+    """Tasks by model, so that those of a batch are alike."""
+    tasks = []
+    for number, solver in enumerate(plan.solvers):
+        own = tuple(assignment(key, value) for key, value in solver.set.items())
+        own = (*on_one_thread(solver.model), *own)  # which may state another number
+        tasks += [
+            task_of(
+                point, number, solver.model, plan.scene, plan.document,
+                (*own, *points.overrides(point)),
+            )
+            for point in range(len(points))
+        ]  # fmt: skip
+    return tasks
+
+
+def _solve(
+    plan: Plan, todo: list[Task], total: int, finished: LineStore,
+    passing: dict[tuple[int, int], Row], where: tuple[int | None, str | None], progress: Progress,
+) -> None:  # fmt: skip
+    """Solve what is not finished; rows that may be others next time go to `passing`."""
+    models = tuple(dict.fromkeys(task.model for task in todo))
+    done = total - len(todo)
+    progress(done / total, "starting")
+
+    def keep(task: Task, found: Row) -> None:
+        nonlocal done
+        if found["status"] == INTERRUPTED:
+            raise KeyboardInterrupt
+        if found["status"] in PASSING:
+            passing[task.point, task.solver] = found
+        else:
+            finished.keep(task.inputs, found)
+        done += 1
+        progress(done / total, f"{task.model}, {done} of {total} runs")
+
+    workers, address = where
+    crew: AbstractContextManager[Crew]
+    if address is None:
+        compile_in_fresh_process(models, lambda what: progress(done / total, what))
+        crew = processes_here(workers)
+    else:
+        crew = dask_cluster(address, models)
+    with crew as busy:
+        solve_all(busy, plan.scene, plan.document, todo, keep)

@@ -1,0 +1,108 @@
+"""The results of a sweep as one dataset: points, and numbers of every model on every point."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from validation.harness.files import atomic, write_text
+from validation.harness.provenance import provenance
+from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
+from validation.sweep.plan import Plan, quantity_of
+from validation.sweep.points import PointTable
+from validation.sweep.runs import NOT_SHARED
+
+if TYPE_CHECKING:
+    import xarray
+
+NOT_SOLVED = "NOT_SOLVED"
+WORDS = ("status", "message", "processor")
+NUMBERS = tuple(
+    entry
+    for quantity in QUANTITIES
+    for entry in (COMPONENTS if quantity.key == TIP_VELOCITY else (quantity,))
+    if quantity.key not in NOT_SHARED
+)
+MEASURED = ("wall_time_s", "spent_s", "processor")
+"""What differs from one day, or machine, to the next; all else is the same bits."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A kept row as the quantities read it."""
+
+    status: str = NOT_SOLVED
+    message: str = ""
+    processor: str = ""
+    spent_s: float = math.nan
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    errors: Mapping[str, Any] = field(default_factory=dict)
+
+
+def solved(row: Mapping[str, Any] | None) -> Solved:
+    """A row of the store; an error of null is infinite."""
+    if row is None:
+        return Solved()
+    errors = {
+        key: tuple(math.inf if part is None else part for part in value)
+        if isinstance(value, list)
+        else math.inf if value is None else value
+        for key, value in row["errors"].items()
+    }  # fmt: skip
+    return Solved(**{**row, "errors": errors})
+
+
+def _error(entry: Quantity, result: Solved) -> float:
+    error = entry.error(result)
+    return math.nan if error is None else error / entry.factor
+
+
+def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> xarray.Dataset:
+    """The dataset.
+
+    Parameters
+    ----------
+    rows : of each point the solvers' results.
+    """
+    import xarray
+
+    data: dict[str, Any] = {}
+    for key, values in points.columns.items():
+        quantity = quantity_of(key)
+        plain = all(isinstance(value, int | float | str) for value in values)
+        column = np.array(values if plain else [json.dumps(value) for value in values])
+        data[key] = ("scene", column, {"units": (quantity and quantity.unit) or "1"})
+    both = ("scene", "model")
+    for entry in NUMBERS:
+        units = {"units": unit_of(entry.key), "long_name": entry.title}
+        numbers = [[entry.value(r) for r in row] for row in rows]
+        data[entry.key] = (both, np.array(numbers, dtype=float), units)
+        errors = np.array([[_error(entry, r) for r in row] for row in rows])
+        if not np.isnan(errors).all():
+            data[f"{entry.key}_error"] = (both, errors, units)
+    data["spent_s"] = (both, np.array([[r.spent_s for r in row] for row in rows]), {"units": "s"})
+    for name in WORDS:
+        data[name] = (both, np.array([[getattr(r, name) for r in row] for row in rows], dtype=str))
+    labels = [solver.label for solver in plan.solvers]
+    attributes = {
+        "title": f"fingertap sweep: {plan.name}",
+        "solvers_json": json.dumps([solver.model_dump() for solver in plan.solvers]),
+        "provenance_json": json.dumps(provenance(plan.document)),
+    }
+    coordinates = {"scene": np.arange(len(points)), "model": labels}
+    return xarray.Dataset(data, coordinates, attributes)
+
+
+def write(folder: Path, dataset: xarray.Dataset) -> None:
+    """Write ``sweep.nc``, and ``sweep.csv`` with a line for each scene and model."""
+    content = dataset.to_netcdf(engine="h5netcdf")  # in memory: HDF5 crashes on a full disk
+    with atomic(folder / "sweep.nc") as temporary:
+        temporary.write_bytes(content)
+    table = dataset.to_dataframe().reset_index()
+    write_text(folder / "sweep.csv", table.to_csv(index=False))

@@ -1,0 +1,175 @@
+"""Where a sweep's scenes are solved: in processes here, or on the workers of a Dask cluster.
+
+Both are a `concurrent.futures` executor's ``submit``, which `solve_all` feeds with batches of tasks
+and whose rows it keeps as they come. A batch whose worker dies is cut into single scenes; one that
+kills its worker by itself is a row that says so. Batches that a lost connection has cancelled are
+sent again.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.console import say
+from validation.harness.processes import workers
+from validation.sweep.runs import CRASHED, Row, Task, check_program, programs, row, solve_tasks
+
+Submit = Callable[..., "Future[list[Row]]"]
+
+AHEAD = 3  # batches that wait, per worker
+BATCH_S = 1.0  # of solving that a batch is made to take, in scenes from 1 to
+MOST_SCENES = 200
+TRIES = 5  # of a batch that connections lose
+CONNECT_S = 30.0
+
+
+@dataclass(frozen=True)
+class Crew:
+    """What solves batches.
+
+    submit : of an executor. workers : how many of them there are now. name : for messages.
+    """
+
+    submit: Submit
+    workers: Callable[[], int]
+
+
+@contextmanager
+def processes_here(count: int | None) -> Iterator[Crew]:
+    """So many processes of this machine, one a core by default."""
+    number = count or len(os.sched_getaffinity(0))
+    with workers(number) as pool:
+        yield Crew(pool.submit, lambda: number)
+
+
+@contextmanager
+def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
+    """The workers of a Dask cluster that is there.
+
+    Raises
+    ------
+    UserError
+        Dask is not installed, nothing answers at the address, or workers have other versions.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise UserError(
+            f"--dask {address}: needs Dask, which is not installed: pip install 'fingertap[dask]'"
+        ) from error
+    try:
+        client = Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:  # a wrong address is a ValueError
+        raise UserError(
+            f"--dask {address}: no scheduler answers ({' '.join(str(error).split())[:100]});"
+            " check the address that dask scheduler prints"
+        ) from error
+    with client:
+        _check_workers(client, address, models)
+        pool = client.get_executor(pure=False, retries=TRIES)
+        try:
+            yield Crew(pool.submit, lambda: len(client.nthreads()))
+        finally:
+            pool.shutdown(wait=False)
+
+
+def _check_workers(client: Any, address: str, models: Sequence[str]) -> None:
+    """Refuse workers that would give other results, before any work is sent."""
+    if not client.nthreads():
+        say(f"{address}: has no workers yet; waiting for the first")
+        client.wait_for_workers(1)
+    if busy := {name: n for name, n in client.nthreads().items() if n != 1}:
+        name, threads = next(iter(busy.items()))
+        raise UserError(
+            f"--dask {address}: worker {name} has {threads} threads: must have 1, for compiled"
+            " loops of two runs can't share a process; start workers with --nthreads 1"
+        )
+    try:
+        client.get_versions(check=True)
+        for model in models:
+            for name, there in client.run(programs, model).items():
+                check_program(model, there, f"--dask {address}: worker {name}")
+    except (ValueError, ImportError, AttributeError) as error:
+        raise UserError(
+            f"--dask {address}: workers have other versions: {' '.join(str(error).split())[:300]}"
+        ) from error
+
+
+def solve_all(
+    crew: Crew,
+    name: str,
+    document: Mapping[str, Any],
+    tasks: Sequence[Task],
+    keep: Callable[[Task, Row], None],
+) -> None:
+    """Solve tasks; every row is handed to `keep` as soon as its batch is there.
+
+    Raises
+    ------
+    RunFailedError
+        The executor has lost a batch `TRIES` times.
+    """
+    wanted = {model: programs(model) for model in {task.model for task in tasks}}
+    todo, again = deque(tasks), deque[tuple[tuple[Task, ...], int]]()
+    running: dict[Future[list[Row]], tuple[tuple[Task, ...], int]] = {}
+    seconds: dict[str, float] = {}
+
+    def batch() -> tuple[tuple[Task, ...], int]:
+        if again:
+            return again.popleft()
+        model = todo[0].model
+        # of a model that has not been solved yet nobody knows how long it takes
+        most = max(1, min(MOST_SCENES, int(BATCH_S / max(seconds.get(model, BATCH_S), 1e-3))))
+        most = max(1, min(most, len(todo) // (2 * crew.workers() or 1)))
+        chosen: list[Task] = []
+        while todo and len(chosen) < most and todo[0].model == model:
+            chosen.append(todo.popleft())
+        return tuple(chosen), 1
+
+    try:
+        while todo or again or running:
+            while (todo or again) and len(running) < AHEAD * max(crew.workers(), 1):
+                chosen, tries = batch()
+                given = [(task.model, task.overrides) for task in chosen]
+                running[crew.submit(solve_tasks, name, document, given, wanted)] = chosen, tries
+            ready, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in ready:
+                chosen, tries = running.pop(future)
+                rows = _rows(future, chosen, tries, again)
+                for task, found in zip(chosen, rows, strict=bool(rows)):
+                    keep(task, found)
+                    spent: float = found["spent_s"]
+                    seconds[task.model] = 0.9 * seconds.get(task.model, spent) + 0.1 * spent
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _rows(
+    future: Future[list[Row]], chosen: tuple[Task, ...], tries: int,
+    again: deque[tuple[tuple[Task, ...], int]],
+) -> list[Row]:  # fmt: skip
+    """A batch's rows; none of one that is to be sent again."""
+    try:
+        return future.result()
+    except CancelledError as error:
+        if tries == TRIES:
+            raise RunFailedError(
+                f"the cluster's scheduler was lost {TRIES} times; what was finished is kept: the"
+                " same command goes on"
+            ) from error
+        again.append((chosen, tries + 1))
+    except UserError:  # a worker that came later has another program
+        raise
+    except Exception as error:  # its worker died; the scenes' own errors are rows
+        if len(chosen) == 1 and tries > 1:
+            return [row(CRASHED, f"its worker died twice: {' '.join(str(error).split())[:200]}")]
+        again.extend(((task,), 2) for task in chosen)
+    return []

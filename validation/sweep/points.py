@@ -1,0 +1,153 @@
+"""The points of a plan: values of the keys that vary, each point a scene."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.errors import UserError
+from validation.scenes.load import parse_value, read_text
+from validation.scenes.messages import show
+from validation.sweep.plan import (
+    MOST_POINTS,
+    Axis,
+    Plan,
+    assignment,
+    check_key,
+    check_value,
+    frozen,
+)
+
+LARGEST_FILE = 1_000_000_000  # bytes of a file of points
+
+
+@dataclass(frozen=True)
+class PointTable:
+    """Values by key, one list of all points' each."""
+
+    columns: Mapping[str, Sequence[Any]]
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    def overrides(self, index: int) -> tuple[str, ...]:
+        """A point as ``KEY=VALUE`` texts."""
+        return tuple(assignment(key, values[index]) for key, values in self.columns.items())
+
+
+def points_of(plan: Plan) -> PointTable:
+    """All points of a plan.
+
+    Raises
+    ------
+    UserError
+        The file of points can't be read, or its values can't be meant.
+    """
+    if plan.points.kind == "file":
+        return _from_file(plan)
+    if plan.points.kind == "grid":
+        return _grid(plan.vary)
+    return PointTable(
+        {
+            key: values_of(axis, shares)
+            for (key, axis), shares in zip(plan.vary.items(), _shares(plan).T, strict=True)
+        }
+    )
+
+
+def _shares(plan: Plan) -> NDArray[np.float64]:
+    """Points in the unit cube, (number, keys)."""
+    from scipy.stats import qmc
+
+    number, size, rng = (
+        plan.points.number or 0,
+        len(plan.vary),
+        np.random.default_rng(plan.points.seed),
+    )
+    if plan.points.kind == "sobol":
+        # of a power of 2, of which the first ones are taken: the same whatever the number
+        cube = qmc.Sobol(size, rng=rng).random_base2(math.ceil(math.log2(number)))[:number]
+    elif plan.points.kind == "latin-hypercube":
+        cube = qmc.LatinHypercube(size, rng=rng).random(number)
+    else:
+        cube = rng.random((number, size))
+    return np.asarray(cube)
+
+
+def values_of(axis: Axis, shares: NDArray[np.float64]) -> list[Any]:
+    """An axis' values at shares in [0, 1], (n,): quantiles of its distribution."""
+    if axis.values is not None:
+        places = np.minimum((shares * len(axis.values)).astype(int), len(axis.values) - 1)
+        return [axis.values[place] for place in places]
+    found: list[float]
+    if axis.distribution is not None:
+        # neither end of a distribution without ends is a number
+        found = frozen(axis, "").ppf(np.clip(shares, 2.0**-40, 1.0 - 2.0**-40)).tolist()
+        return found
+    low, high = axis.low or 0.0, axis.high or 0.0
+    inner = low * (high / low) ** shares if axis.log else low + (high - low) * shares
+    # the ends are those that are written, to the last bit
+    found = np.where(shares < 1.0, np.clip(inner, low, high), high).tolist()
+    return found
+
+
+def _grid(vary: Mapping[str, Axis]) -> PointTable:
+    sides = []
+    for axis in vary.values():
+        if axis.values is not None:
+            sides.append(list(axis.values))
+        elif axis.distribution is not None:
+            sides.append(values_of(axis, (np.arange(axis.count) + 0.5) / axis.count))
+        else:
+            sides.append(values_of(axis, np.linspace(0.0, 1.0, axis.count)))
+    if (number := math.prod(map(len, sides))) > MOST_POINTS:
+        raise UserError(f"points.kind = 'grid': gives {number} points: at most {MOST_POINTS}")
+    return PointTable(
+        dict(zip(vary, map(list, zip(*itertools.product(*sides), strict=True)), strict=True))
+    )
+
+
+def _from_file(plan: Plan) -> PointTable:
+    path = plan.folder / str(plan.points.file)
+    origin = f"points.file {path}"
+    try:
+        rows = [
+            row for row in csv.reader(io.StringIO(read_text(path, origin, LARGEST_FILE))) if row
+        ]
+    except csv.Error as error:
+        raise UserError(f"{origin}: is no CSV: {error}") from error
+    names = [name.strip() for name in rows[0]] if rows else []
+    wanted = plan.points.columns or names
+    for name in wanted:
+        if name not in names:
+            has = ", ".join(names) or "none"
+            raise UserError(f"{origin}: column {name!r} is missing: it has {has}")
+        if names.count(name) > 1:
+            raise UserError(f"{origin}: column {name!r} is there twice; leave one out")
+        check_key(name, f"{origin}: column {name!r}")
+    columns: dict[str, list[Any]] = {name: [] for name in wanted}
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(names):
+            raise UserError(
+                f"{origin}: row {number} has {len(row)} values for {len(names)} columns"
+            )
+        for name, text in zip(names, row, strict=True):
+            if name in columns:
+                place = f"{origin}: row {number}: {name}"
+                if not text.strip():
+                    raise UserError(f"{place} is empty: write its value, a list as [1, 2]")
+                columns[name].append(value := parse_value(text.strip()))
+                if isinstance(value, float) and not math.isfinite(value):
+                    raise UserError(f"{place} = {show(value)}: must be finite")
+                check_value(name, value, place)
+    if not columns or not next(iter(columns.values())):
+        raise UserError(f"{origin}: has no points: a line of keys, then one of values for each")
+    return PointTable(columns)

@@ -1,0 +1,148 @@
+"""One scene of a sweep by one model, on one thread, wherever it is solved.
+
+What is kept of a run is its scalars, their stated errors and how it ended, as a row of JSON. Its
+inputs are the scene, the model, and the program without the machine and the numbers of threads:
+points may be solved by many machines, in pieces. Each row names its processor.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from validation.errors import RunFailedError, UserError
+from validation.harness.identity import program
+from validation.harness.provenance import processor
+from validation.harness.record import plain
+from validation.harness.store import Inputs
+from validation.models import adapter
+from validation.models.inputs import scene_inputs
+from validation.runs.execute import solve
+from validation.scenes.load import changed_scene
+
+# How a run ended whose end may be another one next time: it is not kept.
+FAILED, CRASHED, INTERRUPTED = "FAILED", "CRASHED", "INTERRUPTED"
+PASSING = (FAILED, CRASHED, INTERRUPTED)
+REFUSED = "REFUSED"
+NOT_SHARED = ("peak_memory_MB",)  # of a process that has solved other scenes before
+# Ends of environment variables that decide how fast one thread is, and not its bits.
+WITHOUT_EFFECT = ("_NUM_THREADS", "_WAIT_POLICY")
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A point and a solver by their numbers, the scene's changes, and what names its result."""
+
+    point: int
+    solver: int
+    model: str
+    overrides: tuple[str, ...]
+    inputs: Inputs
+
+
+def on_one_thread(model: str) -> tuple[str, ...]:
+    """The override by which a solid takes one thread: scenes share the cores, to the same bits."""
+    return ("solver.fem.threads=1",) * (adapter(model).settings == "fem")
+
+
+@cache  # what a program is made of does not change while it runs
+def programs(model: str) -> dict[str, Any]:
+    """What decides a model's results on any machine: sources, versions, the compilers' settings."""
+    found = adapter(model)
+    made_by = program(*found.sources, __name__, without=found.independent_of)
+    own = {k: v for k, v in made_by["environment"].items() if not k.endswith(WITHOUT_EFFECT)}
+    return {**{key: made_by[key] for key in ("source", "versions", "python")}, "environment": own}
+
+
+def task_of(
+    point: int, solver: int, model: str, name: str, document: dict[str, Any],
+    overrides: tuple[str, ...],
+) -> Task:  # fmt: skip
+    """The task of a point; a scene that is refused is known by its changes alone."""
+    inputs: dict[str, Any] = {"model": model, "program": programs(model)}
+    try:
+        scene = changed_scene(name, document, overrides, name)
+        inputs |= scene_inputs(scene.tables, model)
+    except UserError:
+        inputs |= {"scene": document, "overrides": list(overrides)}
+    return Task(point, solver, model, overrides, inputs)
+
+
+def solve_tasks(
+    name: str, document: dict[str, Any], tasks: Sequence[tuple[str, tuple[str, ...]]],
+    wanted: Mapping[str, Mapping[str, Any]],
+) -> list[Row]:  # fmt: skip
+    """In a worker: rows of (model, overrides), in their order.
+
+    Parameters
+    ----------
+    wanted : `programs` by model, of the command that asks.
+
+    Raises
+    ------
+    UserError
+        This worker's program is another one.
+    """
+    from threadpoolctl import threadpool_limits
+
+    for model in wanted:
+        check_program(model, wanted[model])
+    rows, warm = [], set[str]()
+    with threadpool_limits(1, user_api="blas"):
+        for model, overrides in tasks:
+            rows.append(_solve(name, document, model, overrides, model in warm))
+            warm.add(model)
+    return rows
+
+
+def check_program(model: str, wanted: Mapping[str, Any], where: str = "worker") -> None:
+    """Refuse to work for a command whose program is another one.
+
+    Raises
+    ------
+    UserError
+        Naming what differs.
+    """
+    if differing := difference(programs(model), wanted):
+        raise UserError(f"{where}: {differing}; install the same program and versions there")
+
+
+def difference(own: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """What two programs differ by, empty if by nothing."""
+    for part in ("versions", "environment"):
+        for name in sorted({*own[part], *wanted[part]}):
+            here, there = own[part].get(name), wanted[part].get(name)
+            if here != there:
+                return f"has {name} {here}, the command {there}"
+    if own["python"] != wanted["python"]:
+        return f"runs Python {own['python']}, the command {wanted['python']}"
+    return "" if own["source"] == wanted["source"] else "has other sources of fingertap"
+
+
+def _solve(
+    name: str, document: dict[str, Any], model: str, overrides: tuple[str, ...], warm: bool
+) -> Row:
+    started = time.perf_counter()
+    found = row(REFUSED, "")
+    try:
+        scene = changed_scene(name, document, overrides, name)
+        record = solve(scene, model, None, warm=warm).record
+        summary = {key: v for key, v in record.summary.items() if key not in NOT_SHARED}
+        found = row(record.status, record.message)
+        found |= {"summary": plain(summary), "errors": plain(record.errors)}
+    except UserError as error:
+        found["message"] = str(error)
+    except RunFailedError as error:
+        found = row(FAILED, str(error))
+    return {**found, "spent_s": time.perf_counter() - started}
+
+
+def row(status: str, message: str) -> Row:
+    """A result without numbers, as it is kept; an error that could not be estimated is null."""
+    found = {"status": status, "message": message, "summary": {}, "errors": {}, "spent_s": 0.0}
+    return {**found, "processor": processor()}

@@ -22,7 +22,7 @@ from validation.studies.paper.driven_cases import driven_cases
 from validation.studies.paper.driven_findings import driven_findings, duration_ms
 from validation.studies.paper.figures import DRAWN_TWICE, SCENES, draw_figures
 from validation.studies.paper.friction_findings import friction_findings
-from validation.studies.paper.ledger import VERDICTS, ledger, ledger_table, score
+from validation.studies.paper.ledger import by_place, counts, ledger, ledger_table, score
 from validation.studies.paper.readings import Runs
 from validation.studies.paper.reference_runs import References, run_references
 from validation.studies.paper.torque_factor import IdentifiedTorque, identify_torque
@@ -94,11 +94,11 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         write_table(folder, "ledger", ledger_table(rows), "Every number that the paper prints")
         drawn = draw_figures(figures, runs, references.judged)
         settled, total = score(rows)
-        counts = {verdict: sum(row.verdict == verdict for row in rows) for verdict in VERDICTS}
         page = folder / "index.html"
         context = {
             "rows": rows,
-            "counts": counts,
+            "counts": counts(rows),
+            "places": by_place(rows),
             "settled": settled,
             "total": total,
             "found": found,
@@ -108,7 +108,7 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
             "provenance": provenance({}),
         }
         write_page(page, "paper.html.j2", context)
-    output("; ".join(f"{verdict}: {count}" for verdict, count in counts.items()))
+    output("; ".join(f"{verdict}: {count}" for verdict, count in counts(rows).items()))
     output(f"rows that concern hcm: {settled} of {total} reproduced or self-contradicting")
     factor = found.common
     output(f"t_3 factor: {factor.factor:.4g} +- {factor.uncertainty:.2g} N m per printed unit")

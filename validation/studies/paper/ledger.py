@@ -16,11 +16,16 @@ REPRODUCED = "reproduced"
 CLOSE = "close"
 CONTRADICTS = "the paper contradicts itself"
 NOT_REPRODUCED = "not reproduced"
-VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED)
+INCOMPARABLE = "can't be compared"
+VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED, INCOMPARABLE)
 
 SAME_PERCENT = 1.0
 CLOSE_PERCENT = 5.0
 REFERENCE_ROWS = frozenset(("T2.5", "T2.6", "T2.7", "T2.8", "T3.3", "T3.4", "T3.7", "T3.8"))
+# errors against a run that nobody has, and another machine's time and memory
+INCOMPARABLE_ROWS = frozenset(
+    [*(f"T2.{row}" for row in (9, 10, 11)), *(f"T3.{row}" for row in range(1, 9))]
+)
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,16 @@ class Finding:
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the ledger; deviation_percent is 100 (ours - paper)/|paper|."""
+    """One line of the ledger.
+
+    deviation : 100 (ours - paper)/|paper| in percent; of a number that is a percentage itself, ours
+    - paper in percentage points. deviation_unit : which of the two.
+    """
 
     claim: Claim
     our_value: float | int | bool | None
-    deviation_percent: float | None
+    deviation: float | None
+    deviation_unit: str
     verdict: str
     reason: str
 
@@ -70,15 +80,17 @@ def judge_number(paper: str, ours: float) -> tuple[str, str]:
 def judge(claim: Claim, finding: Finding) -> Row:
     """One line: verdict, deviation, and the reason with the tolerance in it."""
     ours = finding.value
-    deviation = None
-    if ours is None:
+    deviation, unit = None, "points" if claim.unit == "%" else "%"
+    if claim.id in INCOMPARABLE_ROWS:
+        verdict, tolerance = INCOMPARABLE, ""
+    elif ours is None:
         verdict, tolerance = NOT_REPRODUCED, "no run to judge by"
     elif isinstance(ours, bool):
         verdict = REPRODUCED if ours else NOT_REPRODUCED
         tolerance = "as stated" if ours else "not as stated"
     else:
         printed = claim.number
-        deviation = 100 * (ours - printed) / abs(printed)
+        deviation = (ours - printed) * (1 if unit == "points" else 100 / abs(printed))
         if claim.kind == "count":
             same = ours == printed
             verdict, tolerance = (REPRODUCED if same else NOT_REPRODUCED), "counts must be equal"
@@ -88,7 +100,8 @@ def judge(claim: Claim, finding: Finding) -> Row:
         verdict, tolerance = CONTRADICTS, ""
     source = "other model: fem3d ls-dyna-like" if claim.id in REFERENCE_ROWS else "self: hcm"
     parts = (tolerance, finding.contradiction, finding.reason, source)
-    return Row(claim, ours, deviation, verdict, "; ".join(part for part in parts if part))
+    reason = "; ".join(part for part in parts if part)
+    return Row(claim, ours, deviation, "" if deviation is None else unit, verdict, reason)
 
 
 def ledger(claims: Iterable[Claim], findings: Mapping[str, Finding]) -> tuple[Row, ...]:
@@ -110,9 +123,24 @@ def score(rows: Sequence[Row]) -> tuple[int, int]:
     mine = [
         row
         for row in rows
-        if row.claim.kind in ("value", "count", "state") and row.claim.id not in REFERENCE_ROWS
+        if row.claim.kind in ("value", "count", "state")
+        and row.claim.id not in REFERENCE_ROWS | INCOMPARABLE_ROWS
     ]
     return sum(row.verdict in (REPRODUCED, CONTRADICTS) for row in mine), len(mine)
+
+
+def by_place(rows: Sequence[Row]) -> dict[str, tuple[list[Row], dict[str, int]]]:
+    """Rows of each table, figure or section in the article's order, and counts by verdict."""
+    places: dict[str, list[Row]] = {}
+    for row in rows:
+        places.setdefault(row.claim.where, []).append(row)
+    return {place: (mine, counts(mine)) for place, mine in places.items()}
+
+
+def counts(rows: Sequence[Row]) -> dict[str, int]:
+    """How many rows have each verdict; those that none has are left out."""
+    found = [row.verdict for row in rows]
+    return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
 
 
 def ledger_table(rows: Sequence[Row]) -> pd.DataFrame:

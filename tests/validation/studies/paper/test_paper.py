@@ -30,10 +30,12 @@ from validation.studies.paper.driven_cases import (
 from validation.studies.paper.ledger import (
     CLOSE,
     CONTRADICTS,
+    INCOMPARABLE,
     NOT_REPRODUCED,
     REFERENCE_ROWS,
     REPRODUCED,
     Finding,
+    by_place,
     judge,
     ledger,
     ledger_table,
@@ -82,7 +84,8 @@ def test_rounding_is_half_the_last_printed_digit(text: str, half_unit: float) ->
 def test_values_are_judged_by_their_deviation(share: float, verdict: str) -> None:
     row = judge(CLAIMS["T2.1"], Finding(173.084 * share))
     assert row.verdict == verdict
-    assert row.deviation_percent == pytest.approx(100 * (share - 1))
+    assert row.deviation == pytest.approx(100 * (share - 1))
+    assert row.deviation_unit == "%"
 
 
 @pytest.mark.parametrize(
@@ -113,6 +116,29 @@ def test_a_contradiction_wins_and_a_row_says_which_model_judges_it() -> None:
     assert "self: hcm" in judge(CLAIMS["T2.1"], Finding(173.0)).reason
 
 
+def test_what_nobody_can_compute_is_neither_counted_nor_reproduced() -> None:
+    rows = [judge(CLAIMS[i], Finding(CLAIMS[i].number)) for i in ("T2.9", "T3.1", "T3.8")]
+    assert {row.verdict for row in rows} == {INCOMPARABLE}
+    assert [row.deviation for row in rows] == [None] * 3
+    assert score(rows) == (0, 0)
+
+
+def test_percentages_deviate_by_points() -> None:
+    row = judge(CLAIMS["C5.1"], Finding(63.5))
+    assert row.deviation == pytest.approx(0.5)
+    assert row.deviation_unit == "points"
+
+
+def test_rows_stand_by_place_with_their_counts() -> None:
+    rows = [judge(CLAIMS[i], Finding(CLAIMS[i].number)) for i in ("T2.1", "T3.1", "T2.3", "T2.9")]
+    places = by_place(rows)
+    assert [(place, len(mine)) for place, (mine, _) in places.items()] == [
+        ("Table 2", 3),
+        ("Table 3", 1),
+    ]
+    assert places["Table 2"][1] == {REPRODUCED: 2, INCOMPARABLE: 1}
+
+
 def test_no_claim_is_skipped() -> None:
     findings = {id_: Finding(None) for id_ in CLAIMS}
     rows = ledger(CLAIMS.values(), findings)
@@ -138,7 +164,7 @@ def test_table_has_the_columns_that_users_rely_on() -> None:
     header, line = csv.reader(text.splitlines())
     assert header == [
         "id", "where", "scene", "quantity", "paper_value", "unit", "our_value",
-        "deviation_percent", "verdict", "reason",
+        "deviation", "deviation_unit", "verdict", "reason",
     ]  # fmt: skip
     assert line[6] == "true"
 

@@ -2,12 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
+from meshes.bounds import Bound, check_fields
 from meshes.mesh import MeshError
 
 LARGEST_SHAFT = 0.45
 """Largest radius of a shaft over that of its phalanx: the hole stays inside the O-grid's core."""
+
+METRES = Bound("m", above=0)
 
 
 @dataclass(frozen=True)
@@ -31,12 +34,13 @@ class FingerGeometry:
         length, or the last phalanx is too short to hold its hemisphere.
     """
 
-    lengths: tuple[float, ...]
-    diameters: tuple[float, ...]
+    lengths: Annotated[tuple[float, ...], METRES]
+    diameters: Annotated[tuple[float, ...], METRES]
     tip: Literal["hemisphere", "flat"] = "hemisphere"
-    shaft_radius: float | None = None
+    shaft_radius: Annotated[float | None, METRES] = None
 
     def __post_init__(self) -> None:
+        check_fields(self, MeshError)
         if len(self.lengths) == 0:
             raise MeshError("lengths is empty: give at least one phalanx")
         if len(self.lengths) != len(self.diameters):
@@ -44,19 +48,12 @@ class FingerGeometry:
                 f"{len(self.lengths)} lengths but {len(self.diameters)} diameters: "
                 "give one of each per phalanx"
             )
-        for key, values in (("lengths", self.lengths), ("diameters", self.diameters)):
-            for w, value in enumerate(values, start=1):
-                require_positive(f"{key}[phalanx {w}]", value)
-        if self.shaft_radius is not None:
-            require_positive("shaft_radius", self.shaft_radius)
-            if self.shaft_radius > LARGEST_SHAFT * min(self.radii):
-                raise MeshError(
-                    f"shaft_radius = {self.shaft_radius:g} m: must be at most {LARGEST_SHAFT:g} of "
-                    f"the smallest phalanx's radius ({min(self.radii):g} m), or its end is no more "
-                    "than a thin wall"
-                )
-        if self.tip not in ("hemisphere", "flat"):
-            raise MeshError(f"tip = {self.tip!r}: allowed are 'hemisphere' and 'flat'")
+        if self.shaft_radius is not None and self.shaft_radius > LARGEST_SHAFT * min(self.radii):
+            raise MeshError(
+                f"shaft_radius = {self.shaft_radius:g} m: must be at most {LARGEST_SHAFT:g} of "
+                f"the smallest phalanx's radius ({min(self.radii):g} m), or its end is no more "
+                "than a thin wall"
+            )
         if self.tip == "hemisphere" and self.lengths[-1] <= self.radii[-1]:
             raise MeshError(
                 f"the last phalanx is {self.lengths[-1]:g} m long, but its hemispherical end "
@@ -82,15 +79,3 @@ class FingerGeometry:
     def end(self) -> float:
         """X of the finger's free end, m."""
         return -math.fsum(self.lengths)
-
-
-def require_positive(key: str, value: float) -> None:
-    """Refuse what is not a positive finite number.
-
-    Raises
-    ------
-    MeshError
-        Naming `key`, the value and what is allowed.
-    """
-    if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
-        raise MeshError(f"{key} = {value!r}: must be a positive finite number (metres)")

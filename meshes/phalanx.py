@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 
 from meshes.blocks import Blocks, gmsh_session
 from meshes.grading import Division
@@ -49,16 +50,12 @@ Ease = Callable[[Division], Division]
 """What a section keeps of the contact's gradings."""
 
 
+_halfway: Ease = attrgetter("halfway")
+_even: Ease = attrgetter("evened")
+
+
 def _graded(division: Division) -> Division:
     return division
-
-
-def _halfway(division: Division) -> Division:
-    return division.halfway
-
-
-def _even(division: Division) -> Division:
-    return division.evened
 
 
 class _Builder:

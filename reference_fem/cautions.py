@@ -65,9 +65,11 @@ def cautions(
         float(np.abs(history.energy_balance_J).max()), float(history.kinetic_energy_J.max())
     )
     if residual > OPEN:
+        impulse = settings.contact == "impulse"
+        plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""
         found.append(
             f"{100 * residual:.3g} % of the largest kinetic energy is missing or too much: lower "
-            f"solver.fem.step_factor, and refine the mesh where it touches{_plastic(settings)}"
+            f"solver.fem.step_factor, and refine the mesh where it touches{plastic}"
         )
     smallest = min(
         (model.kernel.min_det_F(s.displacement) for s in snapshots if s.at_peak), default=1.0
@@ -91,7 +93,7 @@ def cautions(
     if springs > SPRINGS and isinstance(settings.contact, str):
         found.append(
             f"the contact's springs hold {100 * springs:.3g} % of the elastic energy, so the "
-            f"penalty sets force and duration: raise {_stiffness_key(settings)} or use "
+            f"penalty sets force and duration: raise solver.fem.{settings.contact}_factor or use "
             "solver.fem.contact = 'impulse'"
         )
     hourglass = _share(float(history.hourglass_energy_J.max()), strain)
@@ -138,14 +140,6 @@ def astray(edges: Array, touched: Flags) -> float | None:
 
 def _share(part: float, whole: float) -> float:
     return part / whole if whole > 0.0 else 0.0
-
-
-def _stiffness_key(settings: Settings) -> str:
-    return f"solver.fem.{settings.contact}_factor"
-
-
-def _plastic(settings: Settings) -> str:
-    return " (impulses stop nodes as plastic impacts do)" if settings.contact == "impulse" else ""
 
 
 def _smoother(settings: Settings) -> str:

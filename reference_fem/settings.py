@@ -6,7 +6,7 @@ is allowed and what is usual.
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from reference_fem.contact.lumped import LumpedContact
 
 Flight = Literal["rigid", "explicit"]
 Contact = Literal["penalty", "surface", "impulse"]
-CONTACTS: tuple[str, ...] = get_args(Contact)
 
 LONGEST_S = 1e12
 """Bound on times: beyond it sums of steps lose their digits."""

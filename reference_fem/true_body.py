@@ -29,9 +29,11 @@ def true_chain(
     ):
         rounded = w == last and geometry.tip == "hemisphere"
         end = hinge - length + radius * rounded
-        parts = [_shaft(hinge, end, radius)]
+        parts = [_round(*_gauss(end, hinge), np.full(POINTS, radius))]
         if rounded:
-            x, weights = _ball(radius) if dim == 3 else _half_disc(radius, radius)
+            along, dx = _gauss(0.0, radius)
+            ball = _round(along, dx, np.sqrt(radius**2 - along**2))
+            x, weights = ball if dim == 3 else _half_disc(radius, radius)
             parts.append((np.array([end, 0.0]) - x, weights))
         if geometry.shaft_radius is not None:
             x, weights = _half_disc(geometry.shaft_radius, radius)
@@ -64,22 +66,11 @@ def _chebyshev() -> tuple[Array, Array]:
     return np.cos(angle), np.pi / (POINTS + 1) * np.sin(angle) ** 2
 
 
-def _sections(x: Array, dx: Array, radii: Array) -> tuple[Array, Array]:
+def _round(x: Array, dx: Array, radii: Array) -> tuple[Array, Array]:
     """Round sections at `x`: ∫ f dV = ∫ dx ∫ f(x, y) 2 sqrt(r² - y²) dy."""
     y, dy = _chebyshev()
     points = np.stack([np.repeat(x, POINTS), np.outer(radii, y).ravel()], axis=1)
     return points, np.outer(dx * 2.0 * radii**2, dy).ravel()
-
-
-def _shaft(hinge: float, end: float, radius: float) -> tuple[Array, Array]:
-    x, dx = _gauss(end, hinge)
-    return _sections(x, dx, np.full(POINTS, radius))
-
-
-def _ball(radius: float) -> tuple[Array, Array]:
-    """The half-ball x >= 0."""
-    x, dx = _gauss(0.0, radius)
-    return _sections(x, dx, np.sqrt(radius**2 - x**2))
 
 
 def _half_disc(radius: float, section: float) -> tuple[Array, Array]:

@@ -12,13 +12,12 @@ solid (see `lumped_point`), at x_C with the gap g:
   paper's massless particle P.
 """
 
-from __future__ import annotations
-
-import math
 from dataclasses import dataclass
+from typing import Annotated, Self
 
 import numpy as np
 
+from meshes.bounds import Bound, check_fields
 from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.contact import law
@@ -36,42 +35,24 @@ ENERGIES = 3
 
 @dataclass(frozen=True)
 class LumpedContact:
-    """Constants of the law.
+    """Constants of the law; a ValueError names the one that is not what it may be."""
 
-    Parameters
-    ----------
-    normal_stiffness : k, N/m, greater than 0
-    restitution : e*, energetic coefficient, greater than 0 and at most 1
-    tangential_ratio : η⁻², tangential over normal stiffness, at least 0; 0 transmits no tangential
-        force.
-    hertz_force : None: the law above. A force F*, N: Hertz's law instead of the linear normal
-        element, F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at
-        F*.
-
-    Raises
-    ------
-    ValueError
-        Naming the key, its value and what is allowed.
-    """
-
-    normal_stiffness: float
-    restitution: float = 1.0
-    tangential_ratio: float = 0.75
-    hertz_force: float | None = None
+    normal_stiffness: Annotated[float, Bound("N/m", above=0)]
+    """k."""
+    restitution: Annotated[float, Bound(above=0, at_most=1)] = 1.0
+    """e*, energetic coefficient."""
+    tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
+    """η⁻², tangential over normal stiffness; 0 transmits no tangential force."""
+    hertz_force: Annotated[float | None, Bound("N", above=0)] = None
+    """None: the law above. A force F*: Hertz's law instead of the linear normal element,
+    F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at F*."""
 
     def __post_init__(self) -> None:
-        for key, value, allowed, holds in (
-            ("normal_stiffness", self.normal_stiffness, "above 0, N/m", self.normal_stiffness > 0),
-            ("restitution", self.restitution, "above 0 and at most 1", 0 < self.restitution <= 1),
-            ("tangential_ratio", self.tangential_ratio, "at least 0", self.tangential_ratio >= 0),
-        ):
-            if not (math.isfinite(value) and holds):
-                raise ValueError(f"{key} = {value}: must be a finite number {allowed}")
-        force = self.hertz_force
-        if force is not None and not (math.isfinite(force) and force > 0 and self.restitution == 1):
+        check_fields(self)
+        if self.hertz_force is not None and self.restitution != 1.0:
             raise ValueError(
-                f"hertz_force = {force}: must be a finite number above 0, in N, and goes with "
-                f"restitution = 1 alone (it is {self.restitution})"
+                f"hertz_force = {self.hertz_force}: goes with restitution = 1 alone (it is "
+                f"{self.restitution})"
             )
 
     @property
@@ -110,7 +91,7 @@ class LumpedLaw(ContactLaw):
     copies: int
 
     @classmethod
-    def on(cls, point: LumpedPoint, copies: int, constants: LumpedContact) -> LumpedLaw:
+    def on(cls, point: LumpedPoint, copies: int, constants: LumpedContact) -> Self:
         """The law on a point; its nodes carry forces, no pressure and no stiffness of their own."""
         nodes = point.section.nodes
         nothing, all_of_it = np.zeros(nodes.size), np.full(nodes.size, np.inf)

@@ -121,10 +121,6 @@ class ElementKernel:
         """The first of `energies`, J."""
         return self.energies(displacement)[0]
 
-    def hourglass_energy(self, displacement: Array) -> float:
-        """The second of `energies`, J."""
-        return self.energies(displacement)[1]
-
     def cell_stress(self, displacement: Array, cells: Index | None = None) -> Array:
         """Cauchy stress at the elements' centres, Pa.
 

@@ -42,9 +42,9 @@ def test_bad_sizing_options(keywords: dict[str, float], message: str) -> None:
     [
         (((), ()), "empty"),
         (((L, L), (D,)), "2 lengths but 1 diameters"),
-        (((L, -L), (D, D)), r"lengths\[phalanx 2\] = -0.04"),
-        (((L, NAN), (D, D)), r"lengths\[phalanx 2\] = nan"),
-        (((L,), (0.0,)), r"diameters\[phalanx 1\]"),
+        (((L, -L), (D, D)), r"lengths\[2\] = -0.04"),
+        (((L, NAN), (D, D)), r"lengths\[2\] = nan"),
+        (((L,), (0.0,)), r"diameters\[1\]"),
         (((0.007,), (D,)), "hemispherical end alone takes 0.0075 m"),
         (((L,), (D,), "round"), "tip = 'round'"),
     ],

@@ -123,7 +123,7 @@ def test_refined_tip_and_one_phalanx() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"shaft_radius": 0.0}, "shaft_radius = 0.0: must be a positive"),
+        ({"shaft_radius": 0.0}, "shaft_radius = 0.0: must be a finite"),
         ({"shaft_radius": 4e-3}, r"shaft_radius = 0.004 m: must be at most 0.45 of .*0.0075 m"),
         ({"lengths": (0.04, 0.01, 0.04)}, r"phalanx 2 is 0.01 m long, .* take 0.0105 m"),
         ({"lengths": (0.04, 0.04, 0.0127)}, r"phalanx 3 .* and its hemisphere take 0.01275 m"),

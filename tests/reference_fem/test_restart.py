@@ -5,7 +5,7 @@ import random
 import signal
 import subprocess
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numba
 import numpy as np
@@ -14,7 +14,7 @@ import pytest
 import reference_fem as rf
 from reference_fem.dynamics import restart
 from reference_fem.dynamics.restart import arithmetic
-from reference_fem.settings import CONTACTS
+from reference_fem.settings import Contact
 from tests.processes import printed, started
 from tests.reference_fem.boxes import boxes
 
@@ -120,13 +120,13 @@ def test_restart_files_change_nothing(
     assert_same_bits(tap(rf.Restart(path, resume=True)), undisturbed[0])
 
 
-@pytest.mark.parametrize("contact", [*CONTACTS, rf.LumpedContact(1e5, restitution=0.9)])
+@pytest.mark.parametrize("contact", [*get_args(Contact), rf.LumpedContact(1e5, restitution=0.9)])
 def test_every_contact_law_resumes_in_the_midst_of_contact(contact: Any, tmp_path: Path) -> None:
     path = tmp_path / "restart.npz"
     changes = {"flight": "rigid", "lead_steps": 5, "output_interval": 4, "contact": contact}
     settings = dataclasses.replace(SETTINGS, **changes)
     given: dict[str, Any] = {"settings": settings}
-    if contact not in CONTACTS:  # the middle of the end comes down, the first phalanx must not
+    if not isinstance(contact, str):  # the middle of the end comes down, the first phalanx must not
         given["mesh"] = dataclasses.replace(MESH, node_sets={**MESH.node_sets, **END})
         given["surface"] = rf.Surface(0.05, 0.5)
     counter = Counter()

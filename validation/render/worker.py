@@ -15,7 +15,7 @@ import numpy as np
 
 from validation.errors import UserError
 from validation.render.details import draw_patch, draw_shape, write_gif
-from validation.render.run_folder import read_run
+from validation.render.run_folder import DrawnRun, read_run
 from validation.render.views import PRESSURE, SPEED, STRESS, contact_sheet, deformed, draw, lowest_x
 
 FRAMES = 6
@@ -24,18 +24,9 @@ SCALE_PERCENTILE = 99.7
 
 @dataclass(frozen=True)
 class Drawing:
-    """A run's fields and what its pictures share.
+    """A run, and what its pictures share."""
 
-    steps : times and files of the fields.
-    contact, peak_time : absolute times of the first touch and of the peak force, s.
-    height : H, m.
-    """
-
-    steps: list[tuple[float, Path]]
-    contact: float
-    peak_time: float
-    height: float
-    title: str
+    run: DrawnRun
     out: Path
     prefix: str
 
@@ -45,17 +36,17 @@ class Drawing:
 
     def moment(self, time: float) -> str:
         """A time, counted from the first touch."""
-        return f"t - t_c = {(time - self.contact) * 1e6:.0f} µs"
+        return f"t - t_c = {(time - self.run.contact_s) * 1e6:.0f} µs"
 
     @property
     def peak(self) -> tuple[float, Path]:
         """Time and file of the fields nearest to the peak force."""
-        return min(self.steps, key=lambda step: abs(step[0] - self.peak_time))
+        return min(self.run.steps, key=lambda step: abs(step[0] - self.run.peak_s))
 
     @property
     def text(self) -> str:
         """Title of a picture at peak force."""
-        return f"{self.title}\n{self.moment(self.peak[0])} (peak force)"
+        return f"{self.run.title}\n{self.moment(self.peak[0])} (peak force)"
 
     @cached_property
     def inside(self) -> Any:
@@ -77,33 +68,33 @@ class Drawing:
         largest = np.max(self.inside[STRESS])
         text = f"{self.text}\nlargest {largest:.3g} MPa, beyond the scale"
         limits, path = self.stress_limits, self.path("stress")
-        draw(path, self.inside, STRESS, text, self.height, zoom=True, limits=limits)
+        draw(path, self.inside, STRESS, text, self.run.height_m, zoom=True, limits=limits)
 
     def velocity(self) -> None:
         """Speed of the whole finger at peak force."""
         limits = (0.0, float(np.max(self.whole[SPEED])) or 1.0)
         path = self.path("velocity")
-        draw(path, self.whole, SPEED, self.text, self.height, zoom=False, limits=limits)
+        draw(path, self.whole, SPEED, self.text, self.run.height_m, zoom=False, limits=limits)
 
     def pressure(self) -> None:
         """Contact pressure at peak force."""
         if PRESSURE in self.whole.array_names:
-            draw_patch(self.path("pressure"), self.whole, self.text, self.height)
+            draw_patch(self.path("pressure"), self.whole, self.text, self.run.height_m)
 
     def shape(self) -> None:
         """The deformation at peak force, enlarged."""
-        draw_shape(self.path("shape"), self.peak[1], self.text, self.height)
+        draw_shape(self.path("shape"), self.peak[1], self.text, self.run.height_m)
 
     def sequence(self) -> None:
         """The tap in a few frames side by side."""
-        indices = np.linspace(0, len(self.steps) - 1, min(FRAMES, len(self.steps)))
-        chosen = [self.steps[index] for index in indices.round().astype(int)]
+        indices = np.linspace(0, len(self.run.steps) - 1, min(FRAMES, len(self.run.steps)))
+        chosen = [self.run.steps[index] for index in indices.round().astype(int)]
         with self._frames(chosen, "sequence", bar_on_each=False) as frames:
             contact_sheet(self.path("sequence"), frames, columns=3)
 
     def animation(self) -> None:
         """The tap as a GIF."""
-        with self._frames(self.steps, "animation", bar_on_each=True) as frames:
+        with self._frames(self.run.steps, "animation", bar_on_each=True) as frames:
             write_gif(self.path("animation", "gif"), frames)
 
     @contextmanager
@@ -119,7 +110,7 @@ class Drawing:
                 deformed(file, cut=True),
                 STRESS,
                 self.moment(time),
-                self.height,
+                self.run.height_m,
                 zoom=True,
                 limits=self.stress_limits,
                 with_bar=bar_on_each or number == len(steps) - 1,
@@ -132,8 +123,7 @@ class Drawing:
 
 def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> None:
     """Draw the wanted pictures of a run."""
-    run = read_run(run_folder)
-    drawing = Drawing(run.steps, run.contact_s, run.peak_s, run.height_m, run.title, out, prefix)
+    drawing = Drawing(read_run(run_folder), out, prefix)
     for what in wanted:
         getattr(drawing, what)()
 

@@ -13,7 +13,7 @@ from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
-from hcm.integrators.step import AnyIntegrator
+from hcm.integrators.step import AnyIntegrator, loss_of_step
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
 from hcm.record import Record, fill_frames, write_row
 from hcm.state import Clock, Motion, Plan, advance_clock
@@ -91,7 +91,10 @@ def advance(
             break
         if h > 0.0:
             fill_frames(clock, h, old, new, frames)
-            clock = advance_clock(clock, h, old, new, chain, contact, law)
+            lost = 0.0
+            if chain.damped:
+                lost = loss_of_step(h, contact, old, new, method)
+            clock = advance_clock(clock, h, lost, old, new, chain, contact, law)
             copy_motion(new, old)
         tip = chain.tip
         x, gap = old.q[tip], old.q[tip + 1] + law.height
@@ -118,7 +121,7 @@ def advance(
         clock = Clock(
             clock.time, phase_start, next_step, taps, instant,
             clock.rejected + repeats, clock.trials + trials, clock.chatter_steps + int(chatter),
-            clock.friction_loss, clock.restitution_loss, clock.drive_work,
+            clock.friction_loss, clock.restitution_loss, clock.material_loss, clock.drive_work,
             clock.speed, clock.force,
         )  # fmt: skip
         if h > 0.0 or kind != NO_EVENT:

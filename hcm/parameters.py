@@ -35,6 +35,8 @@ class Phalanx:
     """rho_w."""
     elements: Annotated[int, Bound(integer=True, at_least=1)] = 20
     """n_w, number of beam elements along the phalanx."""
+    relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
+    """tau_w of Kelvin and Voigt's damping, stress E (strain + tau strain rate); 0: none."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -73,11 +73,12 @@ def write_row(
     row[0], row[1], row[2] = clock.time, fn, ft
     row[3], row[4], row[5], row[6] = x, q[tip + 1], v[tip], v[tip + 1]
     row[7] = particle_velocity(v[tip], v[tip + 1], contact, law)
-    row[8] = stress_at_probe(q, chain, probe)
+    row[8] = stress_at_probe(q, v, chain, probe)
     row[9], row[10], row[11] = kinetic, strain, gravity
     row[12] = stored_energy(x, gap, contact, law)
-    row[13], row[14], row[15] = clock.friction_loss, clock.restitution_loss, clock.drive_work
-    row[16] = 3 * contact.normal + contact.tangential
+    row[13], row[14] = clock.friction_loss, clock.restitution_loss
+    row[15], row[16] = clock.material_loss, clock.drive_work
+    row[17] = 3 * contact.normal + contact.tangential
     for w in range(chain.hinge.size):
         for c in range(2):
             reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]

@@ -110,7 +110,7 @@ class Truth:
                 v = expand(y[m : 2 * m], self.mapping.source)
                 tip, law = self.chain.tip, self.law
                 ft, fn = contact_force(q[tip], q[tip + 1] + law.height, phase.contact, law)
-                a = bordered_acceleration(q, self.mapping, self.chain, phase.contact, law)
+                a = bordered_acceleration(q, v, self.mapping, self.chain, phase.contact, law)
                 return State(q, v, a, ft, fn)
         raise ValueError(f"no dense solution at t = {time_s!r} s: solve with dense=True")
 

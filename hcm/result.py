@@ -60,7 +60,7 @@ _ADVICE = {
 COLUMNS = (
     "time", "normal_force", "tangential_force", "tip_x", "tip_y", "tip_vx", "tip_vy",
     "particle_velocity", "stress_R", "kinetic", "strain", "gravity", "contact_energy",
-    "friction_loss", "restitution_loss", "drive_work", "mode",
+    "friction_loss", "restitution_loss", "material_loss", "drive_work", "mode",
 )  # fmt: skip
 EVENT_KINDS = (
     "contact",
@@ -86,7 +86,8 @@ class History:
 
     mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
     hinge_reactions_N (n, P, 2) is lam_w: the force that hinge w takes from phalanx w.
-    contact_energy_J is what both contact elements could give back.
+    contact_energy_J is what both contact elements could give back; material_dissipation_J what
+    the phalanges' damping has taken.
     """
 
     time_s: Floats
@@ -102,6 +103,7 @@ class History:
     contact_energy_J: Floats
     friction_dissipation_J: Floats
     restitution_dissipation_J: Floats
+    material_dissipation_J: Floats
     drive_work_J: Floats
     mode: NDArray[np.int8]
     hinge_reactions_N: Floats
@@ -116,6 +118,7 @@ class History:
             + self.contact_energy_J
             + self.friction_dissipation_J
             + self.restitution_dissipation_J
+            + self.material_dissipation_J
             - self.drive_work_J
         )
         return total - total[0]
@@ -140,8 +143,9 @@ def history_of(table: Floats, reactions: Floats) -> History:
         contact_energy_J=table[:, 12],
         friction_dissipation_J=table[:, 13],
         restitution_dissipation_J=table[:, 14],
-        drive_work_J=table[:, 15],
-        mode=table[:, 16].astype(np.int8),
+        material_dissipation_J=table[:, 15],
+        drive_work_J=table[:, 16],
+        mode=table[:, 17].astype(np.int8),
         hinge_reactions_N=reactions.reshape(len(table), -1, 2),
     )
 

@@ -170,7 +170,7 @@ def write_flight(
             old.acceleration[beams.hinge[w] + 1] = reactions[m, 2 * w + 1]
             work += rods.torque[w] * (states[m, w] - states[0, w])
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
-        clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, work, fastest, 0.0)
+        clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, work, fastest, 0.0)
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
     if flight.code == TOUCHED:
         x, gap = old.q[tip], old.q[tip + 1] + law.height

@@ -52,8 +52,8 @@ class Clock(NamedTuple):
 
     time, phase_start : s. step : s, current step. taps : separations so far.
     instant : events in a row without an advance. rejected, trials, chatter_steps : counts.
-    friction_loss, restitution_loss, drive_work : J, accumulated. speed, force : scales of the tip's
-    speed (m/s) and of F_n (N) so far, for the events' round-off.
+    friction_loss, restitution_loss, material_loss, drive_work : J, accumulated. speed, force :
+    scales of the tip's speed (m/s) and of F_n (N) so far, for the events' round-off.
     """
 
     time: float
@@ -66,6 +66,7 @@ class Clock(NamedTuple):
     chatter_steps: int
     friction_loss: float
     restitution_loss: float
+    material_loss: float
     drive_work: float
     speed: float
     force: float
@@ -82,17 +83,18 @@ def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
 @kernel
 def initial_clock(time: float, step: float) -> Clock:
     """A clock that has counted nothing yet."""
-    return Clock(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Clock(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
 def advance_clock(
-    clock: Clock, h: float, old: Motion, new: Motion, chain: Chain, contact: Contact,
-    law: ContactLaw,
+    clock: Clock, h: float, material_loss: float, old: Motion, new: Motion, chain: Chain,
+    contact: Contact, law: ContactLaw,
 ) -> Clock:  # fmt: skip
     """Advance the clock by an accepted step and add its losses and works.
 
-    Friction takes -int F_t dX_P (trapezoidal); restitution loss and drive work are exact.
+    `material_loss` is the step's own, J. Friction takes -int F_t dX_P (trapezoidal); restitution
+    loss and drive work are exact.
     """
     tip = chain.tip
     x0, y0 = old.q[tip], old.q[tip + 1] + law.height
@@ -115,6 +117,7 @@ def advance_clock(
         clock.chatter_steps,
         clock.friction_loss - 0.5 * (ft0 + ft1) * slid,
         clock.restitution_loss + hysteresis_loss(y0, y1, contact, law),
+        clock.material_loss + material_loss,
         clock.drive_work + work,
         max(clock.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
         max(clock.force, fn1),

@@ -39,6 +39,7 @@ class Chain(NamedTuple):
     tip : place of the tip node C.
     roundoff : m/s^2, largest acceleration that one rounding of a slope or chord can cause through
         an element's stiffness; an iteration that stalls below it has nothing left to gain.
+    relaxation : (N,) tau, s. damped : whether any of it is not 0.
     """
 
     first: Ints
@@ -56,6 +57,8 @@ class Chain(NamedTuple):
     scale: Floats
     tip: int
     roundoff: float
+    relaxation: Floats
+    damped: bool
 
 
 class Probe(NamedTuple):
@@ -102,6 +105,8 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
         np.ones(n),
         n - 4,
         _roundoff(given),
+        np.empty(elements),
+        bool(given[:, 5].any()),
     )
     rest = np.zeros(n)
     fill_chain(counts, given, drive.fall, chain, rest)
@@ -111,7 +116,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     return chain, rest
 
 
-def _section(p: Phalanx) -> tuple[float, float, float, float, float]:
+def _section(p: Phalanx) -> tuple[float, float, float, float, float, float]:
     area, modulus = p.area, p.youngs_modulus
     return (
         p.length / p.elements,
@@ -119,6 +124,7 @@ def _section(p: Phalanx) -> tuple[float, float, float, float, float]:
         modulus * area,
         modulus * p.second_moment,
         p.length,
+        p.relaxation_time,
     )
 
 
@@ -128,8 +134,8 @@ def fill_chain(
 ) -> None:
     """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros and scales of 1.
 
-    counts : (P,) elements. given : (P, 5) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m).
-    fall : acceleration of a free fall f, m/s^2.
+    counts : (P,) elements. given : (P, 6) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m),
+    tau (s). fall : acceleration of a free fall f, m/s^2.
     """
     element, place, arc = 0, 0, 0.0
     for w in range(counts.size):
@@ -151,6 +157,7 @@ def fill_chain(
                 break
             chain.first[element], chain.second[element] = node, node + 4
             chain.length[element], chain.axial_stiffness[element] = el, given[w, 2]
+            chain.relaxation[element] = given[w, 5]
             fill_matrices(per_length, given[w, 3], el, chain.mass[element], chain.bending[element])
             for end in (node, node + 4):
                 chain.weight[end] += force_x
@@ -166,13 +173,16 @@ def fill_chain(
 
 # Smallest eigenvalue of an element mass matrix over the mass, in units of 1 and 1/l.
 SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
+# m/s; roundings of velocities up to it, over an element, count as roundings of strain rates.
+FASTEST = 10.0
 
 
 def _roundoff(given: Floats) -> float:
     # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
-    for el, per_length, axial, bending, _ in given.tolist():
-        largest = max(largest, (12 * bending / el**2 + axial) / (SOFTEST_MASS * per_length * el))
+    for el, per_length, axial, bending, _, tau in given.tolist():
+        force = (12 * bending / el**2 + axial) * (1.0 + tau * FASTEST / el)
+        largest = max(largest, force / (SOFTEST_MASS * per_length * el))
     return sys.float_info.epsilon * largest
 
 

@@ -80,13 +80,40 @@ def moments(
 
 
 @kernel
+def axial_force(
+    cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
+    mean: tuple[float, float, float, float, float], axial: float,
+) -> Six:  # fmt: skip
+    """E A int n grad e dx in (c, r'_1, r'_2), X before Y, N m.
+
+    `mean` : `moments` of n(t), a quartic, against which r'(t) is taken. axial : E A l, N m.
+    """
+    ax, bx, dx = polynomial(cx, g1x, g2x)
+    ay, by, dy = polynomial(cy, g1y, g2y)
+    m0, m1, m2, m3, m4 = mean
+    # dU/dA, dU/dB, dU/dC, then the chain rule of `polynomial`
+    uax, uay = m0 * ax + m1 * bx + m2 * dx, m0 * ay + m1 * by + m2 * dy
+    ubx, uby = m1 * ax + m2 * bx + m3 * dx, m1 * ay + m2 * by + m3 * dy
+    udx, udy = m2 * ax + m3 * bx + m4 * dx, m2 * ay + m3 * by + m4 * dy
+    sumx, sumy = 0.75 * udx - 0.25 * uax, 0.75 * udy - 0.25 * uay
+    return (
+        1.5 * axial * (uax - udx),
+        1.5 * axial * (uay - udy),
+        axial * (sumx - 0.5 * ubx),
+        axial * (sumy - 0.5 * uby),
+        axial * (sumx + 0.5 * ubx),
+        axial * (sumy + 0.5 * uby),
+    )
+
+
+@kernel
 def internal_force(
     cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
     axial: float, near: float, far: float,
 ) -> Six:  # fmt: skip
     """(dU/dc, dU/dr'_1, dU/dr'_2), X before Y: int E A e grad e + E I k^2/2's gradient dx, N m.
 
-    The axial part takes the moments of e(t), a quartic, against r'(t). The bending part uses
+    The bending part uses
     alpha_i = r'_i - c, the slopes' deviation from the chord: the moments conjugate to them are
     E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2).
 
@@ -97,28 +124,24 @@ def internal_force(
     """
     ax, bx, dx = polynomial(cx, g1x, g2x)
     ay, by, dy = polynomial(cy, g1y, g2y)
-    m0, m1, m2, m3, m4 = moments(
+    mean = moments(
         0.5 * (ax * ax + ay * ay - 1.0),
         ax * bx + ay * by,
         ax * dx + ay * dy + 0.5 * (bx * bx + by * by),
         bx * dx + by * dy,
         0.5 * (dx * dx + dy * dy),
     )
-    # dU/dA, dU/dB, dU/dC, then the chain rule of `polynomial`
-    uax, uay = m0 * ax + m1 * bx + m2 * dx, m0 * ay + m1 * by + m2 * dy
-    ubx, uby = m1 * ax + m2 * bx + m3 * dx, m1 * ay + m2 * by + m3 * dy
-    udx, udy = m2 * ax + m3 * bx + m4 * dx, m2 * ay + m3 * by + m4 * dy
-    sumx, sumy = 0.75 * udx - 0.25 * uax, 0.75 * udy - 0.25 * uay
+    fcx, fcy, u1x, u1y, u2x, u2y = axial_force(cx, cy, g1x, g1y, g2x, g2y, mean, axial)
     a1x, a1y, a2x, a2y = g1x - cx, g1y - cy, g2x - cx, g2y - cy
     f1x, f1y = near * a1x + far * a2x, near * a1y + far * a2y
     f2x, f2y = far * a1x + near * a2x, far * a1y + near * a2y
     return (
-        1.5 * axial * (uax - udx) - f1x - f2x,
-        1.5 * axial * (uay - udy) - f1y - f2y,
-        axial * (sumx - 0.5 * ubx) + f1x,
-        axial * (sumy - 0.5 * uby) + f1y,
-        axial * (sumx + 0.5 * ubx) + f2x,
-        axial * (sumy + 0.5 * uby) + f2y,
+        fcx - f1x - f2x,
+        fcy - f1y - f2y,
+        u1x + f1x,
+        u1y + f1y,
+        u2x + f2x,
+        u2y + f2y,
     )
 
 

@@ -28,8 +28,10 @@ def energies(q: Floats, v: Floats, chain: Chain) -> tuple[float, float, float]:
 
 
 @kernel
-def stress_at_probe(q: Floats, chain: Chain, probe: Probe) -> float:
-    """Axial stress at R, sigma = E (e - k d/2), Pa, k the signed curvature (r' x r'')/|r'|.
+def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
+    """Axial stress at R, sigma = E (s + tau ds/dt), Pa, of the strain s = e - k d/2.
+
+    k is the signed curvature (r' x r'')/|r'|.
 
     The finger points along -X at rest, so its lower surface lies on the left of r', where a
     positive (left-turning) curvature shortens the fibres. With r' = A + B t + C t^2,
@@ -47,5 +49,15 @@ def stress_at_probe(q: Floats, chain: Chain, probe: Probe) -> float:
         r2 = rx * rx + ry * ry
         curvature = (rx * ky - ry * kx) / (length * np.sqrt(r2))
         strain = 0.5 * (r2 - 1.0) - curvature * probe.radius
+        if chain.damped:
+            ve = v[a : a + 8]
+            ax, bx, dx = polynomial((ve[4] - ve[0]) / length, ve[2], ve[6])
+            ay, by, dy = polynomial((ve[5] - ve[1]) / length, ve[3], ve[7])
+            vx, vy = ax + t * (bx + t * dx), ay + t * (by + t * dy)
+            stretching = rx * vx + ry * vy
+            bending = vx * ky - vy * kx + rx * (2.0 * by + 4.0 * t * dy)
+            bending = (bending - ry * (2.0 * bx + 4.0 * t * dx)) / (length * np.sqrt(r2))
+            bending -= curvature * stretching / r2
+            strain += chain.relaxation[e] * (stretching - bending * probe.radius)
         stress += 0.5 * probe.youngs_modulus * strain
     return stress

@@ -1,6 +1,6 @@
 """Equations of motion of the tapping finger and their tangent (paper, eqs. 15-16).
 
-    M q.. + Phi_q^T lam + K(q) q = Q + tau(q) + F_c(q),      Phi(q) = Phi_q q = 0,
+    M q.. + Phi_q^T lam + K(q) q + D(q) q. = Q + tau(q) + F_c(q),      Phi(q) = Phi_q q = 0,
 
 Phi_q constant: the fixed hinge holds the first node at the origin, each further hinge joins the
 positions of two neighbouring nodes. lam_w is the force that hinge w takes from phalanx w.
@@ -16,6 +16,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain
+from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.element import inertia, internal_force, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import allocating, inlined, kernel
@@ -40,12 +41,54 @@ def move_chords(chords: Floats, moved: Floats, chain: Chain, out: Floats) -> Non
         out[e, 1] = chords[e, 1] + (change[5] - change[1]) / length
 
 
+@kernel
+def add_damping(q: Floats, chords: Floats, v: Floats, chain: Chain, out: Floats) -> None:
+    """Add D(q) v to `out` (n,); `chords` as in `residual_from_chords`."""
+    for e in range(chain.first.size):
+        a, length, tau = chain.first[e], chain.length[e], chain.relaxation[e]
+        qe, ve, f = q[a : a + 8], v[a : a + 8], out[a : a + 8]
+        near, far = tau * chain.bending[e, 1, 1], tau * chain.bending[e, 1, 3]
+        fx, fy, f1x, f1y, f2x, f2y = damping_force(
+            chords[e, 0], chords[e, 1], qe[2], qe[3], qe[6], qe[7],
+            (ve[4] - ve[0]) / length, (ve[5] - ve[1]) / length, ve[2], ve[3], ve[6], ve[7],
+            tau * chain.axial_stiffness[e] * length, near, far,
+        )  # fmt: skip
+        f[0] -= fx / length
+        f[1] -= fy / length
+        f[2] += f1x
+        f[3] += f1y
+        f[4] += fx / length
+        f[5] += fy / length
+        f[6] += f2x
+        f[7] += f2y
+
+
+@kernel
+def dissipation(
+    q0: Floats, chords0: Floats, q1: Floats, chords1: Floats, v: Floats, chain: Chain
+) -> float:
+    """v^T D v, W, at the mean of two postures."""
+    power = 0.0
+    for e in range(chain.first.size):
+        a, length, tau = chain.first[e], chain.length[e], chain.relaxation[e]
+        p0, p1, ve = q0[a : a + 8], q1[a : a + 8], v[a : a + 8]
+        near, far = tau * chain.bending[e, 1, 1], tau * chain.bending[e, 1, 3]
+        power += damping_power(
+            0.5 * (chords0[e, 0] + chords1[e, 0]), 0.5 * (chords0[e, 1] + chords1[e, 1]),
+            0.5 * (p0[2] + p1[2]), 0.5 * (p0[3] + p1[3]),
+            0.5 * (p0[6] + p1[6]), 0.5 * (p0[7] + p1[7]),
+            (ve[4] - ve[0]) / length, (ve[5] - ve[1]) / length, ve[2], ve[3], ve[6], ve[7],
+            tau * chain.axial_stiffness[e] * length, near, far,
+        )  # fmt: skip
+    return power
+
+
 @inlined
 def residual_from_chords(
-    q: Floats, chords: Floats, acceleration: Floats, chain: Chain, contact: Contact,
+    q: Floats, chords: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact,
     law: ContactLaw, out: Floats,
 ) -> None:  # fmt: skip
-    """Write M q.. + Phi_q^T lam + K q - Q - tau - F_c (N, N m) and Phi_q q.. (m/s^2) to `out` (n,).
+    """Write M q.. + Phi_q^T lam + K q + D v - Q - tau - F_c (N, N m), Phi_q q.. (m/s^2) to `out`.
 
     `acceleration` is bordered: q.. in the nodes' places, lam in the hinges'. `chords` (N, 2) are
     the elements' (r_2 - r_1)/l: strains are differences of positions, and an integrator that adds
@@ -73,6 +116,8 @@ def residual_from_chords(
         f[5] += r2 + fy
         f[6] += p3 + f2x
         f[7] += r3 + f2y
+    if chain.damped:
+        add_damping(q, chords, v, chain, out)
     for t in range(chain.torque.size):
         slope = chain.torque_node[t] + 2
         fx, fy = torque_force(chain.torque[t], q[slope], q[slope + 1])
@@ -94,12 +139,13 @@ def residual_from_chords(
 
 @allocating
 def residual(
-    q: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: ContactLaw, out: Floats
-) -> None:
+    q: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: ContactLaw,
+    out: Floats,
+) -> None:  # fmt: skip
     """`residual_from_chords` with the chords of q's own positions."""
     chords = np.empty((chain.first.size, 2))
     fill_chords(q, chain, chords)
-    residual_from_chords(q, chords, acceleration, chain, contact, law, out)
+    residual_from_chords(q, chords, v, acceleration, chain, contact, law, out)
 
 
 @kernel
@@ -161,13 +207,18 @@ def add_coupling(
 
 @kernel
 def tangent(
-    q: Floats, weight: float, chain: Chain, contact: Contact, law: ContactLaw, rows: Floats
-) -> float:
-    """Write the bordered matrix [M + weight d(K q - tau - F_c)/dq, Phi_q^T; Phi_q, 0] to `rows`.
+    q: Floats, weight: float, rate_weight: float, chain: Chain, contact: Contact, law: ContactLaw,
+    rows: Floats,
+) -> float:  # fmt: skip
+    """Write [M + weight d(K q - tau - F_c)/dq + rate_weight D, Phi_q^T; Phi_q, 0] to `rows`.
 
-    `weight` is dq/dq.. of the integrator, s^2 (0 leaves M); `rows` is (w + n, w + 1) in
-    `banded_ldl`'s storage, scaled by D on both sides. Returns the one entry that is not symmetric,
-    (X_C, Y_C) of a sliding tip, which the rows leave out.
+    The weights are dq/dq.. (s^2) and dv/dq.. (s) of the integrator (0 leaves M); `rows` is
+    (w + n, w + 1) in `banded_ldl`'s storage, scaled by the units on both sides. Returns the one
+    entry that is not symmetric, (X_C, Y_C) of a sliding tip, which the rows leave out.
+
+    weight d(D v)/dq is left out too. Its large part makes of every grad s (grad s)^T in D, s a
+    strain, one whose second factor has turned by about half the step's angle phi: some phi^2 of
+    each change in Newton's iteration is left for the next. Made symmetric it would leave more.
     """
     w = HALF_BANDWIDTH
     rows[:] = 0.0
@@ -182,6 +233,13 @@ def tangent(
         add_component(xx, mass, weight, length, scale[2], scale[6], own)
         add_component(yy, mass, weight, length, scale[2], scale[6], own[1:])
         add_coupling(xy, weight, length, scale[2], scale[6], own)
+        if chain.damped and rate_weight > 0.0:
+            share = rate_weight * chain.relaxation[e]
+            add_damping_matrix(
+                (qe[4] - qe[0]) / length, (qe[5] - qe[1]) / length, qe[2], qe[3], qe[6], qe[7],
+                share * chain.axial_stiffness[e] * length, share * bending[1, 1],
+                share * bending[1, 3], length, scale[2], scale[6], own,
+            )  # fmt: skip
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
         dxx, dxy = torque_tangent(chain.torque[t], q[s], q[s + 1])

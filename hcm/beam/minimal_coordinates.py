@@ -4,7 +4,8 @@ Hinges tie positions linearly, so every bordered place either carries an indepen
 (slopes, free positions), repeats one (the first node of phalanx w > 1 sits where phalanx w - 1
 ends), or is zero (the fixed hinge; the places of the multipliers). `source` says which, and then
 
-    N^T M N z.. = N^T (Q + tau + F_c - K q),      lam_w = -(M q.. + K q - Q - tau - F_c) at node w.1
+    N^T M N z.. = N^T (Q + tau + F_c - K q - D v),
+    lam_w = -(M q.. + K q + D v - Q - tau - F_c) at node w.1
 
 since lam_w alone closes the balance of the first node of phalanx w.
 """
@@ -75,12 +76,12 @@ def expand(z: Floats, source: Ints) -> Floats:
 
 @allocating
 def acceleration(
-    q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
+    q: Floats, v: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
 ) -> Floats:
-    """Independent accelerations z.. (m,) at the bordered coordinates q (n,)."""
+    """Independent accelerations z.. (m,) at the bordered coordinates q and velocities v (n,)."""
     source = coordinates.source
     still, out = np.zeros(q.size), np.empty(q.size)
-    residual(q, still, chain, contact, law, out)
+    residual(q, v, still, chain, contact, law, out)
     force = np.zeros(coordinates.place.size)
     for i in range(source.size):
         if source[i] >= 0:
@@ -101,7 +102,7 @@ def rate(
     ft, fn = contact_force(q[tip], q[tip + 1] + law.height, contact, law)
     out = np.empty(y.size)
     out[:m] = y[m : 2 * m]
-    out[m : 2 * m] = acceleration(q, coordinates, chain, contact, law)
+    out[m : 2 * m] = acceleration(q, v, coordinates, chain, contact, law)
     out[2 * m] = fn
     out[2 * m + 1] = -ft * particle_velocity(v[tip], v[tip + 1], contact, law)
     return out
@@ -109,12 +110,12 @@ def rate(
 
 @allocating
 def bordered_acceleration(
-    q: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
+    q: Floats, v: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
 ) -> Floats:
     """Bordered (q.., lam), (n,); lam from the balance of the hinges' outer nodes."""
-    full = expand(acceleration(q, coordinates, chain, contact, law), coordinates.source)
+    full = expand(acceleration(q, v, coordinates, chain, contact, law), coordinates.source)
     out = np.empty(q.size)
-    residual(q, full, chain, contact, law, out)
+    residual(q, v, full, chain, contact, law, out)
     for w in range(chain.hinge.size):
         for c in range(2):
             full[chain.hinge[w] + c] = -out[chain.hinge_outer[w] + c]

@@ -1,7 +1,7 @@
 """One step of Gauss collocation, for a finger in flight (`gauss_tableau` has the coefficients).
 
     Q_i = q0 + c_i h v0 + h^2 B_i,   B_i = sum_j abar_ij A_j,   abar = a a,
-    M A_i + Phi_q^T lam_i - F(Q_i) = 0,   Phi_q A_i = 0,
+    M A_i + Phi_q^T lam_i - F(Q_i, V_i) = 0,   Phi_q A_i = 0,   V_i = v0 + h sum_j a_ij A_j,
     q1 = q0 + h v0 + h^2 sum_ij b_i a_ij A_j,   v1 = v0 + h sum_j b_j A_j:
 
 order 2 s, symplectic (a quadratic invariant stays to round-off, energy does not drift), symmetric,
@@ -13,7 +13,7 @@ The stages are solved for by Newton's iteration (`gauss_systems`).
 import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
-from hcm.beam.equations import move_chords, residual_from_chords
+from hcm.beam.equations import dissipation, move_chords, residual_from_chords
 from hcm.compiled import inlined, kernel
 from hcm.contact.law import Contact
 from hcm.integrators.gauss_systems import (
@@ -40,7 +40,7 @@ from hcm.state import Motion
 
 @inlined
 def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
-    """Fill gauss.stage (A), gauss.q and gauss.chords from gauss.unknown (B)."""
+    """Fill gauss.stage (A), gauss.q, gauss.v and gauss.chords from gauss.unknown (B)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
     combine(table.inverse, gauss.unknown, gauss.stage)
     for i in range(table.c.size):
@@ -50,6 +50,12 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
         move_chords(old.chords, place, chain, chords)
         for m in range(place.size):
             place[m] += old.q[m]
+    if chain.damped:
+        combine(table.rates, gauss.unknown, gauss.v)
+        for i in range(table.c.size):
+            velocity = gauss.v[i]
+            for m in range(velocity.size):
+                velocity[m] = old.v[m] + h * velocity[m]
 
 
 @kernel
@@ -75,7 +81,7 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
     move_chords(old.chords, moved, chain, new.chords)
     right = gauss.real_right[HALF_BANDWIDTH:]
     law = integrator.law
-    residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
+    residual_from_chords(new.q, new.chords, new.v, new.acceleration, chain, contact, law, right)
     for m in range(right.size):
         right[m] *= -chain.scale[m]
     solve(gauss.mass_factors, gauss.real_right)
@@ -112,8 +118,8 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
             measure_turns(gauss, chain)
         for i in range(stages):
             residual_from_chords(
-                gauss.q[i], gauss.chords[i], gauss.stage[i], chain, contact, integrator.law,
-                gauss.residual[i],
+                gauss.q[i], gauss.chords[i], gauss.v[i], gauss.stage[i], chain, contact,
+                integrator.law, gauss.residual[i],
             )  # fmt: skip
         turn_back(gauss.turns, chain, gauss.residual)
         combine(table.forward, gauss.residual, gauss.change)
@@ -165,3 +171,14 @@ def local_error(h: float, integrator: GaussIntegrator) -> float:
                 term += last[j] * gauss.stage[j, m]
             largest = max(largest, abs(term) / chain.scale[m])
     return h * h * largest
+
+
+@kernel
+def material_loss(h: float, integrator: GaussIntegrator) -> float:
+    """What the material has dissipated in the latest step, J, by the collocation's quadrature."""
+    gauss, total = integrator.gauss, 0.0
+    for i in range(integrator.tableau.b.size):
+        q, chords = gauss.q[i], gauss.chords[i]
+        power = dissipation(q, chords, q, chords, gauss.v[i], integrator.chain)
+        total += integrator.tableau.b[i] * power
+    return h * total

@@ -3,7 +3,7 @@
 The iteration is simplified: one K for all stages, so that the eigenvectors T of abar decouple them
 into s banded systems, of which each complex pair needs one (Hairer and Wanner 1996, section IV.8):
 
-    (M + h^2 mu_k K) w_k + Phi_q^T l_k = -(T^-1 R)_k,   dB = T diag(mu) w.
+    (M + h^2 mu_k K + h lam_k D) w_k + Phi_q^T l_k = -(T^-1 R)_k,   dB = T diag(mu) w,   mu = lam^2.
 
 K turns with the phalanges, and the axial stiffness is so much larger than M/h^2 that an angle of
 1e-3 would spoil the convergence. K is therefore that of the factorization turned along:
@@ -16,7 +16,7 @@ moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 
 import numpy as np
 
-from hcm.arrays import Floats
+from hcm.arrays import Complexes, Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
@@ -93,18 +93,30 @@ def close_hinges(chain: Chain, rows: Floats) -> None:
 
 
 @kernel
+def add_difference(weight: complex, a: Floats, b: Floats, out: Floats | Complexes) -> None:
+    """Add weight (a - b) to `out`, all of one shape."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] += weight * (a[i, j] - b[i, j])
+
+
+@kernel
 def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrator) -> bool:
     """Keep the factors of all systems for the stiffness at q (n,)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
     gauss.key[0] = np.nan
-    tangent(q, h * h, chain, contact, integrator.law, gauss.stiff)
-    mass, stiff = gauss.mass, gauss.stiff
+    tangent(q, h * h, 0.0, chain, contact, integrator.law, gauss.stiff)
+    mass, stiff, damp = gauss.mass, gauss.stiff, gauss.damp
+    if chain.damped:
+        tangent(q, 0.0, h, chain, contact, integrator.law, damp)
     for k in range(table.mu.size):
         mu = table.mu[k]
         if k == 0 and table.c.size % 2 == 1:
             for i in range(mass.shape[0]):
                 for j in range(mass.shape[1]):
                     gauss.real_factors[i, j] = mass[i, j] + mu.real * (stiff[i, j] - mass[i, j])
+            if chain.damped:
+                add_difference(table.lam[k].real, damp, mass, gauss.real_factors)
             if not factorize(gauss.real_factors):
                 return False
         else:
@@ -112,6 +124,8 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
             for i in range(mass.shape[0]):
                 for j in range(mass.shape[1]):
                     factors[i, j] = mass[i, j] + mu * (stiff[i, j] - mass[i, j])
+            if chain.damped:
+                add_difference(table.lam[k], damp, mass, factors)
             if not factorize(factors):
                 return False
     for w in range(chain.hinge.size):

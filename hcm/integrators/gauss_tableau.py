@@ -24,19 +24,22 @@ STAGES = 5
 class Tableau(NamedTuple):
     """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
 
-    c, b : (s,). double : (s, s) abar. inverse : (s, s) of it. ends : (2, s) what B gives to
-    (q1 - q0 - h v0)/h^2 and to (v1 - v0)/h. mu : (p,) eigenvalues of abar, the real one first where
-    s is odd, one of each complex pair. forward, backward : (s, s) T^-1 and T diag(mu), T the
-    eigenvectors, a pair's two rows (columns) being the real and the imaginary part (of what counts
-    twice). last : (s,) what A gives to the last term of its polynomial's Legendre series, times the
-    largest part that this term has in B.
+    c, b : (s,). double : (s, s) abar. inverse : (s, s) of it. rates : (s, s) a^-1, what B gives to
+    (V - v0)/h. ends : (2, s) what it gives to (q1 - q0 - h v0)/h^2 and to (v1 - v0)/h. lam : (p,)
+    eigenvalues of a, the real one first where s is odd, one of each complex pair; mu : (p,) their
+    squares, those of abar. forward, backward : (s, s) T^-1 and T diag(mu), T the eigenvectors, a
+    pair's two rows (columns) being the real and the imaginary part (of what counts twice). last :
+    (s,) what A gives to the last term of its polynomial's Legendre series, times the largest part
+    that this term has in B.
     """
 
     c: Floats
     b: Floats
     double: Floats
     inverse: Floats
+    rates: Floats
     ends: Floats
+    lam: Complexes
     mu: Complexes
     forward: Floats
     backward: Floats
@@ -53,13 +56,14 @@ def tableau(stages: int) -> Tableau:
     a = np.array(whole).T @ ((2 * np.arange(stages) + 1)[:, None] * series * b)
     double = a @ a
     inverse = np.linalg.inv(double).astype(np.float64)
+    rates = np.linalg.inv(a).astype(np.float64)
     lam, vectors = np.linalg.eig(a)
     back = np.linalg.inv(vectors)
-    mu, forward, backward = [], [], []
+    kept, forward, backward = [], [], []
     for k in np.argsort(np.abs(lam.imag)):
         if lam[k].imag < -1e-9:
             continue
-        mu.append(lam[k] ** 2)
+        kept.append(lam[k])
         column = vectors[:, k] * lam[k] ** 2
         if abs(lam[k].imag) < 1e-9:
             # eigenvectors of a real eigenvalue are real up to a factor, which cancels in the two
@@ -72,8 +76,9 @@ def tableau(stages: int) -> Tableau:
             backward += [2.0 * column.real, -2.0 * column.imag]
     ends = np.array([b @ a, b]) @ inverse
     last = (2 * stages - 1) * b * series[-1] * np.abs(double @ series[-1]).max()
+    mu = np.array([one**2 for one in kept], dtype=np.complex128)
     return Tableau(
-        c, b, double, inverse, ends, np.array(mu, dtype=np.complex128),
+        c, b, double, inverse, rates, ends, np.array(kept, dtype=np.complex128), mu,
         np.ascontiguousarray(forward), np.ascontiguousarray(np.array(backward).T), last,
     )  # fmt: skip
 
@@ -81,11 +86,12 @@ def tableau(stages: int) -> Tableau:
 class GaussWork(NamedTuple):
     """What the steps keep, and scratch; P phalanges, p = mu.size systems.
 
-    mass : (w + n, w + 1) the bordered mass matrix, constant. mass_factors : its factors. stiff :
-    (w + n, w + 1) h^2 K of the factors. real_factors : (w + n, w + 1), factors : (p, w + n, w + 1)
-    complex, [M + h^2 mu K, Phi^T; Phi, 0]. frame : (P, 2) directions of the phalanges at the
+    mass : (w + n, w + 1) the bordered mass matrix, constant. mass_factors : its factors. stiff,
+    damp : (w + n, w + 1) with h^2 K and with h D of the factors, the latter where any is.
+    real_factors : (w + n, w + 1), factors : (p, w + n, w + 1) complex,
+    [M + h^2 mu K + h lam D, Phi^T; Phi, 0]. frame : (P, 2) directions of the phalanges at the
     factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
-    complex right-hand side; real_right : (w + n,). unknown, stage : (s, n) B and A. q : (s, n),
+    complex right-hand side; real_right : (w + n,). unknown, stage : (s, n) B and A. q, v : (s, n),
     chords : (s, N, 2). residual, change : (s, n). key : (1,) step of the factors (NaN: none).
     rate : (1,), age : (2,) of the factors, as in `Workspace`.
     """
@@ -93,6 +99,7 @@ class GaussWork(NamedTuple):
     mass: Floats
     mass_factors: Floats
     stiff: Floats
+    damp: Floats
     real_factors: Floats
     factors: Complexes
     frame: Floats
@@ -102,6 +109,7 @@ class GaussWork(NamedTuple):
     unknown: Floats
     stage: Floats
     q: Floats
+    v: Floats
     chords: Floats
     residual: Floats
     change: Floats
@@ -127,16 +135,16 @@ def gauss_work(stages: int, chain: Chain, law: ContactLaw) -> GaussWork:
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2
     mass = storage(n)
     # without weight the matrix does not depend on q, nor on the contact
-    tangent(np.ones(n), 0.0, chain, IN_FLIGHT, law, mass)
+    tangent(np.ones(n), 0.0, 0.0, chain, IN_FLIGHT, law, mass)
     mass_factors = mass.copy()
     factorize(mass_factors)
-    many = [np.zeros((stages, n)) for _ in range(5)]
+    many = [np.zeros((stages, n)) for _ in range(6)]
     return GaussWork(
-        mass, mass_factors, storage(n), storage(n),
+        mass, mass_factors, storage(n), storage(n), storage(n),
         np.zeros((systems, w + n, w + 1), dtype=np.complex128),
         np.zeros((phalanges, 2)), np.zeros((stages, phalanges, 2)),
         np.zeros(w + n, dtype=np.complex128), np.zeros(w + n),
-        many[0], many[1], many[2], np.zeros((stages, elements, 2)), many[3], many[4],
+        many[0], many[1], many[2], many[3], np.zeros((stages, elements, 2)), many[4], many[5],
         np.full(1, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
 from hcm.beam.chain import Chain
-from hcm.beam.equations import move_chords, residual_from_chords, tangent
+from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
 from hcm.contact.law import Contact, contact_tangent
 from hcm.integrators.newton import (
@@ -29,12 +29,14 @@ from hcm.state import Motion
 
 
 @inlined
-def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
+def refactorize(
+    q: Floats, weight: float, rate_weight: float, contact: Contact, integrator: Integrator
+) -> bool:
     """Keep the factors of the tangent at q, and the column that its unsymmetric entry needs."""
     _, chain, law, work = integrator
     key, border = work.key, work.border
     key[0] = np.nan
-    skew = tangent(q, weight, chain, contact, law, work.factors)
+    skew = tangent(q, weight, rate_weight, chain, contact, law, work.factors)
     if not factorize(work.factors):
         return False
     if skew != 0.0:
@@ -52,7 +54,9 @@ def refactorize(q: Floats, weight: float, contact: Contact, integrator: Integrat
 
 
 @inlined
-def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integrator) -> bool:
+def solve_linear(
+    q: Floats, weight: float, rate_weight: float, contact: Contact, integrator: Integrator
+) -> bool:
     """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
 
     A = S + skew e_x e_y^T, S symmetric and factorized, e_x and e_y the tip's places: the solution
@@ -62,7 +66,7 @@ def solve_linear(q: Floats, weight: float, contact: Contact, integrator: Integra
     dtx, dty, dny = contact_tangent(contact, law)
     key, right = work.key, work.right
     kept = key[0] == weight and key[1] == dtx and key[2] == dty and key[3] == dny
-    if not kept and not refactorize(q, weight, contact, integrator):
+    if not kept and not refactorize(q, weight, rate_weight, contact, integrator):
         return False
     solve(work.factors, right)
     skew = key[4]
@@ -103,6 +107,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     co, chain, law, work = integrator
     n, right = old.q.size, work.right[HALF_BANDWIDTH:]
     weight = h * h * co.beta * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
+    rate_weight = h * co.gamma * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
     for i in range(n):
         new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
     if not co.reuse:
@@ -110,10 +115,10 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for _ in range(ITERATIONS):
         update(h, co, old, new, chain, work.increment)
-        residual_from_chords(new.q, new.chords, new.acceleration, chain, contact, law, right)
+        residual_from_chords(new.q, new.chords, new.v, new.acceleration, chain, contact, law, right)
         for i in range(n):
             right[i] *= -chain.scale[i]
-        if not solve_linear(new.q, weight, contact, integrator):
+        if not solve_linear(new.q, weight, rate_weight, contact, integrator):
             return False
         work.cost[0] += 1
         if not is_finite(right):
@@ -153,6 +158,17 @@ def local_error(h: float, old: Motion, new: Motion, integrator: Integrator) -> f
 
 
 @kernel
+def material_loss(h: float, old: Motion, new: Motion, integrator: Integrator) -> float:
+    """What the material has dissipated in the latest step, J: h D at its mean posture and velocity.
+
+    The trapezoidal rule (xi = 1) takes just that of a linear motion, whatever the step.
+    """
+    moved = integrator.work.increment
+    power = dissipation(old.q, old.chords, new.q, new.chords, moved, integrator.chain)
+    return power / h
+
+
+@kernel
 def change_step(ratio: float, motion: Motion) -> None:
     """Fit a to a step that changes by `ratio`: its delay behind q.. is proportional to h."""
     for i in range(motion.q.size):
@@ -165,10 +181,12 @@ def initial_acceleration(state: Motion, contact: Contact, integrator: Integrator
     _, chain, law, work = integrator
     right = work.right[HALF_BANDWIDTH:]
     state.acceleration[:] = 0.0
-    residual_from_chords(state.q, state.chords, state.acceleration, chain, contact, law, right)
+    residual_from_chords(
+        state.q, state.chords, state.v, state.acceleration, chain, contact, law, right
+    )
     for i in range(state.q.size):
         right[i] *= -chain.scale[i]
-    solved = solve_linear(state.q, 0.0, contact, integrator)
+    solved = solve_linear(state.q, 0.0, 0.0, contact, integrator)
     for i in range(state.q.size):
         state.acceleration[i] = chain.scale[i] * right[i]
         state.a[i] = state.acceleration[i]

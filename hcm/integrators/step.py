@@ -36,6 +36,13 @@ def error_of_step(
     raise NotImplementedError
 
 
+def loss_of_step(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator
+) -> float:
+    """What the material has dissipated in the latest step, J."""
+    raise NotImplementedError
+
+
 def _with_collocation(integrator: Any) -> bool:
     return getattr(integrator, "instance_class", None) is GaussIntegrator
 
@@ -72,5 +79,23 @@ def _error_of_step(
             return collocation(h, integrator), integrator.tableau.c.size + 1.0
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
         return plain(h, old, new, parts), 3.0
+
+    return by_mode if _with_collocation(integrator) else by_generalized_alpha
+
+
+@overload(loss_of_step)
+def _loss_of_step(
+    h: Any, contact: Any, old: Any, new: Any, integrator: Any
+) -> Callable[..., float]:
+    plain, collocation = generalized_alpha.material_loss, gauss.material_loss
+
+    def by_generalized_alpha(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
+        return plain(h, old, new, integrator)
+
+    def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
+        if contact.normal == FLIGHT:
+            return collocation(h, integrator)
+        parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
+        return plain(h, old, new, parts)
 
     return by_mode if _with_collocation(integrator) else by_generalized_alpha

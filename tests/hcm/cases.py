@@ -4,14 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eigh
 
 import hcm
 from hcm import loop
 from hcm.arrays import Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain, Probe, build_chain
+from hcm.beam.equations import tangent
+from hcm.beam.minimal_coordinates import minimal_coordinates
 from hcm.beam.outline import Outline
-from hcm.contact.law import Contact, ContactLaw
+from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
@@ -78,6 +81,29 @@ def dense_of(rows: Floats) -> Floats:
         for j in range(max(0, i - w), i + 1):
             dense[i, j] = dense[j, i] = rows[w + i, w - i + j]
     return dense
+
+
+def mode_near(frequency: float, chain: Chain, rest: np.ndarray) -> tuple[float, np.ndarray]:
+    """Frequency of the mode nearest to one, rad/s, and its shape (n,) with entries up to 1 m.
+
+    Rigid rotations are left out: 1 rad/s means the lowest.
+    """
+    source = minimal_coordinates(chain).source
+    free = np.zeros((rest.size, int(source.max()) + 1))
+    free[source >= 0, source[source >= 0]] = 1.0
+
+    def reduced(weight: float) -> np.ndarray:
+        rows = storage(rest.size)
+        tangent(rest, weight, 0.0, chain, IN_FLIGHT, NOWHERE, rows)
+        unscaled = dense_of(rows) / np.outer(chain.scale, chain.scale)
+        return free.T @ unscaled @ free
+
+    mass = reduced(0.0)
+    squares, shapes = eigh(reduced(1.0) - mass, mass)
+    frequencies = np.sqrt(np.where(squares > 1.0, squares, np.inf))
+    found = int(np.argmin(np.abs(np.log(frequencies / frequency))))
+    shape = free @ shapes[:, found]
+    return float(frequencies[found]), shape / np.abs(shape / chain.scale).max()
 
 
 @dataclass(frozen=True)
@@ -189,6 +215,8 @@ def point_mass(
         tip=4,
         # one rounding of a position of order 1 m, through the spring
         roundoff=float(np.finfo(float).eps) * spring / mass,
+        relaxation=np.zeros(1),
+        damped=False,
     )
     slope = (1.0, 0.0)
     q = np.array([anchor[0] - 1.0, anchor[1], *slope, *position, *slope], dtype=float)

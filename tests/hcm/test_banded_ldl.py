@@ -60,7 +60,7 @@ def test_bordered_matrix_of_a_finger(elements: int, phalanges: int, weight: floa
     chain, q = build_chain(finger(SOFT, phalanges, elements=elements), hcm.Drive())
     contact = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
     rows = storage(q.size)
-    assert tangent(q, weight, chain, contact, LAW, rows) == 0.0
+    assert tangent(q, weight, weight**0.5, chain, contact, LAW, rows) == 0.0
     dense = dense_of(rows)
     assert np.all(np.diag(dense)[chain.hinge] == 0)
     b = np.random.default_rng(2).standard_normal(q.size)
@@ -76,19 +76,23 @@ def test_bordered_matrix_of_a_finger(elements: int, phalanges: int, weight: floa
     Contact(COMPRESSION, SLIP, 1.0, 3.0, -1e-6, 0.0),
     Contact(RESTITUTION, SLIP, -1.0, 3.0, -1e-6, 0.0),
 ])  # fmt: skip
-def test_solution_is_newtons_step_for_the_residual(contact: Contact) -> None:
-    """A bent, driven finger in contact: differences of the residual, friction's row included."""
+@pytest.mark.parametrize("tau", [0.0, 1e-5])
+def test_solution_is_newtons_step_for_the_residual(contact: Contact, tau: float) -> None:
+    """A bent, driven finger in contact: differences of the residual, friction's row included.
+
+    At rest, where what the tangent leaves out of the damping is zero.
+    """
     drive = hcm.Drive(torques=(2e-3, 1e-3), reaction=True)
-    chain, q = build_chain(finger(SOFT, 2, elements=3), drive)
-    rng, n, weight = np.random.default_rng(3), q.size, 1e-10
+    chain, q = build_chain(finger(SOFT, 2, elements=3, relaxation_time=tau), drive)
+    rng, n, weight, rate_weight = np.random.default_rng(3), q.size, 1e-10, 2e-5
     q = q + 1e-3 * rng.standard_normal(n) * chain.scale
     integrator = Integrator(coefficients(0.8, 1e-9), chain, LAW, workspace(n))
 
     def balance(y: np.ndarray) -> np.ndarray:
         out = np.empty(n)
         change = chain.scale * y
-        moved = q + weight * np.where(lam, 0.0, change)
-        residual(moved, change, chain, contact, LAW, out)
+        freely = np.where(lam, 0.0, change)
+        residual(q + weight * freely, rate_weight * freely, change, chain, contact, LAW, out)
         return chain.scale * out
 
     lam = np.zeros(n, dtype=bool)
@@ -97,7 +101,7 @@ def test_solution_is_newtons_step_for_the_residual(contact: Contact) -> None:
     jacobian = np.array([balance(u) - balance(-u) for u in 1e3 * np.eye(n)]).T / 2e3
     b = rng.standard_normal(n)
     integrator.work.right[W:] = b
-    assert solve_linear(q, weight, contact, integrator)
+    assert solve_linear(q, weight, rate_weight, contact, integrator)
     error = np.abs(jacobian @ integrator.work.right[W:] - b).max()
     # the differences lose what E A strains lose to round-off: 1e-16 of the residual over its change
     assert error < 1e-5 * np.abs(b).max()

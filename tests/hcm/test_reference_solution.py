@@ -25,8 +25,8 @@ from tests.hcm.cases import (
 
 @pytest.mark.parametrize("links", [1, 3])
 def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
-    """M q.. + Phi^T lam + K q = Q + F_c and Phi q.. = 0, to round-off, for a strained state."""
-    body = finger(SOFT, links, elements=2)
+    """M q.. + Phi^T lam + K q + D v = Q + F_c and Phi q.. = 0, to round-off, where strained."""
+    body = finger(SOFT, links, elements=2, relaxation_time=1e-5)
     chain, start = straight_links(body, STRIKING[:links], SPINS[:links], hcm.Drive((0.2,) * links))
     mapping = minimal_coordinates(chain)
     rng = np.random.default_rng(0)
@@ -34,12 +34,13 @@ def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
         mapping.place.size
     )
     q = expand(z, mapping.source)
+    v = expand(start.velocities[mapping.place] + rng.standard_normal(z.size), mapping.source)
     contact = Contact(COMPRESSION, STICK, 0.0, 3.0, q[chain.tip + 1] + 0.1, q[chain.tip] + 1e-5)
     law = contact_law(SURFACE, SOFT_TIP)
-    a = bordered_acceleration(q, mapping, chain, contact, law)
+    a = bordered_acceleration(q, v, mapping, chain, contact, law)
     left, forces = np.empty(q.size), np.empty(q.size)
-    residual(q, a, chain, contact, law, left)
-    residual(q, np.zeros(q.size), chain, contact, law, forces)
+    residual(q, v, a, chain, contact, law, left)
+    residual(q, v, np.zeros(q.size), chain, contact, law, forces)
     # in units of force: slopes' rows are moments
     assert np.abs(left * chain.scale).max() < 1e-10 * np.abs(forces * chain.scale).max()
 

@@ -57,9 +57,9 @@ def cantilever(load: float, elements: int) -> tuple[float, float]:
         weight[chain.tip + 1] = -fraction * force
         loaded = chain._replace(weight=weight)
         for _ in range(100):
-            residual(q, still, loaded, IN_FLIGHT, LAW, out)
+            residual(q, still, still, loaded, IN_FLIGHT, LAW, out)
             # a weight so large that the mass drops out leaves the tangent of the forces alone
-            tangent(q, 1e12, loaded, IN_FLIGHT, LAW, rows)
+            tangent(q, 1e12, 0.0, loaded, IN_FLIGHT, LAW, rows)
             scale = chain.scale[free]
             matrix = dense_of(rows)[np.ix_(free, free)]
             change = scale * np.linalg.solve(matrix, -1e12 * scale * out[free])
@@ -123,7 +123,7 @@ def test_torques_act_on_first_nodes_and_react_only_when_asked(reaction: bool) ->
     drive = hcm.Drive((0.3, 0.5), gravity=0.0, reaction=reaction)
     chain, q = build_chain(finger(SOFT, 2, elements=2), drive)
     out = np.zeros(q.size)
-    residual(q, np.zeros(q.size), chain, IN_FLIGHT, LAW, out)
+    residual(q, np.zeros(q.size), np.zeros(q.size), chain, IN_FLIGHT, LAW, out)
     # slopes (-1, 0): the generalized force of tau is (0, -tau), and the residual its negative
     expected = np.zeros(q.size)
     expected[chain.hinge_outer[0] + 3] += 0.3

@@ -101,7 +101,7 @@ def _of_beams(rows: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
     impulse = np.trapezoid(net, time, axis=0)
     impulse[1] -= mass * scene.drive.gravity * (time[-1] - time[0])
     held = sum(rows[f"{name}_energy_J"] for name in ENERGIES)
-    lost = rows["friction_dissipation_J"] + rows["restitution_dissipation_J"]
+    lost = sum(rows[f"{cause}_dissipation_J"] for cause in ("friction", "restitution", "material"))
     work = np.trapezoid((force * rows["tip_velocity_m_per_s"]).sum(1), time)
     largest = np.sqrt(2 * mass * kinetic[[0, -1]]).sum()
     summed = np.trapezoid(np.abs(net).max(1), time)

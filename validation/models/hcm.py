@@ -43,11 +43,12 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
     stated = tables.solver.hcm.stated(hcm.Settings)
     stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
+    further = finger.elements, material.relaxation_time
     try:
         phalanges = tuple(
-            hcm.Phalanx(length, diameter, modulus, density, int(elements))
-            for length, diameter, modulus, density, elements in tables.rows(
-                *sizes, *elastic, finger.elements
+            hcm.Phalanx(length, diameter, modulus, density, int(elements), tau)
+            for length, diameter, modulus, density, elements, tau in tables.rows(
+                *sizes, *elastic, *further
             )
         )
         return {

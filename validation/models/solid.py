@@ -277,8 +277,13 @@ class Solid:
         return DIMENSIONS[self.name]
 
     def refusal(self, scene: NamedScene) -> str:
-        """What they can't take is told where the scene is translated."""
-        del scene
+        """Why no finite elements take this scene, empty if they do."""
+        tau = scene.tables.material.relaxation_time
+        if any(scene.tables.per_phalanx(tau)):
+            return (
+                f"material.relaxation_time = {tau}: {self.name} does not damp the "
+                "material yet; leave it out or use --model hcm"
+            )
         return ""
 
     def warm_up(self) -> None:

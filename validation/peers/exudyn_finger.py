@@ -91,7 +91,7 @@ class _Finger:
         node = system.AddNode(items.NodePointGround())
         hinge_x = 0.0
         for phalanx in self.given["finger"].phalanges:
-            length = phalanx.length / phalanx.elements
+            length, relaxation = phalanx.length / phalanx.elements, phalanx.relaxation_time
             nodes = [
                 system.AddNode(
                     items.NodePoint2DSlope1(referenceCoordinates=[hinge_x - i * length, 0, -1, 0])
@@ -103,6 +103,8 @@ class _Finger:
                     length=length, massPerLength=phalanx.density * phalanx.area,
                     bendingStiffness=phalanx.youngs_modulus * phalanx.second_moment,
                     axialStiffness=phalanx.youngs_modulus * phalanx.area,
+                    bendingDamping=phalanx.youngs_modulus * phalanx.second_moment * relaxation,
+                    axialDamping=phalanx.youngs_modulus * phalanx.area * relaxation,
                     nodeNumbers=list(pair), useReducedOrderIntegration=1,
                 ))  # fmt: skip
                 marker = system.AddMarker(items.MarkerBodyMass(bodyNumber=cable))

@@ -26,6 +26,9 @@ HEIGHT_ADVICE = (
     "the surface lies at Y = -height below the hinge: with height <= 0 it would be above the finger"
 )
 INCLINE_ADVICE = "20 degrees are 0.349 rad; a surface that hangs over takes drive.gravity < 0"
+RELAXATION_ADVICE = (
+    "write seconds: a vibration of frequency f has the share pi f tau of critical damping"
+)
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
 # below a nanometre no continuum is left, and the section's second moment underflows
@@ -66,7 +69,7 @@ class FingerTable(Table):
 
 
 class MaterialTable(Table):
-    """Linear elastic, isotropic."""
+    """Linear elastic, isotropic, and damped if a relaxation time is given."""
 
     youngs_modulus: Annotated[Numbers, Quantity("Pa", at_least=1, at_most=1e14, per_phalanx=True)]
     """E."""
@@ -76,6 +79,11 @@ class MaterialTable(Table):
         Numbers, Quantity(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)
     ]
     """nu; of the finite elements, and of the default of tip.tangential_ratio."""
+    relaxation_time: Annotated[
+        Numbers,
+        Quantity("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE),
+    ] = 0.0
+    """tau of Kelvin and Voigt's damping, stress by the strain + tau times its rate; 0: none."""
 
 
 class SurfaceTable(Table):

@@ -126,6 +126,24 @@ def test_one_number_per_phalanx() -> None:
         ("material.density=0", ["material.density", "kg/m3", ">= 1e-06"]),
         ("material.density=1" + "0" * 400, ["material.density", "<= 1e+06"]),
         ("material.poisson_ratio=0.5", ["material.poisson_ratio", "0.5", "< 0.5", "0.49"]),
+        *(
+            (f"material.relaxation_time={value}", ["material.relaxation_time", *parts])
+            for value, parts in (
+                ("-1e-6", ["-1e-06", ">= 0"]),
+                ("2.0", ["2", "<= 1", "write seconds"]),
+                ("10", ["<= 1", "pi f tau"]),
+                ("nan", ["nan", "in s"]),
+                ("inf", ["inf", "<= 1"]),
+                ("'10 us'", ["10 us", "in s", "without unit"]),
+                ("true", ["true", "number"]),
+                ("[]", ["[]", "one per phalanx"]),
+                ("[1e-6, 1e-6]", ["2 numbers for 3 phalanges", "give 3"]),
+                ("[1e-6, -1e-6, 0.0]", ["-1e-06", ">= 0"]),
+                ("[[1e-6], 0, 0]", ["one per phalanx"]),
+                ("{ value = 1e-6 }", ["number", "in s"]),
+            )
+        ),
+        ("material.relaxation=1e-6", ["material.relaxation", "did you mean", "relaxation_time"]),
         ("surface.friction=-1", ["surface.friction", "-1", ">= 0", "smooth"]),
         ("surface.height=-0.1", ["surface.height", "-0.1", "> 0", "above the finger"]),
         ("surface.height=0", ["surface.height", "above the finger"]),

@@ -117,7 +117,7 @@ def _dissipation(scene: Scene, result: TapResult) -> Iterator[str]:
     scale = float((h.kinetic_energy_J + h.strain_energy_J + h.contact_energy_J).max())
     work = (1 + scene.surface.friction) * float(h.normal_force_N.max())
     noise = 1e-12 * scale + work * (_gap_noise(scene, result) + 2 * _step_defect(result))
-    for name in ("friction_dissipation_J", "restitution_dissipation_J"):
+    for name in ("friction_dissipation_J", "restitution_dissipation_J", "material_dissipation_J"):
         # events and steps repeat to Newton's tolerance
         known = noise + scene.settings.newton_tolerance * scale
         if (fall := _largest(-np.diff(getattr(h, name)) - known, result)) > 0:

@@ -5,14 +5,18 @@ compression-restitution and stick-slip events, generalized-alpha in time, in fli
 collocation.
 """
 
+from hcm.accuracy import Chosen, settings_for, simulate_within
 from hcm.batch import Outcome, Scene, simulate_each, simulate_many, vary
 from hcm.model import RigidStart
 from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
 from hcm.posture import Posture
-from hcm.result import Event, History, Statistics, Status, Summary, TapResult
+from hcm.result import Accuracy, Choice, Event, History, Statistics, Status, Summary, TapResult
 from hcm.simulate import simulate
 
 __all__ = [
+    "Accuracy",
+    "Choice",
+    "Chosen",
     "Drive",
     "Event",
     "Finger",
@@ -30,8 +34,10 @@ __all__ = [
     "Surface",
     "TapResult",
     "Tip",
+    "settings_for",
     "simulate",
     "simulate_each",
     "simulate_many",
+    "simulate_within",
     "vary",
 ]

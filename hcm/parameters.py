@@ -51,6 +51,16 @@ class Phalanx:
         """I_w = pi d^4/64, m^4."""
         return math.pi * self.diameter**4 / 64
 
+    @property
+    def bending_stiffness(self) -> float:
+        """E_w I_w, N m^2."""
+        return self.youngs_modulus * self.second_moment
+
+    @property
+    def line_density(self) -> float:
+        """rho_w A_w, kg/m."""
+        return self.density * self.area
+
 
 @dataclass(frozen=True)
 class Finger:

@@ -195,6 +195,28 @@ class Summary:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """A setting that a wanted accuracy chose, its value, and why."""
+
+    setting: str
+    value: object
+    reason: str
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """What was asked of a run, and what was done for it.
+
+    wanted : largest relative error of peak force, impulse, duration and arrival. expected : the
+    largest that it has by its estimates; None where none were asked for.
+    """
+
+    wanted: float
+    expected: float | None
+    choices: tuple[Choice, ...]
+
+
+@dataclass(frozen=True)
 class TapResult:
     """A run of the reduced model.
 
@@ -202,6 +224,7 @@ class TapResult:
     frames with `Settings.frame_times` as far as the run got. errors : estimated absolute errors of
     the summary's main numbers, by its fields, SI units; inf where nothing is known, empty where
     none were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
+    accuracy : of a run that was held to one.
     """
 
     status: Status
@@ -214,3 +237,4 @@ class TapResult:
     frames: Sequence[Posture]
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
+    accuracy: Accuracy | None = None

@@ -56,6 +56,22 @@ def test_json_is_the_contracts_object_and_nothing_else(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_run_says_what_an_accuracy_chose(
+    fake_model: Use, make_record: Make, fingertap: Run, tmp_path: Path
+) -> None:
+    """On the terminal, in JSON, and when it is read back."""
+    choice = {"setting": "flight", "value": "rigid", "reason": "skipped: 0.0008 of the tap"}
+    held = {"wanted": 1e-3, "expected": 4e-4, "choices": [choice]}
+    fake_model(replace(make_record(), accuracy=held))
+    for _ in range(2):
+        shown = fingertap(*HCM, "--accuracy", "1e-3", "--out", tmp_path).out
+        assert "relative error                 expected 0.0004, wanted 0.001\n" in shown
+        assert "    flight                       rigid (skipped: 0.0008 of the tap)\n" in shown
+    assert "read back" in shown
+    printed = fingertap(*HCM, "--accuracy", "1e-3", "--out", tmp_path, "--json").out
+    assert read(printed)["accuracy"] == held
+
+
 def test_json_has_null_for_what_a_model_does_not_have(
     fake_model: Use, make_record: Make, fingertap: Run
 ) -> None:
@@ -132,6 +148,8 @@ def test_exit_codes(
         (["run", "--model", "hcm"], "scene"),
         ([*HCM, "--set", "surface.friction=-1"], "surface.friction"),
         ([*HCM, "--set"], "--set"),
+        ([*HCM, "--accuracy", "0"], "solver.hcm.accuracy = 0.0: must be a number, >= 1e-06"),
+        ([*HCM, "--accuracy", "50%"], "50%"),
         ([*HCM, "--colour"], "--colour"),
         (["tap"], "tap"),
         ([*HCM, "--out", "/proc/none"], "/proc/none"),

@@ -26,3 +26,9 @@ NoEstimate = Annotated[bool, Parameter(name="--no-estimate", negative="", help=_
 AsJson = Annotated[
     bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")
 ]
+
+_ACCURACY = (
+    "Largest relative error wanted in peak force, impulse, duration and arrival, against the same "
+    "model's converged answer, 1e-3: what --set and the scene do not state follows from it."
+)
+Accuracy = Annotated[float | None, Parameter(help=_ACCURACY)]

@@ -78,9 +78,21 @@ def summary_text(record: "RunRecord") -> str:
         else:
             continue
         lines.append(f"  {entry.title:<{WIDTH}}{text} {entry.unit}".rstrip())
+    lines += _accuracy_lines(record)
     if record.read_back:
         lines.append(f"  {'time and memory measured':<{WIDTH}}{record.measured}")
     return "\n".join(lines)
+
+
+def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
+    """What was asked of the run, what it expects, and what was chosen for it."""
+    if not (held := record.accuracy):
+        return
+    expected = held["expected"]
+    text = "not estimated" if expected is None else f"expected {expected:.1g}"
+    yield f"  {'relative error':<{WIDTH}}{text}, wanted {held['wanted']:g}"
+    for choice in held["choices"]:
+        yield f"    {choice['setting']:<{WIDTH - 2}}{choice['value']} ({choice['reason']})"
 
 
 def _shown(entry: Quantity, record: "RunRecord") -> str | None:

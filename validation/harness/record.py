@@ -37,6 +37,8 @@ class RunRecord:
         model whose history is sampled; empty where the history has every step.
     events : located transitions in the order of time.
     statistics : counts of the solver's work.
+    accuracy : of a run that was held to one: ``wanted``, ``expected`` (None: not estimated) and
+        ``choices``, each of ``setting``, ``value`` as text, ``reason``.
     provenance : scene as TOML tables, versions, machine, when it was measured.
     read_back : whether it comes from a store: its time and memory are of another day.
     """
@@ -53,6 +55,7 @@ class RunRecord:
     forces: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
     statistics: Mapping[str, Scalar] = field(default_factory=dict)
+    accuracy: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
     read_back: bool = False
 
@@ -93,6 +96,7 @@ class RunRecord:
             "model": self.model,
             **{k: v for k, v in values.items() if v is not None or k not in SOLID_KEYS},
             "error_estimates": plain(self.errors),
+            **({"accuracy": plain(self.accuracy)} if self.accuracy else {}),
         }
 
 

@@ -65,6 +65,20 @@ class _Provenance(_Part):
     created: Text
 
 
+class _Choice(_Part):
+    setting: Text
+    value: Text
+    reason: Text
+
+
+class _Accuracy(_Part):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    wanted: Positive | None = None
+    expected: _Error = None
+    choices: list[_Choice] = []
+
+
 class _Record(_Part):
     model_config = ConfigDict(strict=True, extra="forbid")
 
@@ -78,6 +92,7 @@ class _Record(_Part):
     errors: _Errors
     events: list[tuple[Number, Text]]
     statistics: dict[Text, Number | Count | bool | Text | None]
+    accuracy: _Accuracy
     provenance: _Provenance
 
 

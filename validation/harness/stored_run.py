@@ -35,6 +35,7 @@ def _json(record: RunRecord) -> str:
         "errors": record.errors,
         "events": [[event.time_s, event.kind] for event in record.events],
         "statistics": record.statistics,
+        "accuracy": record.accuracy,
         "provenance": record.provenance,
     }
     return json.dumps(plain(values), allow_nan=False)

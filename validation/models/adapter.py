@@ -88,6 +88,20 @@ def _arrays(source: object) -> dict[str, NDArray[Any]]:
     return {name: np.asarray(a) for name, a in _members(source).items() if a is not None}
 
 
+def _accuracy(result: object) -> dict[str, Any]:
+    held = getattr(result, "accuracy", None)
+    if held is None:
+        return {}
+    choices = [{**vars(choice), "value": _text(choice.value)} for choice in held.choices]
+    return {"wanted": held.wanted, "expected": held.expected, "choices": choices}
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return ", ".join(map(_text, value))
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
 def to_record(
     result: Any, scene: NamedScene, model: str, variant: str, wall_time_s: float
 ) -> RunRecord:
@@ -96,7 +110,8 @@ def to_record(
     Parameters
     ----------
     result : object with status, message, history, summary and, where the model has them, forces (of
-        every step), events, statistics, cautions and errors
+        every step), events, statistics, cautions, errors and
+        accuracy
     wall_time_s : duration of the solve alone.
     """
     summary = {entry.key: getattr(result.summary, entry.key, None) for entry in QUANTITIES}
@@ -123,5 +138,6 @@ def to_record(
         forces=_arrays(getattr(result, "forces", None)),
         events=tuple(Event(float(e.time_s), str(e.kind)) for e in getattr(result, "events", ())),
         statistics=statistics,
+        accuracy=_accuracy(result),
         provenance=provenance(scene.document),
     )

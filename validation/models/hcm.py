@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from validation.errors import UserError
@@ -43,7 +44,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
     stated = tables.solver.hcm.stated(hcm.Settings)
     stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
-    further = finger.elements, material.relaxation_time
+    further = tables.elements, material.relaxation_time
     try:
         phalanges = tuple(
             hcm.Phalanx(length, diameter, modulus, density, int(elements), tau)
@@ -89,6 +90,15 @@ def warm_up_flights() -> None:
         unless_interrupted(run(load_scene("soft", (*WARM_UP, f"solver.hcm.{choice}"))).record)
 
 
+def _stated(scene: NamedScene) -> dict[str, Any]:
+    """The settings that the scene states, by the solver's names."""
+    import hcm
+
+    stated = scene.tables.solver.hcm.stated(hcm.Settings)
+    elements = scene.tables.finger.elements
+    return stated if elements is None else {**stated, "elements": elements}
+
+
 def run(
     scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
 ) -> Outcome:
@@ -97,9 +107,15 @@ def run(
 
     del checkpoint
     arguments = translate(scene, estimate=True)
+    simulate = partial(hcm.simulate, **arguments)
+    accuracy = scene.tables.solver.accuracy_of(name)
+    if accuracy is not None:
+        given = hcm.Scene(**arguments)
+        simulate = partial(hcm.simulate_within, accuracy, given, _stated(scene))
+        warm_up_flights()
     start = time.perf_counter()
     try:
-        result = hcm.simulate(**arguments, progress=progress)
+        result = simulate(progress=progress)
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     solve_time = result.statistics.wall_time_s

@@ -284,6 +284,10 @@ class Solid:
                 f"material.relaxation_time = {tau}: {self.name} does not damp the "
                 "material yet; leave it out or use --model hcm"
             )
+        if (accuracy := scene.tables.solver.accuracy_of("fem")) is not None:
+            return (
+                f"solver.accuracy = {accuracy:g}: {self.name} takes none; give a solver.fem.preset"
+            )
         return ""
 
     def warm_up(self) -> None:

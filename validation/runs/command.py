@@ -7,7 +7,15 @@ from pathlib import Path
 from typing import TypeVar
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import AsJson, Flag, Fresh, NoEstimate, Overrides, Source
+from validation.harness.command_line import (
+    Accuracy,
+    AsJson,
+    Flag,
+    Fresh,
+    NoEstimate,
+    Overrides,
+    Source,
+)
 from validation.harness.console import output, progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
@@ -31,6 +39,7 @@ def run_scene(
     *,
     model: str,
     overrides: Overrides = (),
+    accuracy: Accuracy = None,
     as_json: AsJson = False,
     out: Path | None = None,
     resume: Flag = False,
@@ -59,10 +68,14 @@ def run_scene(
     RunFailedError
         The run did not complete; the message says where what it had is.
     """
-    resumable = adapter(model).resumable
+    module = adapter(model)
+    resumable = module.resumable
     if resume and not resumable:
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
-    named = load_scene(scene, (*overrides, *without_estimate(model, no_estimate)))
+    wanted = () if accuracy is None else (f"solver.{module.settings}.accuracy={accuracy}",)
+    if wanted and not module.settings:
+        raise UserError(f"--accuracy {accuracy:g}: {model} takes none; leave it out")
+    named = load_scene(scene, (*overrides, *wanted, *without_estimate(model, no_estimate)))
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
     checkpoint = None
     if out is not None or not as_json or resume:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from validation.scenes.tables import SOLVER_TABLES, Scene, SolverTable
+from validation.scenes.tables import SOLVER_TABLES, AccuracyTable, Scene, SolverTable
 
 
 def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str]:
@@ -14,6 +14,7 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str
     if table is SolverTable:
         for name, solver_table in SOLVER_TABLES.items():
             yield from known_keys(solver_table(), f"{prefix}{name}.")
+        yield from (f"{prefix}{name}" for name in AccuracyTable.model_fields)
         return
     for name, field in table.model_fields.items():
         kind = field.annotation

@@ -20,6 +20,7 @@ Numbers = float | tuple[float, ...]
 LONGEST_M = 2.0  # above this a length of a finger was most likely meant in millimetres
 MAX_TOTAL_ELEMENTS = 20_000  # above this a planar beam model is no longer a reduced one
 
+ELEMENTS = 20  # in a phalanx, where neither they nor an accuracy are stated
 ELEMENTS_ADVICE = "the paper uses 5 to 20 per phalanx, and 20 is converged to 0.02 %"
 METRES_ADVICE = "write metres, not millimetres"
 HEIGHT_ADVICE = (
@@ -29,6 +30,7 @@ INCLINE_ADVICE = "20 degrees are 0.349 rad; a surface that hangs over takes driv
 RELAXATION_ADVICE = (
     "write seconds: a vibration of frequency f has the share pi f tau of critical damping"
 )
+ACCURACY_ADVICE = "1e-3 is 0.1 %"
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
 # below a nanometre no continuum is left, and the section's second moment underflows
@@ -60,12 +62,13 @@ class FingerTable(Table):
     diameter: Annotated[Numbers, SIZE]
     """Of the round section."""
     elements: Annotated[
-        int | tuple[int, ...],
+        int | tuple[int, ...] | None,
         Quantity(
             integer=True, at_least=1, at_most=10**12, per_phalanx=True, advice=ELEMENTS_ADVICE
         ),
-    ] = 20
-    """Beam elements of the reduced model in a phalanx."""
+    ] = None
+    """Beam elements of the reduced model in a phalanx; left out: what an accuracy asks for, else
+    20."""
 
 
 class MaterialTable(Table):
@@ -196,13 +199,23 @@ def _declared_by(solver: str) -> dict[str, Any]:
     return {key: kind for settings, out in kinds for key, kind in _declared(settings, out).items()}
 
 
+class AccuracyTable(Table):
+    """What may be asked of a solver in the place of its settings."""
+
+    accuracy: Annotated[
+        float | None, Quantity(at_least=1e-6, at_most=0.1, advice=ACCURACY_ADVICE)
+    ] = None
+    """Largest relative error wanted in peak force, impulse, duration and arrival, against the same
+    model's converged answer; settings that are not stated follow from it."""
+
+
 @cache
 def hcm_table() -> type[Table]:
     """``[solver.hcm]``: the reduced model's settings."""
-    return create_model("HcmTable", __base__=Table, **_declared_by("hcm"))
+    return create_model("HcmTable", __base__=AccuracyTable, **_declared_by("hcm"))
 
 
-class FemMeshTable(Table):
+class FemMeshTable(AccuracyTable):
     """The solid models' mesh: a preset gives sizes and contact law, other keys override it."""
 
     preset: Literal["contact", "fast", "ls-dyna-like", "converged"] = "contact"
@@ -247,7 +260,7 @@ def _checked_by(table: Callable[[], type[Table]]) -> AfterValidator:
     return AfterValidator(check)
 
 
-class SolverTable(Table):
+class SolverTable(AccuracyTable):
     """What the scene states for each solver, checked by the bounds of that solver's settings.
 
     A solver's package, which takes a second to import, is imported where the scene states
@@ -266,6 +279,11 @@ class SolverTable(Table):
     def fem(self) -> Any:
         """The `fem_table` of this scene."""
         return fem_table().model_validate(self.stated_fem)
+
+    def accuracy_of(self, solver: str) -> float | None:
+        """What is asked of ``hcm`` or ``fem``: in its own table, or for all."""
+        own = getattr(self, solver).accuracy
+        return self.accuracy if own is None else own
 
 
 class Scene(Table):
@@ -288,6 +306,11 @@ class Scene(Table):
     def rows(self, *columns: Numbers | tuple[int, ...]) -> Iterator[tuple[float, ...]]:
         """A row of numbers for each phalanx."""
         return zip(*map(self.per_phalanx, columns), strict=True)
+
+    @property
+    def elements(self) -> tuple[float, ...]:
+        """Beam elements of each phalanx, those of no accuracy where none are stated."""
+        return self.per_phalanx(self.finger.elements or ELEMENTS)
 
     @property
     def total_length(self) -> float:
@@ -343,7 +366,7 @@ class Scene(Table):
                     f"has {len(value)} numbers for {count} phalanges; "
                     f"give {count}, or change finger.phalanges",
                 )
-        elements = sum(self.per_phalanx(self.finger.elements))
+        elements = sum(self.elements)
         if elements > MAX_TOTAL_ELEMENTS:
             raise _refuse(
                 "finger.elements",

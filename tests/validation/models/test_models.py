@@ -9,8 +9,8 @@ import xarray
 
 from tests.validation.commands import Run, call
 from validation.errors import UserError
+from validation.models import adapter, solid
 from validation.models import hcm as hcm_adapter
-from validation.models import solid
 from validation.render.run_folder import read_steps
 from validation.runs.execute import Job, in_fresh_process, solve
 from validation.scenes.load import load_scene
@@ -55,6 +55,23 @@ def test_overrides_reach_the_reduced_model(as_json: Callable[..., dict[str, Any]
     full, lossy = as_json("soft"), as_json("soft", "tip.restitution=0.8")
     ratio = lossy["normal_impulse_N_s"] / full["normal_impulse_N_s"]
     assert ratio == pytest.approx(1 - 0.077, abs=5e-4)  # issue 2: 7.7 % below
+
+
+def test_an_accuracy_reaches_the_reduced_model_and_leaves_what_is_stated(
+    as_json: Callable[..., dict[str, Any]],
+) -> None:
+    asked = "solver.accuracy=1e-2", "solver.hcm.contact_step=2e-6", "solver.hcm.estimate=false"
+    held = as_json("soft", *asked)["accuracy"]
+    assert (held["wanted"], held["expected"]) == (0.01, None)
+    chosen = {c["setting"]: (c["value"], c["reason"]) for c in held["choices"]}
+    assert chosen["flight"][0] == "rigid"
+    assert chosen["contact_step"] == ("2e-06", "stated")
+    assert chosen["elements"][1] != "stated"
+    own = as_json("soft", *asked, "solver.hcm.accuracy=0.05", "finger.elements=4")["accuracy"]
+    assert own["wanted"] == 0.05
+    assert ["4", "stated"] in [[c["value"], c["reason"]] for c in own["choices"]]
+    solid = load_scene("soft", ("solver.accuracy=1e-2",))
+    assert "solver.accuracy = 0.01: fem3d takes none" in adapter("fem3d").refusal(solid)
 
 
 def test_settings_reach_the_reduced_model() -> None:

@@ -48,7 +48,7 @@ def test_built_in_scenes_are_the_papers(
     assert not scene.drive.reaction
     assert scene.per_phalanx(scene.finger.length) == (0.04,) * 3
     assert scene.per_phalanx(scene.finger.diameter) == (0.015,) * 3
-    assert sum(scene.per_phalanx(scene.finger.elements)) == 60
+    assert sum(scene.elements) == 60
 
 
 def test_tangential_ratio_defaults_to_mindlin(tmp_path: Path) -> None:
@@ -238,7 +238,7 @@ def test_solver_keys_are_the_models_settings() -> None:
     hcm = pytest.importorskip("hcm")
     names = {key.removeprefix("solver.hcm.") for key in known_keys() if "solver.hcm" in key}
     drawn = {"frame_times"}  # postures that a figure asks for, no matter of the scene
-    assert names == set(hcm.Settings.__dataclass_fields__) - drawn
+    assert names == {"accuracy", *hcm.Settings.__dataclass_fields__} - drawn
 
 
 def test_a_scene_states_settings_by_name_and_the_solver_keeps_the_other_defaults() -> None:

@@ -1,0 +1,131 @@
+"""Settings that follow from an accuracy: the error asked for is kept, and what is stated stays."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.accuracy import HELD, contact_frequency, rods_fall, settings_for, simulate_within
+from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
+
+NO_ESTIMATE = hcm.Settings(estimate=False)
+SOFT_SCENE = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, settings=NO_ESTIMATE)
+HARD_SCENE = hcm.Scene(finger(HARD), SURFACE, HARD_TIP, settings=NO_ESTIMATE)
+
+
+def truth(scene: hcm.Scene) -> np.ndarray:
+    """Ten elements a phalanx, the flight's vibration in phase: 1e-5 (soft: 20 and 40 elements)."""
+    fine = hcm.Finger(tuple(replace(p, elements=10) for p in scene.finger.phalanges))
+    step = 0.005 / contact_frequency(fine.phalanges[-1], scene.tip)
+    settings = hcm.Settings(
+        flight_integrator="gauss", flight_step=1e-3, flight_tolerance=1e-9, contact_step=step,
+        contact_tolerance=0.0, estimate=False,
+    )  # fmt: skip
+    return numbers(hcm.simulate(**replace(scene, finger=fine, settings=settings).arguments()))
+
+
+def numbers(result: hcm.TapResult) -> np.ndarray:
+    assert result.status is hcm.Status.COMPLETED
+    return np.array([getattr(result.summary, name) for name in HELD])
+
+
+@pytest.mark.parametrize("scene", [SOFT_SCENE, HARD_SCENE], ids=["soft", "hard"])
+def test_the_error_asked_for_is_kept_with_ever_dearer_settings(scene: hcm.Scene) -> None:
+    exact, steps = truth(scene), []
+    for accuracy in (1e-2, 1e-3, 1e-4):
+        result = simulate_within(accuracy, scene)
+        assert np.abs(numbers(result) / exact - 1.0).max() <= accuracy
+        assert result.accuracy is not None
+        assert (result.accuracy.wanted, result.accuracy.expected) == (accuracy, None)
+        steps.append(result.statistics.steps)
+    assert steps == sorted(set(steps))
+
+
+def chosen(accuracy: float, scene: hcm.Scene = SOFT_SCENE, **stated: object) -> hcm.Chosen:
+    values = {name: value for name, value in stated.items() if name != "elements"}
+    return settings_for(accuracy, replace(scene, settings=replace(NO_ESTIMATE, **values)), stated)
+
+
+def test_what_is_stated_stays_and_is_said_to_be() -> None:
+    found = chosen(1e-3, flight="elastic", contact_step=1e-7, elements=7)
+    assert (found.scene.settings.flight, found.scene.settings.contact_step) == ("elastic", 1e-7)
+    assert found.scene.settings.flight_integrator == "gauss"
+    assert [p.elements for p in found.scene.finger.phalanges] == [
+        p.elements for p in SOFT_SCENE.finger.phalanges
+    ]
+    told = {c.setting: c.value for c in found.choices if c.reason == "stated"}
+    assert told == {"flight": "elastic", "contact_step": 1e-7, "elements": 7}
+    assert len({c.setting for c in found.choices}) == len(found.choices)
+    # an integrator of order 2 is left the steps that it has
+    alpha = chosen(1e-3, flight="elastic", flight_integrator="generalized-alpha")
+    assert alpha.scene.settings.flight_tolerance == NO_ESTIMATE.flight_tolerance
+
+
+def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
+    loose, strict, strictest = (chosen(a) for a in (1e-2, 1e-4, 1e-5))
+    assert loose.scene.settings.flight == "rigid"
+    assert loose.flight_error <= 1e-3
+    assert (strict.scene.settings.flight, strict.scene.settings.flight_integrator) == (
+        "elastic",
+        "gauss",
+    )
+    skipped = {c.setting for c in (*loose.choices, *strict.choices) if "skipped" in c.reason}
+    assert skipped == {"flight", "flight_tolerance", "contact_tolerance"}
+    # the vibration is followed at last
+    assert strictest.scene.settings.flight_tolerance < 1e-6 < strict.scene.settings.flight_tolerance
+
+
+def test_elements_and_steps_keep_the_orders_of_the_errors() -> None:
+    coarse, fine = chosen(1e-2), chosen(1e-6)
+    assert coarse.scene.settings.contact_step / fine.scene.settings.contact_step == pytest.approx(
+        100.0
+    )
+    counts = (c.scene.finger.phalanges[-1].elements for c in (fine, coarse))
+    assert next(counts) / 10 == pytest.approx(next(counts), abs=1)
+
+
+def test_the_tip_is_shielded_where_its_spring_is_softer_than_the_beam() -> None:
+    """Impedances there, N s/m: k/w of the spring, rho A c/sqrt(2) of the beam's free end."""
+    omega = contact_frequency(SOFT, SOFT_TIP)
+    waves = (1e9 * SOFT.second_moment / (1400.0 * SOFT.area)) ** 0.25 * omega**0.5
+    impedance = 1400.0 * SOFT.area * waves / 2**0.5
+    assert impedance == pytest.approx(SOFT_TIP.normal_stiffness / omega, rel=1e-12)
+    bouncing = replace(SOFT_TIP, restitution=0.5)
+    assert contact_frequency(SOFT, bouncing) == pytest.approx(omega * 4 ** (2 / 3), rel=1e-12)
+
+
+def test_the_rods_fall_as_a_rigid_flight_does() -> None:
+    fall = rods_fall(SOFT_SCENE)
+    rigid = replace(SOFT_SCENE, settings=replace(NO_ESTIMATE, flight="rigid"))
+    result = hcm.simulate(**rigid.arguments())
+    assert fall is not None
+    assert fall.time == pytest.approx(result.summary.contact_time_s, rel=1e-6)
+    assert -fall.speed == pytest.approx(result.summary.tip_velocity_at_contact_m_per_s[1], rel=1e-5)
+    assert fall.ringing < fall.bending <= fall.largest
+
+
+def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps five times as long as they should be are found out by the companion."""
+    monkeypatch.setattr("hcm.accuracy.STEP_SHARE", 5.0)
+    result = simulate_within(1e-3, replace(SOFT_SCENE, settings=hcm.Settings()))
+    assert result.accuracy is not None
+    (again,) = [c for c in result.accuracy.choices if c.setting == "accuracy"]
+    assert 0.0 < again.value < 1e-3
+    assert "solved again" in again.reason
+    assert result.accuracy.expected < 1e-3
+    assert np.abs(numbers(result) / truth(SOFT_SCENE) - 1.0).max() < 1e-3
+
+
+def test_where_rods_never_touch_the_run_says_so() -> None:
+    short = replace(NO_ESTIMATE, max_flight_time=0.01)
+    still = replace(SOFT_SCENE, drive=hcm.Drive(gravity=0.0), settings=short)
+    result = simulate_within(1e-3, still)
+    assert result.status is hcm.Status.NOT_REACHED
+    assert result.accuracy.expected is None
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -1e-3, 1e-9, 0.5, float("nan"), float("inf")])
+def test_an_accuracy_without_settings_is_refused(accuracy: float) -> None:
+    with pytest.raises(hcm.ParameterError, match=r"accuracy = .*: must be 1e-06 to 0.1"):
+        settings_for(accuracy, SOFT_SCENE)

@@ -9,10 +9,12 @@ sent again.
 from __future__ import annotations
 
 import os
+import time
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +30,7 @@ BATCH_S = 1.0  # of solving that a batch is made to take, in scenes from 1 to
 MOST_SCENES = 200
 TRIES = 5  # of a batch that connections lose
 CONNECT_S = 30.0
+COUNTED_S = 5.0  # between two looks how many workers there are
 
 
 @dataclass(frozen=True)
@@ -74,14 +77,47 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
     with client:
         _check_workers(client, address, models)
         pool = client.get_executor(pure=False, retries=TRIES)
+
+        def submit(*given: Any) -> Future[list[Row]]:
+            try:
+                found: Future[list[Row]] = pool.submit(*given)
+            except Exception as error:  # of a client that has given up
+                raise _lost(address) from error
+            return found
+
         try:
-            yield Crew(pool.submit, lambda: len(client.nthreads()))
+            yield Crew(submit, _count_of(client))
         finally:
             pool.shutdown(wait=False)
 
 
+def _lost(address: str) -> RunFailedError:
+    return RunFailedError(
+        f"--dask {address}: the scheduler was lost; what was finished is kept: the same command"
+        " goes on"
+    )
+
+
+def _count_of(client: Any) -> Callable[[], int]:
+    """How many workers there are, asked for now and then; while there is no answer, the last."""
+    count, asked = len(client.nthreads()), time.monotonic()
+
+    def workers_now() -> int:
+        nonlocal count, asked
+        if time.monotonic() - asked > COUNTED_S:
+            with suppress(Exception):  # a connection that is being made again
+                count = len(client.nthreads())
+            asked = time.monotonic()
+        return count
+
+    return workers_now
+
+
 def _check_workers(client: Any, address: str, models: Sequence[str]) -> None:
-    """Refuse workers that would give other results, before any work is sent."""
+    """Refuse workers that would give other results, before any work is sent.
+
+    One that comes later is refused by `solve_tasks`.
+    """
     if not client.nthreads():
         say(f"{address}: has no workers yet; waiting for the first")
         client.wait_for_workers(1)
@@ -92,13 +128,15 @@ def _check_workers(client: Any, address: str, models: Sequence[str]) -> None:
             " loops of two runs can't share a process; start workers with --nthreads 1"
         )
     try:
-        client.get_versions(check=True)
+        with warnings.catch_warnings(action="ignore"):  # of what decides no bits, or below
+            client.get_versions(check=True)
         for model in models:
             for name, there in client.run(programs, model).items():
-                check_program(model, there, f"--dask {address}: worker {name}")
+                check_program(there, programs(model), f"--dask {address}: worker {name}")
     except (ValueError, ImportError, AttributeError) as error:
         raise UserError(
-            f"--dask {address}: workers have other versions: {' '.join(str(error).split())[:300]}"
+            f"--dask {address}: workers have other versions: {' '.join(str(error).split())[:300]};"
+            " install the same there"
         ) from error
 
 

@@ -91,7 +91,7 @@ def solve_tasks(
     from threadpoolctl import threadpool_limits
 
     for model in wanted:
-        check_program(model, wanted[model])
+        check_program(programs(model), wanted[model], "worker")
     rows, warm = [], set[str]()
     with threadpool_limits(1, user_api="blas"):
         for model, overrides in tasks:
@@ -100,15 +100,15 @@ def solve_tasks(
     return rows
 
 
-def check_program(model: str, wanted: Mapping[str, Any], where: str = "worker") -> None:
-    """Refuse to work for a command whose program is another one.
+def check_program(own: Mapping[str, Any], wanted: Mapping[str, Any], where: str) -> None:
+    """Refuse a worker whose `programs` are not the command's.
 
     Raises
     ------
     UserError
         Naming what differs.
     """
-    if differing := difference(programs(model), wanted):
+    if differing := difference(own, wanted):
         raise UserError(f"{where}: {differing}; install the same program and versions there")
 
 

@@ -240,7 +240,8 @@ def test_a_worker_with_another_program_is_refused() -> None:
         ({"environment": {"OPENBLAS_CORETYPE": "Zen"}}, "OPENBLAS_CORETYPE"),
     ):
         with pytest.raises(UserError, match=said):
-            runs.check_program("hcm", {**own, **change})
+            runs.check_program({**own, **change}, own, "worker")
+    runs.check_program(own, own, "worker")
     assert "machine" not in own
     assert not any(name.endswith("_NUM_THREADS") for name in own["environment"])
 

@@ -1,0 +1,159 @@
+"""A Dask cluster on loopback: the serial dataset, whatever is lost on the way."""
+
+import importlib.util
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.processes import COMMAND, python, started
+from tests.validation.commands import Run
+from tests.validation.sweep.plans import written
+from tests.validation.sweep.test_sweep import TWO, lines, opened
+
+needs_dask = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="the extra dask is not installed"
+)
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port: int = found.getsockname()[1]
+    return port
+
+
+class Wire:
+    """A connection to a port by another one, which can be cut."""
+
+    def __init__(self, port: int) -> None:
+        self._to = port
+        self._ends: list[socket.socket] = []
+        self._door = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._door.getsockname()[1]
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        while True:
+            try:
+                here, _ = self._door.accept()
+            except OSError:
+                return
+            there = socket.create_connection(("127.0.0.1", self._to))
+            self._ends += [here, there]
+            for one, other in ((here, there), (there, here)):
+                threading.Thread(target=self._pass_on, args=(one, other), daemon=True).start()
+
+    def _pass_on(self, one: socket.socket, other: socket.socket) -> None:
+        try:
+            while content := one.recv(65536):
+                other.sendall(content)
+        except OSError:
+            pass
+        finally:
+            other.close()
+
+    def cut(self) -> None:
+        for end in self._ends:
+            with ExitStack() as quietly:
+                quietly.push(lambda kind, error, trace: kind is not None)
+                end.shutdown(socket.SHUT_RDWR)
+        self._ends.clear()
+
+    def close(self) -> None:
+        self._door.close()
+        self.cut()
+
+
+@contextmanager
+def cluster(folder: Path, workers: int, threads: int = 1) -> Iterator[tuple[int, list[int]]]:
+    """A scheduler's port, and the processes of its workers."""
+    port, quiet = free_port(), {"stdout": -3, "stderr": -3, "cwd": folder}
+    address = f"tcp://127.0.0.1:{port}"
+    with ExitStack() as processes:
+
+        def start(*words: object) -> int:
+            process = started("-m", *words, **quiet)
+            processes.callback(process.wait)
+            processes.callback(process.kill)
+            return int(process.pid)
+
+        start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
+              "--no-dashboard")  # fmt: skip
+        pids = [
+            start("distributed.cli.dask_worker", address, "--host", "127.0.0.1", "--no-nanny",
+                  "--nthreads", threads, "--no-dashboard", "--local-directory", folder)
+            for _ in range(workers)
+        ]  # fmt: skip
+        yield port, pids
+
+
+def dask_and_serial(folder: Path, number: int) -> None:
+    """Sweep on a cluster that loses a worker, then the connection; and in one process here."""
+    path = written(folder, TWO.replace("number = 4", f"number = {number}"))
+    words = ("-c", COMMAND, "sweep", path)
+    with cluster(folder, 2) as (port, pids):
+        wire = Wire(port)
+        address = f"tcp://127.0.0.1:{wire.port}"
+        process = started(*words, "--dask", address, "--out", folder / "cluster")
+        kept = folder / "cluster" / "sweep" / "plan" / "results.jsonl"
+        for share, harm in ((0.2, lambda: os.kill(pids[0], signal.SIGKILL)), (0.5, wire.cut)):
+            while process.poll() is None and not (
+                kept.exists() and kept.read_bytes().count(b"\n") >= share * 2 * number
+            ):
+                time.sleep(0.02)
+            assert process.poll() is None, "it ended before all harm was done"
+            harm()
+        assert process.wait(600) == 0
+        wire.close()
+    assert python(*words, "--workers", "1", "--out", folder / "here", timeout=600).returncode == 0
+    assert opened(folder / "cluster").identical(
+        opened(folder / "here").assign_attrs(opened(folder / "cluster").attrs)
+    )
+    assert len(lines(folder / "cluster")) == 2 * number
+
+
+@needs_dask
+def test_a_cluster_computes_the_same(tmp_path: Path) -> None:
+    dask_and_serial(tmp_path, 300)
+
+
+@needs_dask
+@pytest.mark.slow
+def test_two_thousand_scenes_with_losses_are_the_same(tmp_path: Path) -> None:
+    dask_and_serial(tmp_path, 2000)
+
+
+@needs_dask
+def test_a_cluster_that_cannot_be_used_is_refused(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("validation.sweep.executor.CONNECT_S", 0.5)
+    path = written(tmp_path)
+    for address, said in (
+        (f"tcp://127.0.0.1:{free_port()}", "no scheduler answers"),
+        ("carrier-pigeon://loft", "no scheduler answers"),
+    ):
+        assert said in fingertap("sweep", path, "--dask", address, "--out", tmp_path).refusal
+    monkeypatch.setattr("validation.sweep.executor.CONNECT_S", 30.0)
+    with cluster(tmp_path, 1, threads=2) as (port, _):
+        address = f"tcp://127.0.0.1:{port}"
+        ended = fingertap("sweep", path, "--dask", address, "--out", tmp_path)
+    assert ended.code == 2
+    assert "has 2 threads: must have 1" in ended.err
+
+
+def test_without_dask_it_says_what_to_install(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    ended = fingertap("sweep", written(tmp_path), "--dask", "tcp://here:1", "--out", tmp_path)
+    assert ended.code == 2
+    assert "pip install 'fingertap[dask]'" in ended.err

@@ -95,11 +95,14 @@ def test_scenes_are_asked_for_as_they_are_needed() -> None:
 
 
 def test_what_runs_ends_when_nobody_waits_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that would take minutes is left between two calls of the loop."""
+    """A run of 20,000 calls of the loop is left between two of them."""
     calls = itertools.count()
     monkeypatch.setattr(sys.modules["hcm.simulate"], "TABLE_ROWS", 50)
-    long = replace(CHEAP, end_time=1e5, max_flight_time=1e5, max_steps=10**6, flight_tolerance=0.0)
-    upwards = replace(SCENE, settings=replace(long, flight_step=1e-4, end_time=50.0))
+    # falling upwards it swings above the surface for ever
+    endless = replace(
+        CHEAP, end_time=100.0, max_flight_time=1e5, max_steps=10**6, flight_tolerance=0.0
+    )
+    upwards = replace(SCENE, settings=endless, drive=hcm.Drive(gravity=-9.8))
     short = [replace(SCENE, surface=hcm.Surface(height, 0.5)) for height in HEIGHTS]
     own = batch.simulate
 

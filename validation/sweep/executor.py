@@ -184,7 +184,7 @@ def solve_all(
                 for task, found in zip(chosen, rows, strict=bool(rows)):
                     keep(task, found)
                     spent: float = found["spent_s"]
-                    seconds[task.model] = 0.9 * seconds.get(task.model, spent) + 0.1 * spent
+                    seconds[task.model] = 0.7 * seconds.get(task.model, spent) + 0.3 * spent
     finally:
         for future in running:
             future.cancel()

@@ -5,7 +5,7 @@ compression-restitution and stick-slip events, generalized-alpha in time, in fli
 collocation.
 """
 
-from hcm.accuracy import Chosen, settings_for, simulate_within
+from hcm.accuracy import SMALLEST, Chosen, settings_for, simulate_within
 from hcm.batch import Outcome, Scene, simulate_each, simulate_many, vary
 from hcm.model import RigidStart
 from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
@@ -14,6 +14,7 @@ from hcm.result import Accuracy, Choice, Event, History, Statistics, Status, Sum
 from hcm.simulate import simulate
 
 __all__ = [
+    "SMALLEST",
     "Accuracy",
     "Choice",
     "Chosen",

@@ -26,11 +26,19 @@ from types import MappingProxyType
 from typing import Any
 
 from hcm.batch import Scene
-from hcm.estimate import relative_errors
+from hcm.estimate import LEFT_OUT_OVER, estimate_errors, relative_errors
 from hcm.flight.rigid_chain import clearance, reactions
 from hcm.flight.rigid_flight import TOUCHED, integrate_flight
 from hcm.model import build_model
-from hcm.parameters import GAUSS, GENERALIZED_ALPHA, Finger, ParameterError, Phalanx, Tip
+from hcm.parameters import (
+    GAUSS,
+    GENERALIZED_ALPHA,
+    Finger,
+    ParameterError,
+    Phalanx,
+    Settings,
+    Tip,
+)
 from hcm.result import Accuracy, Choice, Status, TapResult
 from hcm.simulate import LARGEST_LEFT_OUT, Progress, simulate
 
@@ -47,6 +55,8 @@ STEPS_ERROR = 10.0
 FEW_STEPS = 60
 # of eps: errors of the rods' flight over the surface's depth, and of an acceleration
 RODS_SHARE, NEWTON_SHARE = 1e-3, 1e-5
+# of a flight as rods, beside one that decides, over the surface's depth
+RODS_TOLERANCE = 1e-6
 
 # A companion differs by at least this many times the run's error (`hcm.companion`).
 COMPANION = 3.0
@@ -112,16 +122,19 @@ def simulate_within(
 ) -> TapResult:
     """`hcm.simulate` with the settings of `settings_for`.
 
-    A run whose estimates expect a larger error is solved once more, for an accuracy that is smaller
-    by as much; its time is that of all that was done for it.
+    A run that is expected to have a larger error is solved once more, for an accuracy that is
+    smaller by as much; its time is that of all that was done for it.
     """
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
     while True:
         chosen = settings_for(target, scene, stated)
         spent += time.perf_counter() - began
-        result = simulate(**chosen.scene.arguments(), progress=progress)
+        plain = replace(chosen.scene, settings=replace(chosen.scene.settings, estimate=False))
+        result = simulate(**plain.arguments(), progress=progress)
         spent += result.statistics.wall_time_s
-        expected = expected_error(result, chosen.flight_error)
+        expected = None
+        if scene.settings.estimate and result.status is Status.COMPLETED:
+            result, expected = _with_estimates(result, plain, chosen.flight_error, progress)
         if expected is None or expected <= accuracy or again:
             break
         again = f"solved again: {expected:.1g} was expected of the first run"
@@ -138,12 +151,41 @@ def simulate_within(
     )
 
 
-def expected_error(result: TapResult, flight_error: float) -> float | None:
-    """The largest relative error by the run's estimates; None where there are none."""
-    if result.status is not Status.COMPLETED or not result.errors:
-        return None
-    shares = relative_errors(result.summary, result.errors)
-    return max(flight_error, *(shares[name] / COMPANION for name in HELD))
+def _with_estimates(
+    result: TapResult, scene: Scene, flight_error: float, progress: Progress | None
+) -> tuple[TapResult, float | None]:
+    """The run with its errors, and the largest relative one that is expected.
+
+    Steps and elements in contact are judged on taps after a flight as rods, whatever the run's own
+    was: a companion that did not follow a vibration would differ by all of it.
+    """
+
+    def rods_tap(finger: Finger, settings: Settings) -> TapResult:
+        tap = simulate(
+            **replace(scene, finger=finger, settings=settings).arguments(), progress=progress
+        )
+        flexible = tap.status is Status.TOO_FLEXIBLE
+        return replace(tap, status=Status.COMPLETED) if flexible else tap
+
+    own, settings = result, scene.settings
+    if settings.flight != "rigid" and math.isfinite(flight_error):
+        rigid = replace(settings, flight="rigid", flight_step=1.0, flight_tolerance=RODS_TOLERANCE)
+        tap = rods_tap(scene.finger, rigid)
+        if tap.status is Status.COMPLETED:
+            own, settings = tap, rigid
+    unseen = COMPANION * flight_error if math.isfinite(flight_error) else 0.0
+    found = estimate_errors(own, rods_tap, scene.finger, settings, unseen * LEFT_OUT_OVER)
+    result = replace(
+        result,
+        status=found.status,
+        message=found.status.value + found.doubt if found.doubt else result.message,
+        errors=found.errors,
+        cautions=(*result.cautions, *found.cautions),
+    )
+    if not found.errors:
+        return result, None
+    shares = relative_errors(own.summary, found.errors)
+    return result, max(shares[name] for name in HELD) / COMPANION
 
 
 def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyType({})) -> Chosen:
@@ -159,10 +201,10 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     check_accuracy(accuracy)
     phalanges = scene.finger.phalanges
     frequency = contact_frequency(phalanges[-1], scene.tip)
+    flight, flight_error = _flight(accuracy, scene, rods_fall(scene), stated)
     counts = tuple([_elements(p, frequency, accuracy) for p in phalanges])
     step = min(STEP_SHARE * math.sqrt(accuracy) / frequency, 1.0)
     newton = min(max(NEWTON_SHARE * accuracy, 1e-12), 1e-8)
-    flight, flight_error = _flight(accuracy, scene, rods_fall(scene), stated)
     hertz = f"{frequency / (2 * math.pi):.2g} Hz"
     choices = (
         Choice("elements", counts, f"waves of {hertz}, above which the tip's spring shields them"),
@@ -198,7 +240,9 @@ def _elements(phalanx: Phalanx, frequency: float, accuracy: float) -> int:
 def rods_fall(scene: Scene) -> Fall | None:
     """The fall of the phalanges as rods; None where they do not touch."""
     rods = Finger(tuple([replace(p, elements=1) for p in scene.finger.phalanges]))
-    rigid = replace(scene.settings, flight="rigid", flight_step=1.0, flight_tolerance=1e-6)
+    rigid = replace(
+        scene.settings, flight="rigid", flight_step=1.0, flight_tolerance=RODS_TOLERANCE
+    )
     model = build_model(rods, scene.surface, scene.tip, scene.drive, rigid, scene.start)
     assert model.rods is not None
     most = scene.settings.max_steps

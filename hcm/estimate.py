@@ -112,6 +112,19 @@ class FlightBand:
     stress: float
 
 
+def touch_band(own: TapResult, other: TapResult) -> FlightBand:
+    """Compare two flights as rods where they end: they hold no vibration whose phase is chance."""
+    a, b = (
+        own.summary.tip_velocity_at_contact_m_per_s,
+        other.summary.tip_velocity_at_contact_m_per_s,
+    )
+    assert a is not None
+    assert b is not None
+    late = _apart(own.summary, other.summary, "contact_time_s")
+    along, across = abs(a[0] - b[0]), abs(a[1] - b[1])
+    return FlightBand(late * abs(a[1]), (along, across), across, 0.0)
+
+
 def flight_band(own: TapResult, other: TapResult) -> FlightBand:
     """Compare two flights in the last `FLIGHT_SHARE` of the shorter."""
     a, b = own.history, other.history
@@ -162,17 +175,20 @@ def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Float
 
 
 def compare(
-    own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0
-) -> dict[str, float | tuple[float, float]]:
+    own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0,
+    rods: bool = False,
+) -> dict[str, float | tuple[float, float]]:  # fmt: skip
     """Estimated errors by what two completed runs differ by; inf where the other has no tap.
 
     unseen : share of the speed of approach that both lack, in a vibration about as long as the tap.
+    rods : whether both flew as rods.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
     if theirs is None or velocity is None or other.status not in WHOLE:
         return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in NAMES}
-    band, vn = flight_band(own, other), max(abs(velocity[1]), 1e-300)
+    band = touch_band(own, other) if rods else flight_band(own, other)
+    vn = max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {
         "contact_time_s": max(
             _apart(s, o, "contact_time_s"), band.height / vn, unseen * (s.contact_duration_s or 0.0)
@@ -286,12 +302,13 @@ def estimate_errors(
     if other.status is Status.INTERRUPTED:
         return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
-    errors = compare(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER)
+    rods = settings.flight == "rigid"
+    errors = compare(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, rods)
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:
             return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
-        changes = relative_errors(own.summary, compare(own, tight))
+        changes = relative_errors(own.summary, compare(own, tight, rods=rods))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > LARGEST_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {NAMES[what]}"

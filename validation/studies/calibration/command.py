@@ -25,10 +25,11 @@ def calibrate(
     *,
     model: Literal["hcm", "fem3d"] = "hcm",
     scenes: int = SCENES,
+    accuracy: float | None = None,
     quick: Flag = False,
     out: Path = Path("out"),
 ) -> None:
-    """Solve random scenes at default settings and tightly; compare stated with true errors.
+    """Solve random scenes by default settings and tightly; compare stated with true errors.
 
     Parameters
     ----------
@@ -36,6 +37,9 @@ def calibrate(
         Whose estimates.
     scenes
         How many: falling, driven, tilted, and with three taps, by turns.
+    accuracy
+        Solve for this relative error in the place of the default settings, and count the runs that
+        keep it.
     quick
         Twelve scenes.
     out
@@ -52,7 +56,8 @@ def calibrate(
         raise UserError(f"--scenes {scenes}: must be 1 or more")
     folder = output_folder(out / "calibration")
     finished = LineStore(folder / "scenes.jsonl")
-    chosen = [case(model, number) for number in range(QUICK_SCENES if quick else scenes)]
+    count = QUICK_SCENES if quick else scenes
+    chosen = [case(model, number, accuracy) for number in range(count)]
     cells = [
         Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in enumerate(chosen)
     ]
@@ -67,5 +72,6 @@ def calibrate(
         if (row := finished.load(verdict_inputs(cell))) is not None
     ]
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
-    output(write_report(folder, model, rows, names))
+    name = model if accuracy is None else f"{model}-{accuracy:g}"
+    output(write_report(folder, name, rows, names))
     output(f"files in {folder}")

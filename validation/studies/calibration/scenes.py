@@ -28,15 +28,21 @@ LARGEST_TILT = 0.5  # rad
 
 @dataclass(frozen=True)
 class Case:
-    """A scene by its overrides of ``soft``."""
+    """A scene by its overrides of ``soft``; accuracy : what its run is held to, if anything."""
 
     model: str
     kind: str
     overrides: tuple[str, ...]
+    accuracy: float | None = None
 
 
-def case(model: str, index: int) -> Case:
-    """The scene of that number."""
+def case(model: str, index: int, accuracy: float | None = None) -> Case:
+    """The scene of that number, its elements and settings those of the `accuracy` if there is one.
+
+    Parameters
+    ----------
+    accuracy : largest relative error wanted
+    """
     kind = KINDS[index % len(KINDS)]
     u: Iterator[float] = iter(random_numbers(SEED, index))
 
@@ -62,7 +68,8 @@ def case(model: str, index: int) -> Case:
         tilts = -np.abs(tilts)
     overrides = [
         f"finger.phalanges={count}", f"finger.length={lengths}", f"finger.diameter={diameter}",
-        f"finger.elements={20 if few < 0.5 else round(2 * 10 ** (2 * few - 1))}",
+        f"finger.elements={20 if few < 0.5 else round(2 * 10 ** (2 * few - 1))}"
+        if accuracy is None else f"solver.accuracy={accuracy}",
         f"material.youngs_modulus={modulus}", f"material.density={density}",
         f"material.poisson_ratio={poisson:.3g}", f"surface.height={height:.5g}",
         f"surface.friction={slide:.3g}", f"tip.normal_stiffness={stiffness:.4g}",
@@ -74,7 +81,7 @@ def case(model: str, index: int) -> Case:
         overrides += _further_taps(model, tuple(overrides))
     elif kind == "tilted":
         overrides.append(f"start.angles={[float(f'{a:.4g}') for a in tilts]}")
-    return Case(model, kind, tuple(overrides))
+    return Case(model, kind, tuple(overrides), accuracy)
 
 
 def _further_taps(model: str, overrides: tuple[str, ...]) -> list[str]:

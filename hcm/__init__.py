@@ -6,6 +6,7 @@ collocation.
 """
 
 from hcm.accuracy import SMALLEST, Chosen, settings_for, simulate_within
+from hcm.assumptions import Assumptions
 from hcm.batch import Outcome, Scene, simulate_each, simulate_many, vary
 from hcm.model import RigidStart
 from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
@@ -16,6 +17,7 @@ from hcm.simulate import simulate
 __all__ = [
     "SMALLEST",
     "Accuracy",
+    "Assumptions",
     "Choice",
     "Chosen",
     "Drive",

@@ -26,6 +26,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hcm.batch import Scene
+from hcm.contact.build import law_of
 from hcm.estimate import LEFT_OUT_OVER, estimate_errors, relative_errors
 from hcm.flight.rigid_chain import clearance, reactions
 from hcm.flight.rigid_flight import TOUCHED, integrate_flight
@@ -200,16 +201,19 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     """
     check_accuracy(accuracy)
     phalanges = scene.finger.phalanges
-    frequency = contact_frequency(phalanges[-1], scene.tip)
-    flight, flight_error = _flight(accuracy, scene, rods_fall(scene), stated)
+    fall = rods_fall(scene)
+    law = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions)
+    hertz = law.k if scene.assumptions.has("hertz") and fall is not None else None
+    frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
+    flight, flight_error = _flight(accuracy, scene, fall, stated)
     counts = tuple([_elements(p, frequency, accuracy) for p in phalanges])
     step = min(STEP_SHARE * math.sqrt(accuracy) / frequency, 1.0)
     newton = min(max(NEWTON_SHARE * accuracy, 1e-12), 1e-8)
-    hertz = f"{frequency / (2 * math.pi):.2g} Hz"
+    rate = f"{frequency / (2 * math.pi):.2g} Hz"
     choices = (
-        Choice("elements", counts, f"waves of {hertz}, above which the tip's spring shields them"),
+        Choice("elements", counts, f"waves of {rate}, above which the tip's spring shields them"),
         *flight,
-        Choice("contact_step", step, f"oscillations of {hertz}"),
+        Choice("contact_step", step, f"oscillations of {rate}"),
         Choice("contact_tolerance", 0.0, "skipped: equal steps need no error of each"),
         Choice("newton_tolerance", newton, "iterations end below the steps' errors"),
     )
@@ -224,10 +228,18 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     return Chosen(replace(scene, finger=finger, settings=settings), kept, flight_error)
 
 
-def contact_frequency(phalanx: Phalanx, tip: Tip) -> float:
-    """Angular frequency w, rad/s, above which the tip's spring shields a beam that ends there."""
-    stiffness = tip.normal_stiffness / tip.restitution**2
+def contact_frequency(
+    phalanx: Phalanx, tip: Tip, hertz: float | None = None, speed: float = 0.0
+) -> float:
+    """Angular frequency w, rad/s, above which the tip's spring shields a beam that ends there.
+
+    hertz : K of F_n = K d^(3/2), N/m^(3/2), in the place of the tip's spring: it is as stiff as at
+    the depth v/w, v the speed of approach, m/s.
+    """
     beam = phalanx.bending_stiffness**0.25 * phalanx.line_density**0.75
+    if hertz is not None:  # w^(3/2) = sqrt(2) k/beam, k = 3/2 K (v/w)^(1/2)/e*^2
+        return math.sqrt(1.5 * math.sqrt(2.0 * speed) * hertz / (tip.restitution**2 * beam))
+    stiffness = tip.normal_stiffness / tip.restitution**2
     return (math.sqrt(2.0) * stiffness / beam) ** (2.0 / 3.0)
 
 
@@ -243,7 +255,9 @@ def rods_fall(scene: Scene) -> Fall | None:
     rigid = replace(
         scene.settings, flight="rigid", flight_step=1.0, flight_tolerance=RODS_TOLERANCE
     )
-    model = build_model(rods, scene.surface, scene.tip, scene.drive, rigid, scene.start)
+    model = build_model(
+        rods, scene.surface, scene.tip, scene.drive, rigid, scene.start, scene.assumptions
+    )
     assert model.rods is not None
     most = scene.settings.max_steps
     flight = integrate_flight(model.rods, model.angles, model.start_s, model.plan, most)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcm.assumptions import PAPER, Assumptions
 from hcm.estimate import NAMES
 from hcm.model import RigidStart
 from hcm.parameters import Drive, Finger, ParameterError, Settings, Surface, Tip
@@ -45,6 +46,7 @@ class Scene:
     drive: Drive = field(default_factory=Drive)
     settings: Settings = field(default_factory=Settings)
     start: RigidStart | None = None
+    assumptions: Assumptions = PAPER
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of `simulate`."""

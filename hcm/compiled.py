@@ -22,6 +22,7 @@ from typing import Any
 
 from numba import njit
 from numba.core.caching import IndexDataCacheFile
+from numba.extending import overload
 
 PACKAGE = Path(__file__).parent
 IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)
@@ -90,3 +91,27 @@ kernel = kernel_with("contract")
 inlined = kernel_with("contract", inline="always")
 # For what allocates its results, outside the step: arrays are counted, and each sum is rounded.
 allocating = kernel_with(_nrt=True, error_model="python")
+
+
+def by_type(
+    kind: type, special: Callable[..., Any], plain: Callable[..., Any]
+) -> Callable[..., Any]:
+    """A kernel that is `special` where an argument is of the named tuple `kind`, else `plain`.
+
+    Chosen while its caller is compiled: the choice costs nothing, and a run compiles one of them.
+    """
+
+    def chosen(*args: Any) -> Any:
+        return (special if any(isinstance(arg, kind) for arg in args) else plain)(*args)
+
+    @overload(chosen)
+    def choose(*args: Any) -> Callable[..., Any]:
+        is_kind = any(getattr(arg, "instance_class", None) is kind for arg in args)
+        compiled = special if is_kind else plain
+
+        def call(*args: Any) -> Any:
+            return compiled(*args)
+
+        return call
+
+    return chosen

@@ -9,6 +9,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel, kernel_with
+from hcm.contact.contract import begin_mode, keep, place, velocity
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.event_search import NO_EVENT
@@ -63,6 +64,7 @@ def advance(
     that came while the loop ran is raised, and a result that holds two of them crashes the process.
     """
     chain, law, work = integrator.chain, integrator.law, integrator.work
+    tip = chain.tip
     rows, reactions, events, frames = record
     n_rows, n_events, code = 0, 0, RUNNING
     while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:
@@ -96,8 +98,8 @@ def advance(
                 lost = loss_of_step(h, contact, old, new, method)
             clock = advance_clock(clock, h, lost, old, new, chain, contact, law)
             copy_motion(new, old)
-        tip = chain.tip
-        x, gap = old.q[tip], old.q[tip + 1] + law.height
+            keep(old.q, tip, contact, law)
+        x, gap = place(old.q, tip, contact, law)
         phase_start, taps, instant = clock.phase_start, clock.taps, clock.instant
         next_step, kind = clock.step, NO_EVENT
         if slot == NO_EVENT and h > 0.0:
@@ -107,7 +109,9 @@ def advance(
             anew = rebound and next_step != h
             change_step(0.0 if anew else next_step / h, old)
         if slot != NO_EVENT:
-            contact, kind = transition(slot, x, gap, old.v[tip], old.v[tip + 1], contact, law)
+            before, (vt, vn) = contact, velocity(old.q, old.v, tip, contact, law)
+            contact, kind = transition(slot, x, gap, vt, vn, contact, law)
+            begin_mode(old.q, tip, before, contact, law)
             events.time[n_events], events.kind[n_events] = clock.time, kind
             restart(old, events.q[n_events], events.v[n_events])
             n_events += 1
@@ -127,7 +131,7 @@ def advance(
         if h > 0.0 or kind != NO_EVENT:
             write_row(rows[n_rows], reactions[n_rows], old, clock, contact, integrator, probe)
             n_rows += 1
-        if h > 0.0 and depth(old.q, chain, outline, law.height)[1] >= 0:
+        if h > 0.0 and depth(old.q, chain, outline)[1] >= 0:
             code = BODY_TOUCHES
             break
         if kind == LIFT_OFF and taps >= plan.taps:

@@ -18,10 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
 from hcm.beam.outline import Outline, build_outline, depth
+from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.compiled import kernel
-from hcm.contact.law import contact_law
+from hcm.contact.build import law_of
 from hcm.flight.rigid_chain import Rods, build_rods
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.step import AnyIntegrator
@@ -128,7 +130,7 @@ class Model:
 
 def build_model(
     finger: Finger, surface: Surface, tip: Tip, drive: Drive, settings: Settings,
-    start: RigidStart | None,
+    start: RigidStart | None, assumptions: Assumptions,
 ) -> Model:  # fmt: skip
     """Assemble what a run computes with.
 
@@ -137,24 +139,29 @@ def build_model(
     ParameterError
         The start does not fit the finger, or puts it below the surface.
     """
+    whole, finger = finger, beams_of(finger, assumptions)
     chain, q = build_chain(finger, drive)
+    last, height = whole.phalanges[-1], touching_height(whole, surface, assumptions)
+    if assumptions.any:
+        chain = refine_chain(chain, whole, drive, assumptions)
     v, angles, start_s = np.zeros(q.size), np.zeros(2 * len(finger.phalanges)), 0.0
     if start is not None:
         q, v = rigid_motion(finger, chain, start)
         angles[:], start_s = [*start.angles, *start.rates], float(start.time_s)
-        if (clearance := float(q[chain.tip + 1]) + surface.height) <= 0:
+        if (clearance := float(q[chain.tip + 1]) + height) <= 0:
             raise ParameterError(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
                 " surface; it must start above it"
             )
-    outline = build_outline(finger)
-    if (cut := depth(q, chain, outline, surface.height)[0]) > 0:
+    tip_radius = last.diameter / 2 if assumptions.has("lowest_point") else 0.0
+    outline = build_outline(finger, surface.height, tip_radius)
+    if (cut := depth(q, chain, outline)[0]) > 0:
         raise ParameterError(
             f"height = {surface.height!r}: the surface cuts {cut:.3g} m into the finger at the"
             " start; it must lie below it"
         )
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
-    plain = Integrator(co, chain, contact_law(surface, tip), workspace(q.size))
+    plain = Integrator(co, chain, law_of(whole, surface, tip, assumptions), workspace(q.size))
     integrator = with_collocation(plain) if settings.flight_integrator == GAUSS else plain
     times = np.array(settings.frame_times, dtype=float)
     frames = FrameTable(times, np.full((times.size, q.size), np.nan))
@@ -162,9 +169,13 @@ def build_model(
     return Model(
         settings=settings,
         chain=chain,
-        probe=build_probe(finger),
+        probe=build_probe(
+            finger, last.length, 1 / (1 + shear_number(finger.phalanges[-1], assumptions))
+        ),
         outline=outline,
-        rods=build_rods(finger, surface, drive) if settings.flight == "rigid" else None,
+        rods=(
+            build_rods(whole, surface, drive, assumptions) if settings.flight == "rigid" else None
+        ),
         generalized_alpha=plain,
         integrator=integrator,
         undamped=integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),

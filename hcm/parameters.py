@@ -37,6 +37,8 @@ class Phalanx:
     """n_w, number of beam elements along the phalanx."""
     relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
     """tau_w of Kelvin and Voigt's damping, stress E (strain + tau strain rate); 0: none."""
+    poisson_ratio: Annotated[float | None, Bound(at_least=0, below=0.5)] = None
+    """nu_w; the paper's model knows none, the refined one needs it."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -101,6 +103,13 @@ class Tip:
     """e*, energetic coefficient; the slope of restitution is k/e*^2."""
     tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
     """eta^-2, tangential over normal stiffness; 0 transmits no tangential force."""
+    compliance_nn: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
+    """E R c_nn of the tip's own compliance (`hcm.contact.round_tip`); None: the closed form, and
+    likewise:"""
+    compliance_nt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
+    """E R c_nt."""
+    compliance_tt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
+    """E R c_tt/cos(alpha)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

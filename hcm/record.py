@@ -9,8 +9,15 @@ from hcm.arrays import Floats, Ints
 from hcm.beam.chain import Chain, Probe
 from hcm.beam.energy import energies, stress_at_probe
 from hcm.compiled import kernel, kernel_with
+from hcm.contact.contract import (
+    contact_force,
+    particle_velocity,
+    place,
+    stored_energy,
+    velocity,
+)
 from hcm.contact.events import TOUCH
-from hcm.contact.law import Contact, contact_force, particle_velocity, stored_energy
+from hcm.contact.law import Contact
 from hcm.integrators.step import AnyIntegrator
 from hcm.result import COLUMNS, EVENT_KINDS, Event
 from hcm.state import Clock, Motion
@@ -67,12 +74,13 @@ def write_row(
     """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
     chain, law = integrator.chain, integrator.law
     q, v, tip = motion.q, motion.v, chain.tip
-    x, gap = q[tip], q[tip + 1] + law.height
+    x, gap = place(q, tip, contact, law)
+    vt, vn = velocity(q, v, tip, contact, law)
     ft, fn = contact_force(x, gap, contact, law)
     kinetic, strain, gravity = energies(q, v, chain)
     row[0], row[1], row[2] = clock.time, fn, ft
-    row[3], row[4], row[5], row[6] = x, q[tip + 1], v[tip], v[tip + 1]
-    row[7] = particle_velocity(v[tip], v[tip + 1], contact, law)
+    row[3], row[4], row[5], row[6] = q[tip], q[tip + 1], v[tip], v[tip + 1]
+    row[7] = particle_velocity(gap, vt, vn, contact, law)
     row[8] = stress_at_probe(q, v, chain, probe)
     row[9], row[10], row[11] = kinetic, strain, gravity
     row[12] = stored_energy(x, gap, contact, law)

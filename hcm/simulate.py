@@ -8,6 +8,7 @@ import numpy as np
 
 from hcm import loop
 from hcm.arrays import Floats
+from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.outline import depth
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
@@ -57,6 +58,7 @@ def simulate(
     settings: Settings = Settings(),  # noqa: B008  frozen
     progress: Progress | None = None,
     start: RigidStart | None = None,
+    assumptions: Assumptions = PAPER,
 ) -> TapResult:
     """Let the finger fall from rest along -X, or from `start`, and tap the surface.
 
@@ -66,6 +68,7 @@ def simulate(
     settings : numerical choices.
     progress : called now and then with (fraction of the run, what it is doing).
     start : rigid state to start from, its tip above the surface; None: at rest along -X at t = 0.
+    assumptions : the paper's, or refinements of them.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def simulate(
     check_scene(finger, surface, drive)
     check_size(finger, settings)
     started = time.perf_counter()
-    model = build_model(finger, surface, tip, drive, settings, start)
+    model = build_model(finger, surface, tip, drive, settings, start, assumptions)
     begun = start_beams(model)
     segments, status = _take_steps(model, begun, progress)
     last, clock = segments[-1], segments[-1].clock
@@ -131,7 +134,7 @@ def simulate(
         return result
 
     def again(finger: Finger, changed: Settings) -> TapResult:
-        return simulate(finger, surface, tip, drive, changed, progress, start)
+        return simulate(finger, surface, tip, drive, changed, progress, start, assumptions)
 
     found = estimate_errors(result, again, finger, settings, begun.left_out)
     return replace(
@@ -198,7 +201,7 @@ def _message(status: Status, clock: Clock, statistics: Statistics) -> str:
 
 
 def _where(model: Model, q: Floats) -> str:
-    below, element, x = depth(q, model.chain, model.outline, model.generalized_alpha.law.height)
+    below, element, x = depth(q, model.chain, model.outline)
     phalanx = int(np.searchsorted(model.chain.hinge, model.chain.first[element]))
     return f": phalanx {phalanx} is {below:.2g} m below it at X = {x:.4g} m"
 

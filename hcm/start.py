@@ -7,6 +7,7 @@ from hcm.beam.chain import Chain, Probe
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
+from hcm.contact.contract import begin_mode, place, velocity
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, Contact
 from hcm.flight import rigid_chain, rigid_flight
@@ -126,7 +127,7 @@ def rows_above(
     """Rows of `states` (m, 2 P) before the first with a body below the surface; q, v : scratch."""
     for m in range(states.shape[0]):
         fill_rigid_motion(states[m], rods.length, beams, q, v)
-        if depth(q, beams, outline, rods.height)[1] >= 0:
+        if depth(q, beams, outline)[1] >= 0:
             return m
     return states.shape[0]
 
@@ -173,8 +174,10 @@ def write_flight(
         clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, work, fastest, 0.0)
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
     if flight.code == TOUCHED:
-        x, gap = old.q[tip], old.q[tip + 1] + law.height
-        contact, _ = transition(NORMAL, x, gap, old.v[tip], old.v[tip + 1], contact, law)
+        x, gap = place(old.q, tip, contact, law)
+        vt, vn = velocity(old.q, old.v, tip, contact, law)
+        contact, _ = transition(NORMAL, x, gap, vt, vn, contact, law)
+        begin_mode(old.q, tip, IN_FLIGHT, contact, law)
     old.acceleration[:] = 0.0
     solved = write_first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe

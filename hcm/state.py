@@ -9,7 +9,8 @@ from hcm.beam.chain import Chain
 from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turned_angle
 from hcm.compiled import kernel
-from hcm.contact.law import Contact, ContactLaw, contact_force, hysteresis_loss, particle_position
+from hcm.contact.contract import Law, contact_force, friction_loss, hysteresis_loss, place
+from hcm.contact.law import Contact
 
 
 class Motion(NamedTuple):
@@ -89,19 +90,17 @@ def initial_clock(time: float, step: float) -> Clock:
 @kernel
 def advance_clock(
     clock: Clock, h: float, material_loss: float, old: Motion, new: Motion, chain: Chain,
-    contact: Contact, law: ContactLaw,
+    contact: Contact, law: Law,
 ) -> Clock:  # fmt: skip
     """Advance the clock by an accepted step and add its losses and works.
 
-    `material_loss` is the step's own, J. Friction takes -int F_t dX_P (trapezoidal); restitution
-    loss and drive work are exact.
+    `material_loss` is the step's own, J. Friction takes what its law says (trapezoidal);
+    restitution loss and drive work are exact.
     """
     tip = chain.tip
-    x0, y0 = old.q[tip], old.q[tip + 1] + law.height
-    x1, y1 = new.q[tip], new.q[tip + 1] + law.height
-    ft0, _ = contact_force(x0, y0, contact, law)
-    ft1, fn1 = contact_force(x1, y1, contact, law)
-    slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
+    x0, y0 = place(old.q, tip, contact, law)
+    x1, y1 = place(new.q, tip, contact, law)
+    _, fn1 = contact_force(x1, y1, contact, law)
     work = 0.0
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
@@ -115,7 +114,7 @@ def advance_clock(
         clock.rejected,
         clock.trials,
         clock.chatter_steps,
-        clock.friction_loss - 0.5 * (ft0 + ft1) * slid,
+        friction_loss(clock.friction_loss, x0, y0, x1, y1, contact, law),
         clock.restitution_loss + hysteresis_loss(y0, y1, contact, law),
         clock.material_loss + material_loss,
         clock.drive_work + work,

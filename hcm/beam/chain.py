@@ -13,6 +13,7 @@ in the nodes' places and, in the accelerations, the multipliers in the hinges' p
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import NamedTuple
 
@@ -65,13 +66,14 @@ class Probe(NamedTuple):
     """Section R, mid-length of the last phalanx: one element, or the two that meet there.
 
     elements : (2,) indices of the elements; abscissa : (2,) x/l in each.
-    youngs_modulus : Pa; radius : d/2, m.
+    youngs_modulus : Pa; radius : d/2, m. rigidity : 1/(1 + Phi) of `hcm.beam.refinement`.
     """
 
     elements: Ints
     abscissa: Floats
     youngs_modulus: float
     radius: float
+    rigidity: float
 
 
 def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
@@ -199,18 +201,20 @@ def _torques(drive: Drive, inner: list[int], outer: list[int]) -> tuple[Floats, 
     return np.array(torque), np.array(node, dtype=np.int64)
 
 
-def build_probe(finger: Finger) -> Probe:
-    """Locate section R at mid-length of the last phalanx."""
+def build_probe(finger: Finger, length: float | None = None, rigidity: float = 1.0) -> Probe:
+    """Locate section R at mid-length of the last phalanx; its beam may be shorter than `length`."""
     last = finger.phalanges[-1]
     offset = sum(p.elements for p in finger.phalanges[:-1])
-    middle = last.elements // 2
-    if last.elements % 2:
-        elements, abscissa = [offset + middle] * 2, [0.5, 0.5]
+    share, middle = math.modf(0.5 * last.elements * ((length or last.length) / last.length))
+    middle = min(offset + int(middle), offset + last.elements - 1)
+    if share:
+        elements, abscissa = [middle] * 2, [share, share]
     else:  # r'' jumps at a node: the two sides are averaged
-        elements, abscissa = [offset + middle - 1, offset + middle], [1.0, 0.0]
+        elements, abscissa = [middle - 1, middle], [1.0, 0.0]
     return Probe(
         np.array(elements, dtype=np.int64),
         np.array(abscissa),
         float(last.youngs_modulus),
         last.diameter / 2,
+        rigidity,
     )

@@ -35,7 +35,7 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
 
     The finger points along -X at rest, so its lower surface lies on the left of r', where a
     positive (left-turning) curvature shortens the fibres. With r' = A + B t + C t^2,
-    l r'' = 2 B + 4 C t.
+    l r'' = 2 B + 4 C t; sections that turn against the axis take 1/(1 + Phi) of C.
     """
     stress = 0.0
     for i in range(2):
@@ -45,7 +45,8 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
         ax, bx, dx = polynomial((qe[4] - qe[0]) / length, qe[2], qe[6])
         ay, by, dy = polynomial((qe[5] - qe[1]) / length, qe[3], qe[7])
         rx, ry = ax + t * (bx + t * dx), ay + t * (by + t * dy)
-        kx, ky = 2.0 * bx + 4.0 * t * dx, 2.0 * by + 4.0 * t * dy
+        bend = 4.0 * t * probe.rigidity
+        kx, ky = 2.0 * bx + bend * dx, 2.0 * by + bend * dy
         r2 = rx * rx + ry * ry
         curvature = (rx * ky - ry * kx) / (length * np.sqrt(r2))
         strain = 0.5 * (r2 - 1.0) - curvature * probe.radius
@@ -55,8 +56,8 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
             ay, by, dy = polynomial((ve[5] - ve[1]) / length, ve[3], ve[7])
             vx, vy = ax + t * (bx + t * dx), ay + t * (by + t * dy)
             stretching = rx * vx + ry * vy
-            bending = vx * ky - vy * kx + rx * (2.0 * by + 4.0 * t * dy)
-            bending = (bending - ry * (2.0 * bx + 4.0 * t * dx)) / (length * np.sqrt(r2))
+            bending = vx * ky - vy * kx + rx * (2.0 * by + bend * dy)
+            bending = (bending - ry * (2.0 * bx + bend * dx)) / (length * np.sqrt(r2))
             bending -= curvature * stretching / r2
             strain += chain.relaxation[e] * (stretching - bending * probe.radius)
         stress += 0.5 * probe.youngs_modulus * strain

@@ -20,7 +20,8 @@ from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.element import inertia, internal_force, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import allocating, inlined, kernel
-from hcm.contact.law import Contact, ContactLaw, contact_force, contact_tangent
+from hcm.contact.contract import Law, add_tangent, subtract_force
+from hcm.contact.law import Contact
 
 
 @kernel
@@ -86,7 +87,7 @@ def dissipation(
 @inlined
 def residual_from_chords(
     q: Floats, chords: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact,
-    law: ContactLaw, out: Floats,
+    law: Law, out: Floats,
 ) -> None:  # fmt: skip
     """Write M q.. + Phi_q^T lam + K q + D v - Q - tau - F_c (N, N m), Phi_q q.. (m/s^2) to `out`.
 
@@ -123,10 +124,7 @@ def residual_from_chords(
         fx, fy = torque_force(chain.torque[t], q[slope], q[slope + 1])
         out[slope] -= fx
         out[slope + 1] -= fy
-    tip = chain.tip
-    ft, fn = contact_force(q[tip], q[tip + 1] + law.height, contact, law)
-    out[tip] -= ft
-    out[tip + 1] -= fn
+    subtract_force(q, chain.tip, contact, law, out)
     for w in range(chain.hinge.size):
         lam, inner, outer = chain.hinge[w], chain.hinge_inner[w], chain.hinge_outer[w]
         for c in range(2):
@@ -139,7 +137,7 @@ def residual_from_chords(
 
 @allocating
 def residual(
-    q: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: ContactLaw,
+    q: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: Law,
     out: Floats,
 ) -> None:  # fmt: skip
     """`residual_from_chords` with the chords of q's own positions."""
@@ -207,14 +205,15 @@ def add_coupling(
 
 @kernel
 def tangent(
-    q: Floats, weight: float, rate_weight: float, chain: Chain, contact: Contact, law: ContactLaw,
+    q: Floats, weight: float, rate_weight: float, chain: Chain, contact: Contact, law: Law,
     rows: Floats,
 ) -> float:  # fmt: skip
     """Write [M + weight d(K q - tau - F_c)/dq + rate_weight D, Phi_q^T; Phi_q, 0] to `rows`.
 
     The weights are dq/dq.. (s^2) and dv/dq.. (s) of the integrator (0 leaves M); `rows` is
-    (w + n, w + 1) in `banded_ldl`'s storage, scaled by the units on both sides. Returns the one
-    entry that is not symmetric, (X_C, Y_C) of a sliding tip, which the rows leave out.
+    (w + n, w + 1) in `banded_ldl`'s storage, scaled by the units on both sides. Returns the factor
+    of the part s c e_Y^T of a sliding tip that is not symmetric, which the rows leave out
+    (`hcm.contact.point`).
 
     weight d(D v)/dq is left out too. Its large part makes of every grad s (grad s)^T in D, s a
     strain, one whose second factor has turned by about half the step's angle phi: some phi^2 of
@@ -247,14 +246,11 @@ def tangent(
         rows[w + s, w] -= unit * dxx
         rows[w + s + 1, w - 1] -= unit * dxy
         rows[w + s + 1, w] += unit * dxx
-    dtx, dty, dny = contact_tangent(contact, law)
-    tip = chain.tip
-    rows[w + tip, w] -= weight * dtx
-    rows[w + tip + 1, w] -= weight * dny
+    skew = add_tangent(q, weight, chain.tip, chain.scale, contact, law, rows)
     for hinge in range(chain.hinge.size):
         lam, inner, outer = (chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge])
         for c in range(2):
             rows[w + outer + c, lam - outer + w] += chain.scale[lam]
             if inner >= 0:
                 rows[w + lam + c, inner - lam + w] -= chain.scale[lam]
-    return -weight * dty
+    return float(skew)

@@ -104,7 +104,9 @@ def rate(
     out[:m] = y[m : 2 * m]
     out[m : 2 * m] = acceleration(q, v, coordinates, chain, contact, law)
     out[2 * m] = fn
-    out[2 * m + 1] = -ft * particle_velocity(v[tip], v[tip + 1], contact, law)
+    out[2 * m + 1] = -ft * particle_velocity(
+        q[tip + 1] + law.height, v[tip], v[tip + 1], contact, law
+    )
     return out
 
 

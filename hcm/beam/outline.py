@@ -8,7 +8,8 @@ The lumped contact acts where the centreline ends and knows no radius (paper, se
 that points phi below the horizontal touches while a round end would reach R (1 - sin phi) deeper.
 The last phalanx is therefore measured by its centreline, which may be nowhere below both the
 surface and its own tip (a straight one touches with another part if phi < 0), and by the section at
-its hinge. Of the other phalanges every section counts.
+its hinge. Of the other phalanges every section counts, and of the last one too where it ends in a
+sphere, which is to be the lowest.
 """
 
 from __future__ import annotations
@@ -34,22 +35,25 @@ PASSED = 1e-9
 class Outline(NamedTuple):
     """Radii of the finger, m.
 
-    radius : (N,) by which each element is measured, 0 on the last phalanx. root : the last
-    phalanx's first element. root_radius : of the section at its hinge.
+    radius : (N,) by which each element is measured, 0 on a last phalanx without a sphere. root :
+    the last phalanx's first element. root_radius : of the section at its hinge. tip_radius : of
+    the sphere at its end. height : H.
     """
 
     radius: Floats
     root: int
     root_radius: float
+    tip_radius: float
+    height: float
 
 
-def build_outline(finger: Finger) -> Outline:
-    """The radii by which the finger is measured."""
+def build_outline(finger: Finger, height: float, tip_radius: float = 0.0) -> Outline:
+    """The radii by which the finger is measured above the surface Y = -height."""
     *inner, last = finger.phalanges
     radius = np.repeat(
-        [*(p.diameter / 2 for p in inner), 0.0], [p.elements for p in finger.phalanges]
+        [*(p.diameter / 2 for p in inner), tip_radius], [p.elements for p in finger.phalanges]
     )
-    return Outline(radius, radius.size - last.elements, last.diameter / 2)
+    return Outline(radius, radius.size - last.elements, last.diameter / 2, tip_radius, height)
 
 
 @kernel
@@ -75,10 +79,11 @@ def lowest_point(
 
 
 @kernel
-def depth(q: Floats, chain: Chain, outline: Outline, height: float) -> tuple[float, int, float]:
+def depth(q: Floats, chain: Chain, outline: Outline) -> tuple[float, int, float]:
     """How far, m, the finger at q (n,) lies below the surface where it has no contact (0: nowhere),
     in which element (-1) and at which section's X, m.
     """
+    height = outline.height
     deepest, element, place = PASSED * height, -1, 0.0
     for e in range(outline.radius.size):
         a, length, radius = chain.first[e], chain.length[e], outline.radius[e]
@@ -86,7 +91,7 @@ def depth(q: Floats, chain: Chain, outline: Outline, height: float) -> tuple[flo
             level, x = lowest_point(q, a, length, outline.root_radius, 0)
             if -height - level > deepest:
                 deepest, element, place = -height - level, e, x
-        floor = -height if e < outline.root else min(-height, q[chain.tip + 1])
+        floor = -height if e < outline.root else min(-height, q[chain.tip + 1] - outline.tip_radius)
         # a cubic lies within its control polygon
         third = length / 3.0
         first, last = q[a + 1], q[a + 5]

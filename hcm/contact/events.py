@@ -3,8 +3,8 @@
 Three slots, each positive inside the mode and zero at the event:
 
     slot NORMAL      flight: u_Y - u_ref | compression: -v_n | restitution: v_n
-    slot SEPARATION  restitution: F_n
-    slot TANGENTIAL  stick: mu F_n - |F_t| | slip: s V_P
+    slot SEPARATION  restitution: F_n, or what vanishes with it (the law's `margins`)
+    slot TANGENTIAL  stick: mu F_n - |F_t|, or what vanishes with it | slip: s V_P
 
 A slot that the mode does not have is +inf. Rates are exact within the mode, so that a double
 crossing inside a step can be suspected from its ends.
@@ -15,6 +15,14 @@ from __future__ import annotations
 import math
 
 from hcm.compiled import kernel
+from hcm.contact.contract import (
+    Law,
+    contact_force,
+    margin_rates,
+    margins,
+    particle_position,
+    particle_velocity,
+)
 from hcm.contact.law import (
     COMPRESSION,
     FLIGHT,
@@ -23,12 +31,7 @@ from hcm.contact.law import (
     SLIP,
     STICK,
     Contact,
-    ContactLaw,
-    contact_force,
     has_tangential_element,
-    normal_slope,
-    particle_position,
-    particle_velocity,
 )
 
 NORMAL, SEPARATION, TANGENTIAL = 0, 1, 2
@@ -41,47 +44,43 @@ SlotValues = tuple[float, float, float]
 
 @kernel
 def event_values(
-    x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
+    x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
 ) -> SlotValues:
     """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
     if contact.normal == FLIGHT:
         return gap - contact.gap_ref, math.inf, math.inf
-    ft, fn = contact_force(x, gap, contact, law)
+    push, grip = margins(x, gap, contact, law)
     tangential = math.inf
     if contact.tangential == STICK:
-        tangential = law.mu * fn - abs(ft)
+        tangential = grip
     elif contact.tangential == SLIP:
-        tangential = contact.slip_sign * particle_velocity(vt, vn, contact, law)
+        tangential = contact.slip_sign * particle_velocity(gap, vt, vn, contact, law)
     if contact.normal == COMPRESSION:
         return -vn, math.inf, tangential
-    return vn, fn, tangential
+    return vn, push, tangential
 
 
 @kernel
 def event_rates(
-    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact,
-    law: ContactLaw,
+    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact, law: Law
 ) -> SlotValues:  # fmt: skip
     """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
     if contact.normal == FLIGHT:
         return vn, 0.0, 0.0
-    ft, _ = contact_force(x, gap, contact, law)
-    fn_rate = -normal_slope(contact, law) * vn
+    push, grip = margin_rates(x, gap, vt, vn, contact, law)
     tangential = 0.0
     if contact.tangential == STICK:
-        ft_rate = -law.k * law.tangential_ratio * vt
-        pull = abs(ft_rate) if ft == 0.0 else math.copysign(1.0, ft) * ft_rate
-        tangential = law.mu * fn_rate - pull
+        tangential = grip
     elif contact.tangential == SLIP:
-        tangential = contact.slip_sign * particle_velocity(at, an, contact, law)
+        tangential = contact.slip_sign * particle_velocity(gap, at, an, contact, law)
     if contact.normal == COMPRESSION:
         return -an, 0.0, tangential
-    return an, fn_rate, tangential
+    return an, push, tangential
 
 
 @kernel
 def transition(
-    slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
+    slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
 ) -> tuple[Contact, int]:
     """The contact's next mode at an event, and the event's kind. Forces are continuous."""
     if slot == NORMAL and contact.normal == FLIGHT:
@@ -94,7 +93,7 @@ def transition(
             return Contact(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
         sign = math.copysign(1.0, vt)
         return Contact(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH
-    ft, fn = contact_force(x, gap, contact, law)
+    _, fn = contact_force(x, gap, contact, law)
     if slot == SEPARATION:
         return Contact(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF
     if slot == NORMAL:
@@ -106,7 +105,7 @@ def transition(
             kind,
         )
     if contact.tangential == STICK:
-        sign = -math.copysign(1.0, ft)
+        sign = math.copysign(1.0, x - contact.particle)
         return (Contact(contact.normal, SLIP, sign, contact.force_ref, contact.gap_ref, x), TO_SLIP)
     particle = particle_position(x, gap, contact, law)
     return (

@@ -15,6 +15,7 @@ While slipping u_X = -F_t eta^2/k, so V_P = V_t - du_X/dt = V_t - s mu (eta^2/k)
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from hcm.compiled import kernel
@@ -67,8 +68,8 @@ def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
 
 
 @kernel
-def normal_slope(contact: Contact, law: ContactLaw) -> float:
-    """k_n = -dF_n/du_Y of the current branch, N/m."""
+def normal_slope(gap: float, contact: Contact, law: ContactLaw) -> float:
+    """k_n = -dF_n/du_Y of the current branch at u_Y = gap, N/m: the same at any."""
     if contact.normal == COMPRESSION:
         return law.k
     if contact.normal == RESTITUTION:
@@ -87,7 +88,7 @@ def contact_force(x: float, gap: float, contact: Contact, law: ContactLaw) -> tu
     """(F_t, F_n) on the tip, N, at X_C = x and u_Y = gap."""
     if contact.normal == FLIGHT:
         return 0.0, 0.0
-    fn = contact.force_ref - normal_slope(contact, law) * (gap - contact.gap_ref)
+    fn = contact.force_ref - normal_slope(gap, contact, law) * (gap - contact.gap_ref)
     if contact.tangential == STICK:
         return -law.k * law.tangential_ratio * (x - contact.particle), fn
     if contact.tangential == SLIP:
@@ -98,7 +99,7 @@ def contact_force(x: float, gap: float, contact: Contact, law: ContactLaw) -> tu
 @kernel
 def contact_tangent(contact: Contact, law: ContactLaw) -> tuple[float, float, float]:
     """(dF_t/dX, dF_t/dY, dF_n/dY), N/m, constant within a mode."""
-    slope = normal_slope(contact, law)
+    slope = normal_slope(0.0, contact, law)
     if contact.tangential == STICK:
         return -law.k * law.tangential_ratio, 0.0, -slope
     if contact.tangential == SLIP:
@@ -118,14 +119,44 @@ def particle_position(x: float, gap: float, contact: Contact, law: ContactLaw) -
 
 
 @kernel
-def particle_velocity(vt: float, vn: float, contact: Contact, law: ContactLaw) -> float:
-    """V_P, m/s, from the tip's velocity (vt, vn)."""
+def particle_velocity(gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw) -> float:
+    """V_P, m/s, from the tip's velocity (vt, vn) at u_Y = gap."""
     if contact.tangential == STICK:
         return 0.0
     if contact.tangential == SLIP:
-        ft_rate = contact.slip_sign * law.mu * normal_slope(contact, law) * vn
+        ft_rate = contact.slip_sign * law.mu * normal_slope(gap, contact, law) * vn
         return vt + ft_rate / (law.k * law.tangential_ratio)
     return vt
+
+
+@kernel
+def margins(x: float, gap: float, contact: Contact, law: ContactLaw) -> tuple[float, float]:
+    """What is left to separation, F_n, and of a stick, mu F_n - |F_t|, N."""
+    ft, fn = contact_force(x, gap, contact, law)
+    return fn, law.mu * fn - abs(ft)
+
+
+@kernel
+def margin_rates(
+    x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
+) -> tuple[float, float]:
+    """Time derivatives of `margins`, N/s."""
+    ft, _ = contact_force(x, gap, contact, law)
+    fn_rate = -normal_slope(gap, contact, law) * vn
+    ft_rate = -law.k * law.tangential_ratio * vt
+    pull = abs(ft_rate) if ft == 0.0 else math.copysign(1.0, ft) * ft_rate
+    return fn_rate, law.mu * fn_rate - pull
+
+
+@kernel
+def friction_loss(
+    loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: Contact, law: ContactLaw
+) -> float:
+    """`loss` and -int F_t dX_P between two places of the tip within a mode (trapezoidal), J."""
+    ft0, _ = contact_force(x0, gap0, contact, law)
+    ft1, _ = contact_force(x1, gap1, contact, law)
+    slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)
+    return loss - 0.5 * (ft0 + ft1) * slid
 
 
 @kernel

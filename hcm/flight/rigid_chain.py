@@ -1,8 +1,9 @@
-"""Equations of motion of a planar chain of rigid thin rods, which falling phalanges nearly are.
+"""Equations of motion of a planar chain of rigid rods, which falling phalanges nearly are.
 
 With theta_j the angle of rod j from -X, counter-clockwise, mu_jk the mass that both rods j and k
 carry about (m_k/2 of the outer one of them, k, and the mass beyond it; m_j/3 and the mass beyond
-for j = k), and t_j = (-cos theta_j, -sin theta_j), Lagrange's equations are
+for j = k: thin rods' first and second moments about their hinge, over L and L^2), and
+t_j = (-cos theta_j, -sin theta_j), Lagrange's equations are
 
     sum_k mu_jk L_j L_k [cos(theta_j - theta_k) theta..k + sin(theta_j - theta_k) theta.k^2]
         = tau_j + mu_jj' L_j (f_x sin theta_j - f_y cos theta_j),
@@ -18,6 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assumptions import PAPER, Assumptions
+from hcm.beam.refinement import beams_of, moments, touching_height
 from hcm.compiled import kernel
 from hcm.parameters import Drive, Finger, Surface
 
@@ -28,6 +31,7 @@ SAG_OF_MOMENT = 9.0 * math.sqrt(3.0)
 class Rods(NamedTuple):
     """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg; torque (P,), N m.
 
+    first, second : (P,) moments of a rod's mass about its hinge, over m L and m L^2.
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
     the torques at a rod's two ends, N m, which bend it even where they cancel.
     fall : f, m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
@@ -38,6 +42,8 @@ class Rods(NamedTuple):
     mass: Floats
     beyond: Floats
     torque: Floats
+    first: Floats
+    second: Floats
     bending: Floats
     axial: Floats
     moment: Floats
@@ -48,10 +54,12 @@ class Rods(NamedTuple):
     between: Floats
 
 
-def build_rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
+def build_rods(
+    finger: Finger, surface: Surface, drive: Drive, assumptions: Assumptions = PAPER
+) -> Rods:
     """The finger's phalanges as rods; a torque that reacts takes from the phalanx before."""
-    phalanges = finger.phalanges
-    mass = np.array([p.density * p.area * p.length for p in phalanges])
+    phalanges = beams_of(finger, assumptions).phalanges
+    mass, first, second = moments(finger, assumptions)
     torque = np.array(drive.torques or (0.0,) * len(phalanges), dtype=float)
     moment = np.abs(torque)
     if drive.reaction:
@@ -62,11 +70,13 @@ def build_rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
         mass,
         mass[::-1].cumsum()[::-1] - mass,
         torque,
+        first,
+        second,
         np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
         np.array([p.youngs_modulus * p.area for p in phalanges]),
         moment,
         drive.fall,
-        float(surface.height),
+        touching_height(finger, surface, assumptions),
         np.empty((len(phalanges), len(phalanges))),
         np.empty((2, len(phalanges))),
         np.zeros(2 * len(phalanges)),
@@ -76,15 +86,16 @@ def build_rods(finger: Finger, surface: Surface, drive: Drive) -> Rods:
 @kernel
 def rates(state: Floats, chain: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
-    length, mass, beyond, torque, _, _, _, fall, _, inertia, along, _ = chain
+    length, mass, beyond, torque, first, second, _, _, _, fall, _, inertia, along, _ = chain
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
     for j in range(n):
-        load = torque[j] - fall[1] * (0.5 * mass[j] + beyond[j]) * length[j] * along[0, j]
-        load += fall[0] * (0.5 * mass[j] + beyond[j]) * length[j] * along[1, j]
+        load = torque[j] - fall[1] * (first[j] * mass[j] + beyond[j]) * length[j] * along[0, j]
+        load += fall[0] * (first[j] * mass[j] + beyond[j]) * length[j] * along[1, j]
         for k in range(n):
-            outer, share = max(j, k), 0.5 if j != k else 1.0 / 3.0
+            outer = max(j, k)
+            share = first[outer] if j != k else second[j]
             size = (share * mass[outer] + beyond[outer]) * length[j] * length[k]
             inertia[j, k] = size * (along[0, j] * along[0, k] + along[1, j] * along[1, k])
             sine = along[1, j] * along[0, k] - along[0, j] * along[1, k]
@@ -131,11 +142,11 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
     ax, ay = 0.0, 0.0
     for w in range(n):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
-        # r.. of the rod's centre is that of its hinge and half of what the rod adds at its end
+        # r.. of the rod's centre is that of its hinge and a share of what the rod adds at its end
         dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
         dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
-        out[2 * w] = -chain.mass[w] * (gx + ax + 0.5 * dx)
-        out[2 * w + 1] = -chain.mass[w] * (gy + ay + 0.5 * dy)
+        out[2 * w] = -chain.mass[w] * (gx + ax + chain.first[w] * dx)
+        out[2 * w + 1] = -chain.mass[w] * (gy + ay + chain.first[w] * dy)
         ax, ay = ax + dx, ay + dy
     fx, fy = 0.0, 0.0
     for w in range(n - 1, -1, -1):

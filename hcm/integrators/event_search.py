@@ -11,6 +11,7 @@ two events coincide) is judged by where it goes: it fires again only after it ha
 import math
 
 from hcm.compiled import kernel
+from hcm.contact.contract import place, velocity
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, SlotValues, event_rates, event_values
 from hcm.contact.law import Contact
 from hcm.integrators.step import AnyIntegrator, take_step
@@ -27,17 +28,20 @@ NO_EVENT = -1
 @kernel
 def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> SlotValues:
     """Event functions of a motion's tip."""
-    law, c = integrator.law, integrator.chain.tip
-    q, v = motion.q, motion.v
-    return event_values(q[c], q[c + 1] + law.height, v[c], v[c + 1], contact, law)
+    law, tip = integrator.law, integrator.chain.tip
+    x, gap = place(motion.q, tip, contact, law)
+    vt, vn = velocity(motion.q, motion.v, tip, contact, law)
+    return event_values(x, gap, vt, vn, contact, law)
 
 
 @kernel
 def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> SlotValues:
     """Rates of the event functions of a motion's tip."""
-    law, c = integrator.law, integrator.chain.tip
-    q, v, a = motion.q, motion.v, motion.acceleration
-    return event_rates(q[c], q[c + 1] + law.height, v[c], v[c + 1], a[c], a[c + 1], contact, law)
+    law, tip = integrator.law, integrator.chain.tip
+    x, gap = place(motion.q, tip, contact, law)
+    vt, vn = velocity(motion.q, motion.v, tip, contact, law)
+    at, an = velocity(motion.q, motion.acceleration, tip, contact, law)
+    return event_rates(x, gap, vt, vn, at, an, contact, law)
 
 
 @kernel

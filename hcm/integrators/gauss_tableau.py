@@ -15,7 +15,8 @@ from hcm.arrays import Complexes, Floats, Ints
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, storage
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
-from hcm.contact.law import IN_FLIGHT, ContactLaw
+from hcm.contact.contract import Law
+from hcm.contact.law import IN_FLIGHT
 from hcm.integrators.workspace import Coefficients, Integrator, Workspace
 
 STAGES = 5
@@ -123,13 +124,13 @@ class GaussIntegrator(NamedTuple):
 
     co: Coefficients
     chain: Chain
-    law: ContactLaw
+    law: Law
     work: Workspace
     tableau: Tableau
     gauss: GaussWork
 
 
-def gauss_work(stages: int, chain: Chain, law: ContactLaw) -> GaussWork:
+def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
     """Allocate for `stages` stages, the mass matrix factorized."""
     n, elements, phalanges = chain.scale.size, chain.first.size, chain.hinge.size
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2

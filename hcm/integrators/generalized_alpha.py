@@ -15,7 +15,8 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
 from hcm.beam.chain import Chain
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
-from hcm.contact.law import Contact, contact_tangent
+from hcm.contact.contract import fill_column, stiffness_key
+from hcm.contact.law import Contact
 from hcm.integrators.newton import (
     ITERATIONS,
     converged,
@@ -32,7 +33,7 @@ from hcm.state import Motion
 def refactorize(
     q: Floats, weight: float, rate_weight: float, contact: Contact, integrator: Integrator
 ) -> bool:
-    """Keep the factors of the tangent at q, and the column that its unsymmetric entry needs."""
+    """Keep the factors of the tangent at q, and the solution for its part that is not symmetric."""
     _, chain, law, work = integrator
     key, border = work.key, work.border
     key[0] = np.nan
@@ -41,11 +42,11 @@ def refactorize(
         return False
     if skew != 0.0:
         border[:] = 0.0
-        border[HALF_BANDWIDTH + chain.tip] = 1.0
+        fill_column(q, chain.tip, chain.scale, contact, law, border[HALF_BANDWIDTH:])
         solve(work.factors, border)
         if not abs(1.0 + skew * border[HALF_BANDWIDTH + chain.tip + 1]) > SMALLEST_PIVOT:
             return False
-    key[1], key[2], key[3] = contact_tangent(contact, law)
+    key[1], key[2], key[3] = stiffness_key(contact, law)
     key[0], key[4] = weight, skew
     work.rate[0] = 1.0
     work.age[0] = work.age[1] = 0
@@ -59,13 +60,13 @@ def solve_linear(
 ) -> bool:
     """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
 
-    A = S + skew e_x e_y^T, S symmetric and factorized, e_x and e_y the tip's places: the solution
-    is z - S^-1 e_x skew z_y/(1 + skew (S^-1 e_x)_y), S z = right (Sherman and Morrison).
+    A = S + skew c e_y^T, S symmetric and factorized, e_y the tip's Y (c = e_x for a tip without a
+    radius): the solution is z - S^-1 c skew z_y/(1 + skew (S^-1 c)_y), S z = right (Sherman and
+    Morrison).
     """
     _, chain, law, work = integrator
-    dtx, dty, dny = contact_tangent(contact, law)
-    key, right = work.key, work.right
-    kept = key[0] == weight and key[1] == dtx and key[2] == dty and key[3] == dny
+    mode, key, right = stiffness_key(contact, law), work.key, work.right
+    kept = key[0] == weight and key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
     if not kept and not refactorize(q, weight, rate_weight, contact, integrator):
         return False
     solve(work.factors, right)

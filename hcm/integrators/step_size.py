@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from hcm.compiled import kernel
+from hcm.contact.contract import Law, normal_slope
 from hcm.contact.events import SlotValues
-from hcm.contact.law import FLIGHT, STICK, Contact, ContactLaw, normal_slope
+from hcm.contact.law import FLIGHT, STICK, Contact
 from hcm.integrators.event_search import NO_EVENT, first_event, overshot
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
 from hcm.state import Clock, Motion, Plan
@@ -27,9 +28,11 @@ UNDAMPED_MARGIN = 2.0
 
 
 @kernel
-def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: ContactLaw) -> SlotValues:
+def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> SlotValues:
     """Round-off of each event function: metres or m/s, N, and m/s or N."""
-    force = max(clock.force, normal_slope(contact, law) * clock.speed * plan.contact_step)
+    ahead = contact.gap_ref - clock.speed * plan.contact_step
+    slope = normal_slope(ahead, contact, law)
+    force = max(clock.force, slope * clock.speed * plan.contact_step)
     speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
     return (
         1e-16 if contact.normal == FLIGHT else speed_tolerance,

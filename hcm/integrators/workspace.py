@@ -7,7 +7,7 @@ import numpy as np
 from hcm.arrays import Floats, Ints
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain
-from hcm.contact.law import ContactLaw
+from hcm.contact.contract import Law
 
 
 class Coefficients(NamedTuple):
@@ -28,8 +28,9 @@ class Coefficients(NamedTuple):
 class Workspace(NamedTuple):
     """Factors kept between iterations and steps, with what they belong to, and scratch.
 
-    factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), dF_c/dq (3), and the
-    matrix entry outside the factors. border : (w + n,) the factors' solution for that entry's row.
+    factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), the contact's
+    `stiffness_key`, and the factor of the part outside the factors. border : (w + n,) the factors'
+    solution for that part.
     right : (w + n,) right-hand side. increment : (n,) change of q over the step. rate : (1,) last
     contraction that the factors gave, 1 while unknown. age : (2,) iterations of the first step with
     these factors (0 before its end), and those beyond that in later steps. cost : (2,) iterations
@@ -51,7 +52,7 @@ class Integrator(NamedTuple):
 
     co: Coefficients
     chain: Chain
-    law: ContactLaw
+    law: Law
     work: Workspace
 
 

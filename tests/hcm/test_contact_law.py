@@ -174,4 +174,4 @@ def test_tangent_and_rates_are_derivatives(contact: Contact) -> None:
     if contact.tangential == SLIP:
         positions = [particle_position(x + vt * s, gap + vn * s, contact, law) for s in (-t, t)]
         expected = (positions[1] - positions[0]) / (2 * t)
-        assert particle_velocity(vt, vn, contact, law) == pytest.approx(expected, rel=1e-5)
+        assert particle_velocity(0.0, vt, vn, contact, law) == pytest.approx(expected, rel=1e-5)

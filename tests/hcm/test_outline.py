@@ -48,12 +48,12 @@ def test_depth_is_that_of_the_lowest_section(seed: float) -> None:
         c, s = np.cos(turn), np.sin(turn)
         q[place + 2 : place + 4] = np.array([[c, -s], [s, c]]) @ q[place + 2 : place + 4]
     posture = postures(chain, [0.0], q[None])[0]
-    outline, found = build_outline(body), []
+    found = []
     # a cubic's curvature is at most 6 BENT/l where both slopes turn
     missed = max(6 * BENT * el / 8 / PARTS**2 for el in chain.length) * (1 + R / 0.008)
     for height in np.linspace(0.005, 0.11, 15):
         wanted = depth_by_sections(body, posture, height)
-        below, element, _ = depth(q, chain, outline, height)
+        below, element, _ = depth(q, chain, build_outline(body, height))
         assert wanted - missed <= below <= wanted + 1e-15
         assert (element >= 0) == (below > 0.0)
         found.append(below)
@@ -66,18 +66,18 @@ def test_an_element_sags_between_its_nodes() -> None:
     chain, state = straight_links(body, np.array([np.pi, 0.5 * np.pi]), np.zeros(2))
     state.coordinates[chain.first[0] + 3], state.coordinates[chain.second[0] + 3] = -BENT, BENT
     lowest = BENT * HARD.length / 4 + R
-    outline = build_outline(body)
-    below, element, x = depth(state.coordinates, chain, outline, lowest - 1e-3)
+    outline = build_outline(body, lowest - 1e-3)
+    below, element, x = depth(state.coordinates, chain, outline)
     assert (element, x) == (0, pytest.approx(-HARD.length / 2))
     assert below == pytest.approx(1e-3, rel=1e-12)
-    assert depth(state.coordinates, chain, outline, lowest + 1e-9)[1] == -1
+    assert depth(state.coordinates, chain, build_outline(body, lowest + 1e-9))[1] == -1
 
 
 def test_the_tip_itself_may_be_below() -> None:
     body = finger(HARD, 1)
     chain, state = straight_links(body, np.array([np.pi + 0.4]), np.zeros(1))
     below = HARD.length * np.sin(0.4) - 1e-3
-    assert depth(state.coordinates, chain, build_outline(body), below)[0] == 0.0
+    assert depth(state.coordinates, chain, build_outline(body, below))[0] == 0.0
 
 
 FREE = ()

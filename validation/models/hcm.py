@@ -2,7 +2,7 @@
 
 import time
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from validation.errors import UserError
@@ -44,11 +44,11 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
     stated = tables.solver.hcm.stated(hcm.Settings)
     stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
-    further = tables.elements, material.relaxation_time
+    further = tables.elements, material.relaxation_time, material.poisson_ratio
     try:
         phalanges = tuple(
-            hcm.Phalanx(length, diameter, modulus, density, int(elements), tau)
-            for length, diameter, modulus, density, elements, tau in tables.rows(
+            hcm.Phalanx(length, diameter, modulus, density, int(elements), tau, ratio)
+            for length, diameter, modulus, density, elements, tau, ratio in tables.rows(
                 *sizes, *elastic, *further
             )
         )
@@ -59,6 +59,9 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 normal_stiffness=tables.tip.normal_stiffness,
                 restitution=tables.tip.restitution,
                 tangential_ratio=tables.tangential_ratio,
+                compliance_nn=tables.tip.compliance_nn,
+                compliance_nt=tables.tip.compliance_nt,
+                compliance_tt=tables.tip.compliance_tt,
             ),
             "start": None if start is None else hcm.RigidStart(*start),
             "drive": hcm.Drive(
@@ -68,6 +71,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 incline=tables.surface.incline,
             ),
             "settings": hcm.Settings(**stated),
+            "assumptions": hcm.Assumptions(**tables.solver.hcm.stated(hcm.Assumptions)),
         }
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
@@ -82,6 +86,15 @@ def refusal(scene: NamedScene) -> str:
 def warm_up() -> None:
     """Tap once with one phalanx of two elements: every kernel is loaded."""
     unless_interrupted(run(load_scene("soft", WARM_UP)).record)
+
+
+@cache
+def warm_up_refined() -> None:
+    """The same with refined assumptions, once a process: their contact's kernels are others."""
+    import hcm
+
+    scene = load_scene("soft", (*WARM_UP, "solver.hcm.assumptions='refined'"))
+    hcm.simulate(**translate(scene, estimate=False))
 
 
 def warm_up_flights() -> None:
@@ -113,6 +126,8 @@ def run(
         given = hcm.Scene(**arguments)
         simulate = partial(hcm.simulate_within, accuracy, given, _stated(scene))
         warm_up_flights()
+    if arguments["assumptions"].any:
+        warm_up_refined()
     start = time.perf_counter()
     try:
         result = simulate(progress=progress)

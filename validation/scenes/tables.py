@@ -33,6 +33,7 @@ RELAXATION_ADVICE = (
 ACCURACY_ADVICE = "1e-3 is 0.1 %"
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
+COMPLIANCE = Quantity(at_least=-10, at_most=10)
 # below a nanometre no continuum is left, and the section's second moment underflows
 SIZE = Quantity("m", at_least=1e-9, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
 
@@ -81,7 +82,8 @@ class MaterialTable(Table):
     poisson_ratio: Annotated[
         Numbers, Quantity(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)
     ]
-    """nu; of the finite elements, and of the default of tip.tangential_ratio."""
+    """nu; of the finite elements, of the refined reduced model, and of the default of
+    tip.tangential_ratio."""
     relaxation_time: Annotated[
         Numbers,
         Quantity("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE),
@@ -116,6 +118,13 @@ class TipTable(Table):
     """e*, energetic coefficient."""
     tangential_ratio: Annotated[float | None, Quantity(at_least=0, at_most=1e6)] = None
     """eta^-2, tangential over normal stiffness; by default Mindlin's 2(1 - nu)/(2 - nu)."""
+    compliance_nn: Annotated[float | None, COMPLIANCE] = None
+    """E R c_nn, of the tip's own compliance where solver.hcm.tip_compliance takes it into account:
+    between the beam's end and the contact; by default, and likewise, its closed form."""
+    compliance_nt: Annotated[float | None, COMPLIANCE] = None
+    """E R c_nt, normal yielding of a tangential force away from the hinges."""
+    compliance_tt: Annotated[float | None, COMPLIANCE] = None
+    """E R c_tt over the cosine of the last phalanx's angle from the vertical."""
 
 
 class DriveTable(Table):
@@ -187,7 +196,7 @@ def settings_of(solver: str) -> dict[type, tuple[str, ...]]:
     if solver == "hcm":
         import hcm
 
-        return {hcm.Settings: ("frame_times",)}
+        return {hcm.Settings: ("frame_times",), hcm.Assumptions: ()}
     import meshes
     import reference_fem
 

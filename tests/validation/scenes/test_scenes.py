@@ -238,7 +238,8 @@ def test_solver_keys_are_the_models_settings() -> None:
     hcm = pytest.importorskip("hcm")
     names = {key.removeprefix("solver.hcm.") for key in known_keys() if "solver.hcm" in key}
     drawn = {"frame_times"}  # postures that a figure asks for, no matter of the scene
-    assert names == {"accuracy", *hcm.Settings.__dataclass_fields__} - drawn
+    declared = hcm.Settings.__dataclass_fields__ | hcm.Assumptions.__dataclass_fields__
+    assert names == {"accuracy", *declared} - drawn
 
 
 def test_a_scene_states_settings_by_name_and_the_solver_keeps_the_other_defaults() -> None:

@@ -1,0 +1,60 @@
+"""What the model assumes of the finger and its contact: the paper's, or the refined one's, each
+assumption a switch of its own.
+"""
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+from hcm.bounds import ParameterError, check_fields
+
+# Each needs the other: what it says of the patch is Hertz's, or C a tip that ends in a sphere.
+NEEDS = (
+    ("partial_slip", "hertz"),
+    ("tip_compliance", "hertz"),
+    ("tip_compliance", "lowest_point"),
+)
+
+
+@dataclass(frozen=True)
+class Assumptions:
+    """All of the paper's or all of the refined model's, but for the switches that are given."""
+
+    assumptions: Literal["paper", "refined"] = "paper"
+    """What every switch is that is left out: off (the paper) or on (refined)."""
+    rotary_inertia: bool | None = None
+    """Sections resist turning, in flight and in contact."""
+    half_ball: bool | None = None
+    """The last phalanx's end, over a length of R, has a half-ball's mass, not a cylinder's."""
+    lowest_point: bool | None = None
+    """The tip touches with the lowest point of a sphere around the end R of the last phalanx, which
+    is rigid, and not with the end of its axis."""
+    hertz: bool | None = None
+    """F_n is Hertz's, and not tip.normal_stiffness times the indentation."""
+    partial_slip: bool | None = None
+    """Parts of the patch slip while others stick, and not the whole of it at once."""
+    shear: bool | None = None
+    """Sections turn against the axis (Timoshenko)."""
+    tip_compliance: bool | None = None
+    """What the tip yields between the beam's end and the patch."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for switch, other in NEEDS:
+            if self.has(switch) and not self.has(other):
+                raise ParameterError(
+                    f"{switch} = true: needs {other} = true; set {other} to true or {switch} to"
+                    " false"
+                )
+
+    def has(self, switch: str) -> bool:
+        """Whether a refinement is switched on."""
+        value = getattr(self, switch)
+        return self.assumptions == "refined" if value is None else bool(value)
+
+    @property
+    def any(self) -> bool:
+        """Whether there is one at all."""
+        return any(self.has(field.name) for field in fields(self)[1:])
+
+
+PAPER = Assumptions()

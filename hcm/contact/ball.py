@@ -1,0 +1,252 @@
+"""Law of a round tip's contact, Hertz's and with partial slip, behind the contract of `law`.
+
+Normal: with the elastic indentation d that the loading history leaves (d. = -u_Y. in compression,
+-u_Y./e*^2 in restitution; the loop of the lumped law, of d in the place of F/k),
+
+    F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d.
+
+Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
+distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
+
+    w_i = d - x_i^2/R >= 0,   u_i. = u_X. where |u_i| < mu (E*/G*) w_i,   F_t = -2 G* sum dx_i u_i,
+
+2 for both sides. The spring in the middle slips last (every other one started later, with a limit
+that grows alike), so that the whole patch slips as one lumped element does: F_t = -s mu F_n, until
+V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without partial slip a single spring k_t holds the tip.
+"""
+
+import math
+from typing import NamedTuple
+
+from hcm.arrays import Floats
+from hcm.compiled import kernel
+from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Contact
+
+
+class BallLaw(NamedTuple):
+    """Constants of the law, and its memory of the tap; a `Contact` holds the rest.
+
+    k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
+    height : depth of the surface below the hinge, less R where the lowest point touches, m.
+    radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
+    normal, shear : E* and G*, Pa. holding : k_t, N/m. compliance : (3,) of `round_tip`, m/N.
+    springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
+    tap : (11,) of the last accepted step, of `round_tip`.
+    """
+
+    k: float
+    restitution: float
+    tangential_ratio: float
+    mu: float
+    height: float
+    radius: float
+    lowest: bool
+    hertz: bool
+    normal: float
+    shear: float
+    holding: float
+    compliance: Floats
+    springs: Floats
+    depth: Floats
+    width: Floats
+    tap: Floats
+
+
+@kernel
+def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """(d, -dd/du_Y) at u_Y = gap, m."""
+    start = 0.0
+    if contact.force_ref > 0.0:
+        start = contact.force_ref / law.k
+        if law.hertz:
+            start = start ** (2.0 / 3.0)
+    rate = 1.0 / (law.restitution * law.restitution) if contact.normal == RESTITUTION else 1.0
+    return start - rate * (gap - contact.gap_ref), rate
+
+
+@kernel
+def normal_force(d: float, law: BallLaw) -> tuple[float, float]:
+    """(F_n, dF_n/dd), N and N/m; Hertz's contact does not pull."""
+    if not law.hertz:
+        return law.k * d, law.k
+    root = math.sqrt(max(d, 0.0))
+    return law.k * root * max(d, 0.0), 1.5 * law.k * root
+
+
+@kernel
+def normal_energy(d: float, law: BallLaw) -> float:
+    """Work of F_n up to d, J."""
+    return (0.4 if law.hertz else 0.5) * normal_force(d, law)[0] * d
+
+
+@kernel
+def hold(moved: float, d: float, law: BallLaw) -> tuple[float, float, float, float]:
+    """Sums over one side's springs in touch, moved by `moved` since the last accepted step, of
+    dx u (m^2), of dx where they stick and of s dx where they slip (m), and of dx u^2 (m^3).
+    """
+    share = law.mu / law.tangential_ratio
+    total, stuck, slipping, squares = 0.0, 0.0, 0.0, 0.0
+    for i in range(law.springs.size):
+        if law.depth[i] >= d:
+            break
+        limit, u, width = share * (d - law.depth[i]), law.springs[i] + moved, law.width[i]
+        if u > limit:
+            u = limit
+            slipping += width
+        elif u < -limit:
+            u = -limit
+            slipping -= width
+        else:
+            stuck += width
+        total += width * u
+        squares += width * u * u
+    return total, stuck, slipping, squares
+
+
+@kernel
+def force_and_slopes(
+    x: float, gap: float, contact: Contact, law: BallLaw
+) -> tuple[float, float, float, float, float]:
+    """(F_t, F_n, dF_t/dX, dF_t/dY, dF_n/dY), N and N/m, at the springs' (X, u_Y)."""
+    if contact.normal == FLIGHT:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    d, rate = indentation(gap, contact, law)
+    fn, slope = normal_force(d, law)
+    if contact.tangential == SLIP:
+        share = contact.slip_sign * law.mu
+        return -share * fn, fn, 0.0, share * slope * rate, -slope * rate
+    if contact.tangential == STICK and law.springs.size == 0:
+        return -law.holding * (x - contact.particle), fn, -law.holding, 0.0, -slope * rate
+    if contact.tangential == STICK:
+        total, stuck, slipping, _ = hold(x - law.tap[5], d, law)
+        growth = rate * law.mu / law.tangential_ratio
+        size = 2.0 * law.shear
+        return -size * total, fn, -size * stuck, size * growth * slipping, -slope * rate
+    return 0.0, fn, 0.0, 0.0, -slope * rate
+
+
+@kernel
+def contact_force(x: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """(F_t, F_n) on the tip, N."""
+    ft, fn, _, _, _ = force_and_slopes(x, gap, contact, law)
+    return ft, fn
+
+
+@kernel
+def normal_slope(gap: float, contact: Contact, law: BallLaw) -> float:
+    """k_n = -dF_n/du_Y, N/m."""
+    if contact.normal == FLIGHT:
+        return 0.0
+    d, rate = indentation(gap, contact, law)
+    return normal_force(d, law)[1] * rate
+
+
+@kernel
+def particle_position(x: float, gap: float, contact: Contact, law: BallLaw) -> float:
+    """X_P = X - u_X of the spring that slips last, m."""
+    if contact.tangential == STICK:
+        return contact.particle
+    if contact.tangential == SLIP and law.springs.size == 0:
+        return x + contact_force(x, gap, contact, law)[0] / law.holding
+    if contact.tangential == SLIP:
+        d, _ = indentation(gap, contact, law)
+        return x - contact.slip_sign * law.mu / law.tangential_ratio * d
+    return x
+
+
+@kernel
+def particle_velocity(gap: float, vt: float, vn: float, contact: Contact, law: BallLaw) -> float:
+    """V_P, m/s."""
+    if contact.tangential == STICK:
+        return 0.0
+    if contact.tangential == SLIP:
+        d, rate = indentation(gap, contact, law)
+        share = rate / law.tangential_ratio
+        if law.springs.size == 0:
+            share = rate * normal_force(d, law)[1] / law.holding
+        return vt + contact.slip_sign * law.mu * share * vn
+    return vt
+
+
+@kernel
+def push_unit(law: BallLaw) -> float:
+    """N/m: F_n vanishes without a slope, d with one."""
+    return law.normal * law.radius if law.hertz else law.k
+
+
+@kernel
+def margins(x: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """What is left to separation, as d, and of a stick, as the last spring's, in N."""
+    d, _ = indentation(gap, contact, law)
+    push = push_unit(law) * d
+    if law.springs.size == 0:
+        ft, fn = contact_force(x, gap, contact, law)
+        return push, law.mu * fn - abs(ft)
+    size = 2.0 * law.shear * math.sqrt(law.radius * max(d, 0.0))
+    return push, size * (law.mu / law.tangential_ratio * d - abs(x - contact.particle))
+
+
+@kernel
+def margin_rates(
+    x: float, gap: float, vt: float, vn: float, contact: Contact, law: BallLaw
+) -> tuple[float, float]:
+    """Time derivatives of `margins`, N/s, the last spring's at a patch that keeps its size."""
+    d, rate = indentation(gap, contact, law)
+    pull = math.copysign(vt, vt * (x - contact.particle)) if x != contact.particle else abs(vt)
+    if law.springs.size == 0:
+        grip = -law.mu * normal_slope(gap, contact, law) * vn - law.holding * pull
+    else:
+        size = 2.0 * law.shear * math.sqrt(law.radius * max(d, 0.0))
+        grip = -size * (law.mu / law.tangential_ratio * rate * vn + pull)
+    return -push_unit(law) * rate * vn, grip
+
+
+@kernel
+def friction_loss(
+    loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: Contact, law: BallLaw
+) -> float:
+    """`loss` and what slipping springs dissipate from the last accepted step to (x1, gap1), J."""
+    if contact.tangential != STICK or law.springs.size == 0:
+        ft0, _ = contact_force(x0, gap0, contact, law)
+        ft1, _ = contact_force(x1, gap1, contact, law)
+        slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)
+        return loss - 0.5 * (ft0 + ft1) * slid
+    d0, d1 = indentation(gap0, contact, law)[0], indentation(gap1, contact, law)[0]
+    share = law.mu / law.tangential_ratio
+    for i in range(law.springs.size):
+        if law.depth[i] >= max(d0, d1):
+            break
+        before = share * max(d0 - law.depth[i], 0.0)
+        limit = share * max(d1 - law.depth[i], 0.0)
+        excess = abs(law.springs[i] + x1 - x0) - limit
+        # a spring that touches within the step moves with the tip from there on only
+        if before > 0.0:
+            loss += law.shear * law.width[i] * (before + limit) * max(excess, 0.0)
+    return loss
+
+
+@kernel
+def stored_energy(x: float, gap: float, contact: Contact, law: BallLaw) -> float:
+    """Recoverable energy of the contact's springs and of what holds them, J."""
+    if contact.normal == FLIGHT:
+        return 0.0
+    d, _ = indentation(gap, contact, law)
+    ft, fn = contact_force(x, gap, contact, law)
+    energy = law.restitution**2 * normal_energy(d, law)
+    if law.springs.size > 0 and contact.tangential == STICK:
+        energy += law.shear * hold(x - law.tap[5], d, law)[3]
+    elif law.springs.size > 0 and contact.tangential == SLIP:
+        energy += law.shear * hold(math.inf, d, law)[3]
+    elif contact.tangential != 0:
+        energy += 0.5 * ft * ft / law.holding
+    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
+    return energy + 0.5 * (cxx * ft * ft + 2.0 * cxn * ft * fn + cnn * fn * fn)
+
+
+@kernel
+def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: BallLaw) -> float:
+    """Energy that the normal element can't give back: the share 1 - e*^2 of compression's work."""
+    if contact.normal != COMPRESSION:
+        return 0.0
+    d0, d1 = indentation(gap0, contact, law)[0], indentation(gap1, contact, law)[0]
+    return (1.0 - law.restitution**2) * (normal_energy(d1, law) - normal_energy(d0, law))

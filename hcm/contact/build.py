@@ -1,0 +1,71 @@
+"""The contact's law of a scene: the paper's lumped one, or that of a round tip.
+
+Closed form of the tip's compliance between the beam's end and the half-space, of finite-element
+statics (a Hertz-shaped pressure on a patch of radius b, less the half-space's own compliance and
+the cantilever from a section R behind C, for b^2 -> 0), known to 0.03, 0.05 and 0.1:
+
+    E R c_nn = -0.15 + 0.55 (nu - 0.4),  E R c_nt = 0.34 + 0.4 (nu - 0.4),
+    E R c_tt = (1.6 + 2.6 (nu - 0.4)) cos(alpha),       alpha from the vertical to the last phalanx.
+"""
+
+import math
+
+import numpy as np
+
+from hcm.arrays import Floats
+from hcm.assumptions import Assumptions
+from hcm.beam.refinement import touching_height
+from hcm.contact.ball import BallLaw
+from hcm.contact.contract import Law
+from hcm.contact.law import contact_law
+from hcm.parameters import Finger, Phalanx, Surface, Tip
+
+# Springs from the middle of the patch to a distance of R, denser towards the middle: x_i/R is the
+# square of i/SPRINGS, so that a patch of any size has sqrt(a/R) of them, and its edge a width of
+# 2 sqrt(R/a)/SPRINGS over a.
+SPRINGS = 200
+
+
+def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions) -> Law:
+    """The law of a scene's contact, its memory empty."""
+    lumped = contact_law(surface, tip)
+    if not (assumptions.has("lowest_point") or assumptions.has("hertz")):
+        return lumped
+    last = finger.phalanges[-1]
+    radius, nu = last.diameter / 2, last.poisson_ratio or 0.0
+    normal = last.youngs_modulus / (1 - nu**2)
+    shear = 2 * last.youngs_modulus / ((1 + nu) * (2 - nu))
+    hertz, partial = assumptions.has("hertz"), assumptions.has("partial_slip")
+    edges = radius * np.linspace(0.0, 1.0, (SPRINGS if partial else 0) + 1) ** 2
+    width = np.diff(edges)
+    # the mean of x^2/R over a spring's width
+    depth = np.diff(edges**3) / (3 * radius * width)
+    return BallLaw(
+        k=4 / 3 * normal * math.sqrt(radius) if hertz else lumped.k,
+        restitution=lumped.restitution,
+        tangential_ratio=shear / normal if partial else lumped.tangential_ratio,
+        mu=lumped.mu,
+        height=touching_height(finger, surface, assumptions),
+        radius=radius,
+        lowest=assumptions.has("lowest_point"),
+        hertz=hertz,
+        normal=normal,
+        shear=shear,
+        holding=lumped.k * lumped.tangential_ratio,
+        compliance=_compliance(last, tip, assumptions),
+        springs=np.zeros(width.size),
+        depth=depth,
+        width=width,
+        tap=np.zeros(11),
+    )
+
+
+def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:
+    """c_nn, c_nt and c_tt/cos(alpha), m/N; zero without that assumption."""
+    if not assumptions.has("tip_compliance"):
+        return np.zeros(3)
+    over = (last.poisson_ratio or 0.0) - 0.4
+    closed = (-0.15 + 0.55 * over, 0.34 + 0.4 * over, 1.6 + 2.6 * over)
+    given = (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
+    numbers = [form if own is None else own for own, form in zip(given, closed, strict=True)]
+    return np.array(numbers) / (last.youngs_modulus * last.diameter / 2)

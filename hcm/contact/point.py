@@ -1,0 +1,71 @@
+"""A contact that acts at the tip node itself (paper, fig. 2b): what the tip's motion is to its law,
+and what the law's force is to the tip's coordinates (r, r').
+
+The contract of a contact's kinematics, whose other side is `hcm.contact.sphere`.
+"""
+
+from hcm.arrays import Floats
+from hcm.beam.banded_ldl import HALF_BANDWIDTH
+from hcm.compiled import kernel
+from hcm.contact.law import Contact, ContactLaw, contact_force, contact_tangent
+
+
+@kernel
+def place(q: Floats, tip: int, contact: Contact, law: ContactLaw) -> tuple[float, float]:
+    """Where the law's elements end, (X_C, u_Y), m."""
+    return q[tip], q[tip + 1] + law.height
+
+
+@kernel
+def velocity(
+    q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw
+) -> tuple[float, float]:
+    """Their velocity (v_t, v_n), m/s; of accelerations in the place of v, theirs."""
+    return v[tip], v[tip + 1]
+
+
+@kernel
+def subtract_force(q: Floats, tip: int, contact: Contact, law: ContactLaw, out: Floats) -> None:
+    """Subtract the generalized contact force F_c, N and N m, from the residual `out` (n,)."""
+    ft, fn = contact_force(q[tip], q[tip + 1] + law.height, contact, law)
+    out[tip] -= ft
+    out[tip + 1] -= fn
+
+
+@kernel
+def add_tangent(
+    q: Floats, weight: float, tip: int, scale: Floats, contact: Contact, law: ContactLaw,
+    rows: Floats,
+) -> float:  # fmt: skip
+    """Add -weight dF_c/dq to `rows` (`hcm.beam.equations.tangent`), but for its part s c e_y^T that
+    is not symmetric; returns s, and `fill_column` c.
+    """
+    dtx, dty, dny = contact_tangent(contact, law)
+    w = HALF_BANDWIDTH
+    rows[w + tip, w] -= weight * dtx
+    rows[w + tip + 1, w] -= weight * dny
+    return -weight * dty
+
+
+@kernel
+def fill_column(
+    q: Floats, tip: int, scale: Floats, contact: Contact, law: ContactLaw, column: Floats
+) -> None:
+    """Write c, scaled by D, to the tip's places of `column` (n,)."""
+    column[tip] = 1.0
+
+
+@kernel
+def stiffness_key(contact: Contact, law: ContactLaw) -> tuple[float, float, float]:
+    """Three numbers; factors made with others no longer fit."""
+    return contact_tangent(contact, law)
+
+
+@kernel
+def keep(q: Floats, tip: int, contact: Contact, law: ContactLaw) -> None:
+    """Commit what the law remembers of an accepted step that ends at q: the `Contact` is all."""
+
+
+@kernel
+def begin_mode(q: Floats, tip: int, before: Contact, contact: Contact, law: ContactLaw) -> None:
+    """Commit what it remembers of an event at q between two modes: nothing either."""

@@ -1,0 +1,210 @@
+"""A contact at the lowest point of a spherical tip, behind the contract of `hcm.contact.point`.
+
+The beam ends at the sphere's centre C, whose slope r' turns with the rigid end piece. With
+g = Y_C + H - R and the angle psi of r', the surface takes its forces at the arm R + g under C:
+
+    X. = X_C. + (R + g) psi.,      F_c = F_t (e_X + (R + g) grad psi) + F_n e_Y.
+
+X is a path's length, not a function of the coordinates: it is added up over the accepted steps,
+with the arm at their middle. Between C and the contact's springs lies the tip's own compliance,
+
+    (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, c_nn]],
+
+s = 1 for a phalanx that points along -X; C is that of the angle at the touch. Both are solved
+for by Newton's method, so that the beams see forces that are functions of (X, g).
+"""
+
+import math
+
+from hcm.arrays import Floats
+from hcm.beam.banded_ldl import HALF_BANDWIDTH
+from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
+from hcm.compiled import kernel
+from hcm.contact.ball import BallLaw, force_and_slopes, indentation
+from hcm.contact.law import FLIGHT, SLIP, STICK, Contact
+
+# Newton's iterations on the springs' place: quadratic but where springs begin to slip.
+ITERATIONS = 40
+ENOUGH = 1e-13
+
+
+@kernel
+def arm(gap: float, law: BallLaw) -> float:
+    """Height of C above the surface where the sphere's lowest point touches, m."""
+    return law.radius + gap if law.lowest else 0.0
+
+
+@kernel
+def path(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
+    """(X, g) of the tip at q, m."""
+    gap = q[tip + 1] + law.height
+    turned = turned_angle(law.tap[2], law.tap[3], q[tip + 2], q[tip + 3])
+    moved = q[tip] - law.tap[0] + arm(0.5 * (gap + law.tap[1]), law) * turned
+    return law.tap[4] + moved, gap
+
+
+@kernel
+def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """The springs' (X, u_Y), m, NaN if not found."""
+    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
+    ft, fn = law.tap[9], law.tap[10]
+    x, y = along + cxx * ft + cxn * fn, gap + cxn * ft + cnn * fn
+    for _ in range(ITERATIONS):
+        ft, fn, tx, ty, ny = force_and_slopes(x, y, contact, law)
+        rx, ry = along + cxx * ft + cxn * fn - x, gap + cxn * ft + cnn * fn - y
+        a, b = 1.0 - cxx * tx, -cxx * ty - cxn * ny
+        c, d = -cxn * tx, 1.0 - cxn * ty - cnn * ny
+        det = a * d - b * c
+        dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
+        x, y = x + dx, y + dy
+        if abs(dx) + abs(dy) <= ENOUGH * (abs(gap) + abs(along - law.tap[4]) + ENOUGH * law.radius):
+            return x, y
+    return math.nan, math.nan
+
+
+@kernel
+def place(q: Floats, tip: int, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """Where the law's springs end, m; X is zero in flight."""
+    if contact.normal == FLIGHT:
+        return 0.0, q[tip + 1] + law.height
+    along, gap = path(q, tip, law)
+    return settle(along, gap, contact, law)
+
+
+@kernel
+def spin(q: Floats, v: Floats, tip: int) -> float:
+    """psi., rad/s."""
+    sx, sy = q[tip + 2], q[tip + 3]
+    return (sx * v[tip + 3] - sy * v[tip + 2]) / (sx * sx + sy * sy)
+
+
+@kernel
+def velocity(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """The springs' velocity, m/s; of accelerations in the place of v theirs, but for products of
+    velocities.
+    """
+    gap = q[tip + 1] + law.height
+    vt, vn = v[tip] + arm(gap, law) * spin(q, v, tip), v[tip + 1]
+    if contact.normal == FLIGHT:
+        return vt, vn
+    x, y = place(q, tip, contact, law)
+    _, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
+    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty - cnn * ny
+    det = a * d - b * c
+    return (d * vt - b * vn) / det, (a * vn - c * vt) / det
+
+
+@kernel
+def subtract_force(q: Floats, tip: int, contact: Contact, law: BallLaw, out: Floats) -> None:
+    """Subtract F_c, N and N m, from the residual `out` (n,)."""
+    if contact.normal == FLIGHT:
+        return
+    x, y = place(q, tip, contact, law)
+    ft, fn, _, _, _ = force_and_slopes(x, y, contact, law)
+    mx, my = torque_force(ft * arm(q[tip + 1] + law.height, law), q[tip + 2], q[tip + 3])
+    out[tip] -= ft
+    out[tip + 1] -= fn
+    out[tip + 2] -= mx
+    out[tip + 3] -= my
+
+
+@kernel
+def tip_slopes(
+    q: Floats, tip: int, contact: Contact, law: BallLaw
+) -> tuple[float, float, float, float, float]:
+    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
+    x, y = place(q, tip, contact, law)
+    ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
+    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty - cnn * ny
+    det = a * d - b * c
+    return (
+        ft,
+        (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det,
+    )  # fmt: skip
+
+
+@kernel
+def add_tangent(
+    q: Floats, weight: float, tip: int, scale: Floats, contact: Contact, law: BallLaw, rows: Floats
+) -> float:
+    """Add -weight dF_c/dq to `rows`; returns the factor of its part that is not symmetric."""
+    if contact.normal == FLIGHT:
+        return 0.0
+    w, unit = HALF_BANDWIDTH, scale[tip + 2]
+    ft, tx, _, nx, ng = tip_slopes(q, tip, contact, law)
+    h = arm(q[tip + 1] + law.height, law)
+    px, py = torque_force(h, q[tip + 2], q[tip + 3])
+    bx, by = unit * px, unit * py
+    dxx, dxy = torque_tangent(ft * h * unit * unit, q[tip + 2], q[tip + 3])
+    own = rows[w + tip : w + tip + 4]
+    own[0, w] -= weight * tx
+    own[1, w - 1] -= weight * nx
+    own[1, w] -= weight * ng
+    own[2, w - 2] -= weight * tx * bx
+    own[2, w - 1] -= weight * nx * bx
+    own[2, w] -= weight * (tx * bx * bx + dxx)
+    own[3, w - 3] -= weight * tx * by
+    own[3, w - 2] -= weight * nx * by
+    own[3, w - 1] -= weight * (tx * bx * by + dxy)
+    own[3, w] -= weight * (tx * by * by - dxx)
+    return -weight
+
+
+@kernel
+def fill_column(
+    q: Floats, tip: int, scale: Floats, contact: Contact, law: BallLaw, column: Floats
+) -> None:
+    """(dF_t/dg - dF_n/dX) (e_X + (R + g) grad psi) + F_t grad psi, what e_Y^T completes."""
+    ft, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
+    turning = (tg - nx) * arm(q[tip + 1] + law.height, law) + (ft if law.lowest else 0.0)
+    px, py = torque_force(turning * scale[tip + 2], q[tip + 2], q[tip + 3])
+    column[tip], column[tip + 2], column[tip + 3] = tg - nx, px, py
+
+
+@kernel
+def stiffness_key(contact: Contact, law: BallLaw) -> tuple[float, float, float]:
+    """The mode, in which the stiffness changes steadily: Newton's method says when to renew."""
+    return float(contact.normal), float(contact.tangential), contact.slip_sign
+
+
+@kernel
+def keep(q: Floats, tip: int, contact: Contact, law: BallLaw) -> None:
+    """Commit the path, the forces and the springs of an accepted step that ends at q."""
+    if contact.normal == FLIGHT:
+        return
+    tap = law.tap
+    along, gap = path(q, tip, law)
+    x, y = settle(along, gap, contact, law)
+    ft, fn, _, _, _ = force_and_slopes(x, y, contact, law)
+    if contact.tangential == STICK:
+        d, _ = indentation(y, contact, law)
+        for i in range(law.springs.size):
+            limit = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
+            law.springs[i] = min(max(law.springs[i] + x - tap[5], -limit), limit)
+    tap[0], tap[1], tap[2], tap[3] = q[tip], gap, q[tip + 2], q[tip + 3]
+    tap[4], tap[5], tap[9], tap[10] = along, x, ft, fn
+
+
+@kernel
+def begin_mode(q: Floats, tip: int, before: Contact, contact: Contact, law: BallLaw) -> None:
+    """Commit what an event at q begins: a tap forgets the one before, a stick starts from the
+    springs' limits.
+    """
+    tap = law.tap
+    if before.normal == FLIGHT:
+        size = math.hypot(q[tip + 2], q[tip + 3])
+        along = -q[tip + 2] / size
+        tap[:] = 0.0
+        tap[0], tap[1], tap[2], tap[3] = q[tip], q[tip + 1] + law.height, q[tip + 2], q[tip + 3]
+        # alpha from the vertical: cos alpha = -r'_Y/|r'|
+        tap[6] = law.compliance[2] * -q[tip + 3] / size
+        tap[7] = -math.copysign(law.compliance[1], along)
+        tap[8] = law.compliance[0]
+        law.springs[:] = 0.0
+    elif before.tangential == SLIP and contact.tangential == STICK:
+        d, _ = indentation(settle(tap[4], tap[1], before, law)[1], before, law)
+        for i in range(law.springs.size):
+            limit = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
+            law.springs[i] = before.slip_sign * limit

@@ -1,0 +1,292 @@
+"""The round tip's contact: Hertz's ball, Mindlin's and Cattaneo's partial slip, the oblique ball of
+Maw, Barber and Fawcett, its tangents, its energy, its symmetries.
+"""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.arrays import Floats
+from hcm.assumptions import Assumptions
+from hcm.beam.banded_ldl import HALF_BANDWIDTH
+from hcm.contact import ball, round_tip
+from hcm.contact.ball import BallLaw
+from hcm.contact.build import SPRINGS, law_of
+from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, event_values, transition
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, SLIP, STICK, Contact
+
+R, E, NU, MU = 0.0075, 1e9, 0.3, 0.5
+NORMAL_E = E / (1 - NU**2)
+SHEAR_E = 2 * E / ((1 + NU) * (2 - NU))  # 4 G/(2 - nu)
+ETA2 = NORMAL_E / SHEAR_E
+K = 4 / 3 * NORMAL_E * np.sqrt(R)
+DEEP = 2e-4  # a/R = 0.16
+# the outer spring's width over a, squared: what the sums are wrong by
+GRID = R / (DEEP * R) ** 0.5 * 4 / SPRINGS**2
+TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
+
+
+def law(restitution: float = 1.0, mu: float = MU, **switches: bool) -> BallLaw:
+    """A tip on a surface through the origin's height below its centre, R."""
+    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, NU),))
+    on = Assumptions("refined", **{"tip_compliance": False, **switches})
+    found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
+    assert isinstance(found, BallLaw)
+    return found._replace(height=-R)
+
+
+def at(x: float, depth: float, angle: float = -0.7) -> Floats:
+    """Coordinates of a tip that is pressed in by `depth`, its phalanx turned from -X by -angle."""
+    return np.array([x, R - depth, -np.cos(angle), np.sin(angle)])
+
+
+def press(tip: BallLaw, contact: Contact, q: Floats) -> tuple[float, float]:
+    """Forces at q, which is committed."""
+    x, gap = round_tip.place(q, 0, contact, tip)
+    force = ball.contact_force(x, gap, contact, tip)
+    round_tip.keep(q, 0, contact, tip)
+    return force
+
+
+def touched(tip: BallLaw, angle: float = -0.7) -> BallLaw:
+    round_tip.begin_mode(at(0.0, 0.0, angle), 0, IN_FLIGHT, TOUCH, tip)
+    return tip
+
+
+def test_normal_force_and_energy_are_hertzs() -> None:
+    tip = touched(law())
+    _, fn = press(tip, TOUCH, at(0.0, DEEP))
+    assert fn == pytest.approx(K * DEEP**1.5, rel=1e-12)
+    assert ball.stored_energy(0.0, -DEEP, TOUCH, tip) == pytest.approx(
+        0.4 * K * DEEP**2.5, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6, 0.95])
+def test_a_tangential_load_is_cattaneos_and_mindlins(share: float) -> None:
+    """Pressed in first, then moved by u < u_max = mu (E*/G*) d:
+    F_t = mu F_n (1 - (1 - u/u_max)^(3/2)) (Johnson 1985, eq. 7.42).
+    """
+    tip = touched(law())
+    _, fn = press(tip, TOUCH, at(0.0, DEEP))
+    ft, _ = press(tip, TOUCH, at(share * MU * ETA2 * DEEP, DEEP))
+    assert ft == pytest.approx(-MU * fn * (1 - (1 - share) ** 1.5), rel=2 * GRID)
+
+
+def test_an_oscillating_load_dissipates_mindlins_and_deresiewiczs_energy() -> None:
+    """The loop between u and -u, whose branches are twice the first loading (Masing's rule), holds
+    8 (int_0^u F du' - u F(u)/2) (Johnson 1985, section 7.4).
+    """
+    tip, u_max = touched(law()), MU * ETA2 * DEEP
+    _, fn = press(tip, TOUCH, at(0.0, DEEP))
+    size, loss, work, forces = 0.7 * u_max, 0.0, 0.0, [0.0]
+    path = np.concatenate([np.linspace(0, size, 40), size * np.cos(np.linspace(0, 2 * np.pi, 400))])
+    start = None
+    for before, after in itertools.pairwise(path):
+        loss = ball.friction_loss(loss, before, -DEEP, after, -DEEP, TOUCH, tip)
+        ft, _ = press(tip, TOUCH, at(after, DEEP))
+        work -= 0.5 * (forces[-1] + ft) * (after - before)
+        forces.append(ft)
+        if start is None and after == size:
+            start = (loss, work)
+    assert start is not None
+
+    def loading(u: float) -> float:
+        return MU * fn * (1 - (1 - u / u_max) ** 1.5)
+
+    area = MU * fn * (size - 0.4 * u_max * (1 - (1 - size / u_max) ** 2.5))
+    wanted = 8 * (area - 0.5 * size * loading(size))
+    assert loss - start[0] == pytest.approx(wanted, rel=5e-3)
+    assert work - start[1] == pytest.approx(wanted, rel=5e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_wandering_tip_dissipates_and_stays_inside_the_cone(seed: int) -> None:
+    """Loss >= 0 in every step, work = stored + lost to second order, |F_t| <= mu F_n, and where the
+    spring in the middle slips all others do.
+    """
+    rng = np.random.default_rng(seed)
+    turns = rng.normal(size=(2, 6))
+    errors = []
+    for steps in (400, 800):
+        tip, time = touched(law()), np.linspace(0, 1, steps + 1)
+        phase = np.outer(np.arange(1, 7), time) * np.pi
+        way = (turns[0] / np.arange(1, 7)) @ np.sin(phase) * 0.4 * MU * ETA2 * DEEP
+        deep = DEEP * np.sin(np.pi * time) ** 2 * (1 + 0.2 * np.sin(7 * time))
+        contact, lost, work, last = TOUCH, 0.0, 0.0, (0.0, 0.0)
+        for i in range(steps):
+            x0, x1, y0, y1 = way[i], way[i + 1], -deep[i], -deep[i + 1]
+            grip = event_values(x1, y1, 0.0, 0.0, contact, tip)[TANGENTIAL]
+            if contact.tangential == STICK and grip < 0:
+                contact, _ = transition(TANGENTIAL, x0, y0, 0.0, 0.0, contact, tip)
+            loss = ball.friction_loss(0.0, x0, y0, x1, y1, contact, tip)
+            # a slip that turns back within its step is noticed at the end of it here
+            assert loss >= 0 or contact.tangential == SLIP
+            before, limit = contact, MU * ETA2 * deep[i + 1]
+            force = press(tip, contact, at(x1, deep[i + 1]))
+            assert abs(force[0]) <= MU * force[1] * (1 + GRID) + 1e-9
+            lost += loss
+            work -= 0.5 * ((force[0] + last[0]) * (x1 - x0) + (force[1] + last[1]) * (y1 - y0))
+            last = force
+            if contact.tangential == SLIP:
+                reach = contact.slip_sign * limit
+                slid = (x1 - reach) - (x0 - contact.slip_sign * MU * ETA2 * deep[i])
+                if contact.slip_sign * slid < 0:
+                    contact, _ = transition(TANGENTIAL, x1, y1, 0.0, 0.0, contact, tip)
+                    round_tip.begin_mode(at(x1, deep[i + 1]), 0, before, contact, tip)
+        assert lost > 0
+        errors.append(abs(work - lost) / lost)
+    assert errors[-1] < 0.02
+
+
+@pytest.mark.parametrize("tangential", [STICK, SLIP])
+@pytest.mark.parametrize("switches", [{}, {"tip_compliance": True}, {"partial_slip": False}])
+@pytest.mark.parametrize("angle", [-0.7, -2.2])
+def test_tangents_are_the_forces_differences(
+    tangential: int, switches: dict[str, bool], angle: float
+) -> None:
+    tip = touched(law(**switches), angle)
+    press(tip, TOUCH, at(0.0, DEEP, angle))
+    press(tip, TOUCH, at(0.4 * MU * ETA2 * DEEP, 0.9 * DEEP, angle))
+    contact = TOUCH._replace(tangential=tangential, slip_sign=float(tangential == SLIP))
+    q, scale, w = at(0.5 * MU * ETA2 * DEEP, 0.92 * DEEP, angle), np.array([1, 1, 50, 50.0]), 7
+    rows, column = np.zeros((w + 4, w + 1)), np.zeros(4)
+    skew = round_tip.add_tangent(q, 1.0, 0, scale, contact, tip, rows)
+    round_tip.fill_column(q, 0, scale, contact, tip, column)
+    found = np.zeros((4, 4))
+    for i, j in itertools.product(range(4), range(4)):
+        found[i, j] = rows[HALF_BANDWIDTH + max(i, j), w - abs(i - j)]
+    found[:, 1] += skew * column
+    wanted = np.zeros((4, 4))
+    for j, size in enumerate((1e-10, 1e-10, 1e-8, 1e-8)):
+        for sign in (1, -1):
+            moved, out = q.copy(), np.zeros(4)
+            moved[j] += sign * size
+            round_tip.subtract_force(moved, 0, contact, tip, out)
+            wanted[:, j] += sign * out / (2 * size)
+    wanted *= np.outer(scale, scale)
+    # the path takes the arm at the middle of the step from the last accepted place
+    assert np.abs(found - wanted).max() < 0.02 * DEEP / R * np.abs(wanted).max()
+
+
+def test_the_tip_yields_by_its_compliance() -> None:
+    """(X, u_Y) of the springs = (X, g) + C F, with C of the angle at the touch; mirrored alike."""
+    tip = touched(law(tip_compliance=True))
+    q = at(0.3 * MU * ETA2 * DEEP, DEEP)
+    x, gap = round_tip.place(q, 0, TOUCH, tip)
+    ft, fn = ball.contact_force(x, gap, TOUCH, tip)
+    nn, nt, tt = np.array([-0.205, 0.30, 1.34]) / (E * R)
+    assert x - q[0] == pytest.approx(tt * np.sin(0.7) * ft - nt * fn, rel=1e-9)
+    assert gap + DEEP == pytest.approx(nn * fn - nt * ft, rel=1e-9)
+    other, mirror = touched(law(tip_compliance=True), -np.pi + 0.7), np.array([-1, 1, -1, 1])
+    x2, gap2 = round_tip.place(q * mirror, 0, TOUCH, other)
+    assert (x2, gap2) == pytest.approx((-x, gap), rel=1e-12)
+    forces = np.zeros((2, 4))
+    round_tip.subtract_force(q, 0, TOUCH, tip, forces[0])
+    round_tip.subtract_force(q * mirror, 0, TOUCH, other, forces[1])
+    assert forces[1] == pytest.approx(forces[0] * mirror, rel=1e-12)
+
+
+def throw(tip: BallLaw, vt: float, vn: float, step: float) -> tuple[float, float, float, list[int]]:
+    """A solid ball that bounces: (V_t, V_n of its lowest point after it, time, tangential modes).
+
+    Velocity Verlet; events at a step's end.
+    """
+    mass = 1400.0 * 4 / 3 * np.pi * R**3
+    inertia, time = 0.4 * mass * R**2, 0.0
+    q, v = at(0.0, 0.0), np.array([vt, -vn, 0.0])
+
+    def rates(q: Floats, v: Floats) -> Floats:
+        return np.array([v[0], v[1], -v[2] * q[3], v[2] * q[2]])
+
+    contact, _ = transition(NORMAL, 0.0, 0.0, vt, -vn, IN_FLIGHT, tip)
+    round_tip.begin_mode(q, 0, IN_FLIGHT, contact, tip)
+    modes, force = [contact.tangential], np.zeros(3)
+    for _ in range(100_000):
+        half = v + 0.5 * step * force
+        turned = np.arctan2(-q[3], -q[2]) + step * half[2]
+        q = np.array(
+            [q[0] + step * half[0], q[1] + step * half[1], -np.cos(turned), -np.sin(turned)]
+        )
+        x, gap = round_tip.place(q, 0, contact, tip)
+        ft, fn = ball.contact_force(x, gap, contact, tip)
+        force = np.array([ft / mass, fn / mass, ft * (R + q[1] - R) / inertia])
+        v, time = half + 0.5 * step * force, time + step
+        along, up = round_tip.velocity(q, rates(q, v), 0, contact, tip)
+        values = event_values(x, gap, along, up, contact, tip)
+        round_tip.keep(q, 0, contact, tip)
+        if values[SEPARATION] < 0:
+            break
+        for slot in (TANGENTIAL, NORMAL):
+            if values[slot] < 0:
+                before = contact
+                contact, _ = transition(slot, x, gap, along, up, before, tip)
+                round_tip.begin_mode(q, 0, before, contact, tip)
+                if slot == TANGENTIAL:
+                    modes.append(contact.tangential)
+    return v[0] + R * v[2], v[1], time, modes
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.6])
+def test_a_ball_bounces_as_hertzs(restitution: float) -> None:
+    """T = 2.868 (m^2/(R E*^2 v))^(1/5) = 2.9432 d_max/v, times (1 + e*)/2; the rebound is e* v."""
+    mass, speed = 1400.0 * 4 / 3 * np.pi * R**3, 1.5
+    deepest = (5 * mass * speed**2 / (4 * K)) ** 0.4
+    _, back, time, _ = throw(law(restitution, mu=0.0), 0.0, speed, 2e-8)
+    assert back == pytest.approx(restitution * speed, rel=1e-3)
+    assert time == pytest.approx(2.9432 * deepest / speed * (1 + restitution) / 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("psi", [0.5, 1.5, 3.0, 4.7, 4.85, 6.0])
+def test_an_oblique_ball_is_that_of_maw_barber_and_fawcett(psi: float) -> None:
+    """psi = V_t/(mu eta^2 V_n), chi = (1 + 1/K^2)/(2 eta^2) = 3.5/(2 eta^2) of a solid ball: it
+    begins with a stick where psi < 1, slips throughout from psi = 4 chi - 1 on, and leaves with
+    psi - 4 chi there (Maw, Barber and Fawcett 1976).
+    """
+    chi, speed = 3.5 / (2 * ETA2), 0.02  # slow: the arm R + g is shorter by d
+    vt, _, _, modes = throw(law(mu=0.1), psi * 0.1 * ETA2 * speed, speed, 5e-8)
+    assert modes[0] == (STICK if psi < 1 else SLIP)
+    out = vt / (0.1 * ETA2 * speed)
+    if psi > 4 * chi - 1:
+        assert modes == [SLIP]
+        assert out == pytest.approx(psi - 4 * chi, abs=5e-3)
+    else:
+        assert STICK in modes
+        assert modes[-1] == SLIP  # every stick ends before the separation
+        assert out == pytest.approx(oblique(psi, chi), abs=1e-2)
+
+
+def oblique(psi: float, chi: float, springs: int = 400, steps: int = 6000) -> float:
+    """psi of the rebound by other means: units d_max = v = R = 1, mu eta^2 = 1, springs evenly
+    spaced over the largest patch, all of them slipping or sticking each on its own.
+    """
+    mass = 0.8 / (4 / 3)  # of d_max = 1: 0.4 k d^2.5 = m v^2/2, with E* = 1
+    places = (np.arange(springs) + 0.5) / springs
+    u, d, v, speed = np.zeros(springs), 0.0, 1.0, psi
+    step = 2.9432 / steps * 1.01
+    for _ in range(steps):
+        # V_t. = -(1 + 1/K^2) F_t/m is psi. = -2 chi (F_t/mu)/m
+        limit = np.maximum(d - places**2, 0.0)
+        u = np.clip(u + step * speed, -limit, limit)
+        force = 2 * u.sum() / springs
+        speed -= step * 2 * chi * force / mass
+        v -= step * 4 / 3 * max(d, 0.0) ** 1.5 / mass
+        d += step * v
+        if d <= 0:
+            break
+    return speed
+
+
+def test_every_field_of_the_law_is_of_the_scene() -> None:
+    tip = law()
+    assert (tip.k, tip.normal, tip.shear) == pytest.approx((K, NORMAL_E, SHEAR_E), rel=1e-12)
+    assert tip.tangential_ratio == pytest.approx(1 / ETA2, rel=1e-12)
+    assert tip.width.sum() == pytest.approx(R)
+    given = dataclasses.replace(hcm.Tip(1e6), compliance_nn=0.5, compliance_tt=2.0)
+    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, NU),))
+    found = law_of(body, hcm.Surface(0.02, 0.5), given, Assumptions("refined"))
+    assert isinstance(found, BallLaw)
+    assert found.compliance * E * R == pytest.approx([0.5, 0.3, 2.0])

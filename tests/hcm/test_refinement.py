@@ -24,7 +24,7 @@ MASSES = ("rotary_inertia", "half_ball", "lowest_point", "shear")
 
 
 def phalanx(elements: int = 4, length: float = L) -> hcm.Phalanx:
-    return hcm.Phalanx(length, 2 * R, E, RHO, elements, NU)
+    return hcm.Phalanx(length, 2 * R, E, RHO, elements, poisson_ratio=NU)
 
 
 def refined(body: hcm.Finger, assumptions: Assumptions) -> Chain:

@@ -31,7 +31,7 @@ TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
 
 def law(restitution: float = 1.0, mu: float = MU, **switches: bool) -> BallLaw:
     """A tip on a surface through the origin's height below its centre, R."""
-    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, NU),))
+    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=NU),))
     on = Assumptions("refined", **{"tip_compliance": False, **switches})
     found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
     assert isinstance(found, BallLaw)
@@ -286,7 +286,7 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     assert tip.tangential_ratio == pytest.approx(1 / ETA2, rel=1e-12)
     assert tip.width.sum() == pytest.approx(R)
     given = dataclasses.replace(hcm.Tip(1e6), compliance_nn=0.5, compliance_tt=2.0)
-    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, NU),))
+    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=NU),))
     found = law_of(body, hcm.Surface(0.02, 0.5), given, Assumptions("refined"))
     assert isinstance(found, BallLaw)
     assert found.compliance * E * R == pytest.approx([0.5, 0.3, 2.0])

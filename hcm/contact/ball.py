@@ -31,7 +31,8 @@ class BallLaw(NamedTuple):
     radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
     normal, shear : E* and G*, Pa. holding : k_t, N/m. compliance : (3,) of `round_tip`, m/N.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
-    tap : (11,) of the last accepted step, of `round_tip`.
+    tap : (12,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C in X and Y,
+        C_XX, C_XY, C_YY; F_t, F_n; d.
     """
 
     k: float
@@ -80,27 +81,38 @@ def normal_energy(d: float, law: BallLaw) -> float:
 
 
 @kernel
-def hold(moved: float, d: float, law: BallLaw) -> tuple[float, float, float, float]:
-    """Sums over one side's springs in touch, moved by `moved` since the last accepted step, of
-    dx u (m^2), of dx where they stick and of s dx where they slip (m), and of dx u^2 (m^3).
+def draw(i: int, moved: float, d: float, law: BallLaw) -> tuple[float, float]:
+    """(u_i, the share of `moved` in it) if the spring sticks, the tip having moved by `moved` since
+    the last accepted step, m: by a part of that where the spring touches within the step.
     """
-    share = law.mu / law.tangential_ratio
-    total, stuck, slipping, squares = 0.0, 0.0, 0.0, 0.0
+    share, before = 1.0, law.tap[11]
+    if law.depth[i] > before:
+        share = (d - law.depth[i]) / (d - before)
+    return law.springs[i] + share * moved, share
+
+
+@kernel
+def hold(moved: float, d: float, law: BallLaw) -> tuple[float, float, float, float]:
+    """Sum over one side's springs in touch of dx u (m^2), moved by `moved` since the last accepted
+    step, its derivatives by `moved` and by d (m), and the sum of dx u^2 (m^3).
+    """
+    limits = law.mu / law.tangential_ratio
+    total, by_way, by_depth, squares = 0.0, 0.0, 0.0, 0.0
     for i in range(law.springs.size):
         if law.depth[i] >= d:
             break
-        limit, u, width = share * (d - law.depth[i]), law.springs[i] + moved, law.width[i]
-        if u > limit:
-            u = limit
-            slipping += width
-        elif u < -limit:
-            u = -limit
-            slipping -= width
+        limit, width = limits * (d - law.depth[i]), law.width[i]
+        u, share = draw(i, moved, d, law)
+        if abs(u) > limit:
+            u = math.copysign(limit, u)
+            by_depth += width * math.copysign(limits, u)
         else:
-            stuck += width
+            by_way += width * share
+            if share < 1.0:
+                by_depth += width * moved * (1.0 - share) / (d - law.tap[11])
         total += width * u
         squares += width * u * u
-    return total, stuck, slipping, squares
+    return total, by_way, by_depth, squares
 
 
 @kernel
@@ -118,10 +130,9 @@ def force_and_slopes(
     if contact.tangential == STICK and law.springs.size == 0:
         return -law.holding * (x - contact.particle), fn, -law.holding, 0.0, -slope * rate
     if contact.tangential == STICK:
-        total, stuck, slipping, _ = hold(x - law.tap[5], d, law)
-        growth = rate * law.mu / law.tangential_ratio
+        total, by_way, by_depth, _ = hold(x - law.tap[5], d, law)
         size = 2.0 * law.shear
-        return -size * total, fn, -size * stuck, size * growth * slipping, -slope * rate
+        return -size * total, fn, -size * by_way, size * rate * by_depth, -slope * rate
     return 0.0, fn, 0.0, 0.0, -slope * rate
 
 
@@ -218,10 +229,8 @@ def friction_loss(
             break
         before = share * max(d0 - law.depth[i], 0.0)
         limit = share * max(d1 - law.depth[i], 0.0)
-        excess = abs(law.springs[i] + x1 - x0) - limit
-        # a spring that touches within the step moves with the tip from there on only
-        if before > 0.0:
-            loss += law.shear * law.width[i] * (before + limit) * max(excess, 0.0)
+        excess = abs(draw(i, x1 - x0, d1, law)[0]) - limit
+        loss += law.shear * law.width[i] * (before + limit) * max(excess, 0.0)
     return loss
 
 

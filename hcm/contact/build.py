@@ -56,7 +56,7 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
         springs=np.zeros(width.size),
         depth=depth,
         width=width,
-        tap=np.zeros(11),
+        tap=np.zeros(12),
     )
 
 

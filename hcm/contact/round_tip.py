@@ -20,7 +20,7 @@ from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.ball import BallLaw, force_and_slopes, indentation
+from hcm.contact.ball import BallLaw, draw, force_and_slopes, indentation
 from hcm.contact.law import FLIGHT, SLIP, STICK, Contact
 
 # Newton's iterations on the springs' place: quadratic but where springs begin to slip.
@@ -178,13 +178,15 @@ def keep(q: Floats, tip: int, contact: Contact, law: BallLaw) -> None:
     along, gap = path(q, tip, law)
     x, y = settle(along, gap, contact, law)
     ft, fn, _, _, _ = force_and_slopes(x, y, contact, law)
+    d, _ = indentation(y, contact, law)
     if contact.tangential == STICK:
-        d, _ = indentation(y, contact, law)
         for i in range(law.springs.size):
-            limit = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
-            law.springs[i] = min(max(law.springs[i] + x - tap[5], -limit), limit)
+            limit, u = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0), 0.0
+            if limit > 0.0:
+                u = draw(i, x - tap[5], d, law)[0]
+            law.springs[i] = min(max(u, -limit), limit)
     tap[0], tap[1], tap[2], tap[3] = q[tip], gap, q[tip + 2], q[tip + 3]
-    tap[4], tap[5], tap[9], tap[10] = along, x, ft, fn
+    tap[4], tap[5], tap[9], tap[10], tap[11] = along, x, ft, fn, d
 
 
 @kernel

@@ -9,7 +9,16 @@ from hcm.accuracy import SMALLEST, Chosen, settings_for, simulate_within
 from hcm.assumptions import Assumptions
 from hcm.batch import Outcome, Scene, simulate_each, simulate_many, vary
 from hcm.model import RigidStart
-from hcm.parameters import Drive, Finger, ParameterError, Phalanx, Settings, Surface, Tip
+from hcm.parameters import (
+    Drive,
+    Finger,
+    ParameterError,
+    Phalanx,
+    Settings,
+    Surface,
+    Tip,
+    TorqueTable,
+)
 from hcm.posture import Posture
 from hcm.result import Accuracy, Choice, Event, History, Statistics, Status, Summary, TapResult
 from hcm.simulate import simulate
@@ -37,6 +46,7 @@ __all__ = [
     "Surface",
     "TapResult",
     "Tip",
+    "TorqueTable",
     "settings_for",
     "simulate",
     "simulate_each",

@@ -260,7 +260,8 @@ def rods_fall(scene: Scene) -> Fall | None:
     )
     assert model.rods is not None
     most = scene.settings.max_steps
-    flight = integrate_flight(model.rods, model.angles, model.start_s, model.plan, most)
+    given = model.rods, model.angles, model.start_s, model.plan, most
+    flight = integrate_flight(*given, model.rods_drive)
     if flight.code != TOUCHED:
         return None
     out = model.angles.copy()

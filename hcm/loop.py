@@ -38,6 +38,8 @@ def copy_motion(source: Motion, target: Motion) -> None:
     for e in range(source.chords.shape[0]):
         target.chords[e, 0] = source.chords[e, 0]
         target.chords[e, 1] = source.chords[e, 1]
+    for t in range(source.drive.shape[1]):
+        target.drive[0, t], target.drive[1, t] = source.drive[0, t], source.drive[1, t]
 
 
 @kernel
@@ -80,7 +82,7 @@ def advance(
         if not in_flight and elapsed > plan.max_contact_time:
             code = CONTACT_TOO_LONG
             break
-        h = min(clock.step, remaining)
+        h = last = min(clock.step, remaining)
         rebound = plan.undamped and in_flight and clock.taps > 0
         method = undamped if rebound else integrator
         tolerance = event_tolerances(contact, clock, plan, law)
@@ -102,7 +104,8 @@ def advance(
         x, gap = place(old.q, tip, contact, law)
         phase_start, taps, instant = clock.phase_start, clock.taps, clock.instant
         next_step, kind = clock.step, NO_EVENT
-        if slot == NO_EVENT and h > 0.0:
+        # a step cut by the end says nothing about the next one
+        if slot == NO_EVENT and h > 0.0 and not h == last == remaining:
             longest = plan.flight_step if in_flight else plan.contact_step
             next_step = min(longest, growth * h)
             # xi = 1 delays nothing: a differs from q.. by round-off, which changes would multiply

@@ -20,6 +20,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
+from hcm.beam.drive import Piece, piece_at, torques_on_nodes, torques_on_rods
 from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.compiled import kernel
@@ -101,7 +102,8 @@ class Model:
     """What a run computes with.
 
     generalized_alpha : the integrator without collocation. integrator : the run's, of which that is
-    a part. undamped : the same with xi = 1. rods : None where the beams fly themselves.
+    a part. undamped : the same with xi = 1. drive : torques on the chain's nodes. rods : None where
+    the beams fly themselves. rods_drive : torques on them.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
     theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
     finger at rest gathers by round-off.
@@ -111,7 +113,9 @@ class Model:
     chain: Chain
     probe: Probe
     outline: Outline
+    drive: tuple[Piece, ...]
     rods: Rods | None
+    rods_drive: tuple[Piece, ...]
     generalized_alpha: Integrator
     integrator: AnyIntegrator
     undamped: AnyIntegrator
@@ -125,7 +129,9 @@ class Model:
 
     def initial_motion(self) -> Motion:
         """The state that the run starts in, accelerations zero."""
-        return build_motion(self.chain, self.q, self.v)
+        motion = build_motion(self.chain, self.q, self.v)
+        motion.drive[:] = piece_at(self.drive, self.start_s).at(self.start_s)
+        return motion
 
 
 def build_model(
@@ -173,9 +179,11 @@ def build_model(
             finger, last.length, 1 / (1 + shear_number(finger.phalanges[-1], assumptions))
         ),
         outline=outline,
+        drive=torques_on_nodes(drive, len(finger.phalanges)),
         rods=(
             build_rods(whole, surface, drive, assumptions) if settings.flight == "rigid" else None
         ),
+        rods_drive=torques_on_rods(drive, len(finger.phalanges)),
         generalized_alpha=plain,
         integrator=integrator,
         undamped=integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),

@@ -6,7 +6,7 @@ A refusal is a `ParameterError` that names the field, the value and what is allo
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Annotated, Final, Literal
 
 from hcm.bounds import Bound, ParameterError, check_fields
@@ -116,11 +116,42 @@ class Tip:
 
 
 @dataclass(frozen=True)
+class TorqueTable:
+    """Joint torques over time: linear between its times, held before the first and after the last.
+
+    Two equal times are a jump.
+    """
+
+    time: Annotated[tuple[float, ...], Bound("s", at_least=0, at_most=LONGEST_S)]
+    """(n,), s, none before the one that precedes it, at most two of them equal."""
+    values: tuple[tuple[float, ...], ...]
+    """(n, P), tau_w in N m."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if not self.time or len(self.time) != len(self.values):
+            raise ParameterError(
+                f"torques: {len(self.time)} times and {len(self.values)} rows of values: must be"
+                " as many, at least one"
+            )
+        for torque in chain.from_iterable(self.values):
+            if not (known := Bound("N m")).holds(torque):
+                raise ParameterError(f"torques.values = {torque!r}: must be {known.allowed()}")
+        for n, (before, after) in enumerate(pairwise(self.time)):
+            if after < before or after == (self.time[n - 1] if n else None):
+                raise ParameterError(
+                    f"torques.time = {after!r}: must not be before {before!r}, nor a third equal"
+                    " one"
+                )
+
+
+@dataclass(frozen=True)
 class Drive:
     """Joint torques and gravity."""
 
     torques: Annotated[tuple[float, ...], Bound("N m")] = ()
-    """tau_w, counter-clockwise, one per phalanx, on the phalanx's first node; empty: none."""
+    """tau_w, counter-clockwise, one per phalanx, on the phalanx's first node; empty: none, or those
+    of `table`."""
     gravity: Annotated[float, Bound("m/s2")] = 9.8
     """g, downwards: along -Y on a level surface."""
     reaction: bool = False
@@ -128,9 +159,13 @@ class Drive:
     The paper's eq. 14 has no reaction."""
     incline: Annotated[float, Bound("rad")] = 0.0
     """Angle by which the surface rises towards +X."""
+    table: TorqueTable | None = None
+    """Torques over time, in the place of `torques`."""
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.torques and self.table is not None:
+            raise ParameterError(f"torques = {self.torques!r}: must be () where a table is given")
 
     @property
     def fall(self) -> tuple[float, float]:
@@ -208,11 +243,13 @@ def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:
     ParameterError
         The number of torques is not the number of phalanges, or the surface is out of reach.
     """
-    if drive.torques and len(drive.torques) != len(finger.phalanges):
-        raise ParameterError(
-            f"torques has {len(drive.torques)} values: must be one per phalanx"
-            f" ({len(finger.phalanges)}), or none"
-        )
+    rows = (drive.torques,) if drive.table is None else drive.table.values
+    for row in rows:
+        if row and len(row) != len(finger.phalanges):
+            raise ParameterError(
+                f"torques has {len(row)} values: must be one per phalanx"
+                f" ({len(finger.phalanges)}), or none"
+            )
     if surface.height >= finger.length:
         raise ParameterError(
             f"height = {surface.height!r}: must be below the finger's length {finger.length:g} m,"

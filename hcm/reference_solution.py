@@ -8,7 +8,7 @@ square of the refinement), so a tap costs tenths of a second and the flight befo
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from scipy.integrate import OdeSolution, solve_ivp
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain, build_chain
+from hcm.beam.drive import Piece, piece_at, torques_on_nodes
 from hcm.beam.minimal_coordinates import (
     Coordinates,
     bordered_acceleration,
@@ -150,14 +151,17 @@ def solve(
     if start is None:
         start = Start(rest, np.zeros_like(rest))
     law = contact_law(surface, tip)
-    return solve_chain(chain, law, start, rtol, atol, taps, end_time, dense)
+    pieces = torques_on_nodes(drive, len(finger.phalanges))
+    return solve_chain(chain, law, start, rtol, atol, taps, end_time, dense, pieces)
 
 
 def solve_chain(
     chain: Chain, law: ContactLaw, start: Start, rtol: float, atol: float, taps: int = 1,
-    end_time: float = 2.0, dense: bool = False,
+    end_time: float = 2.0, dense: bool = False, drive: Sequence[Piece] = (),
 ) -> Truth:  # fmt: skip
-    """`solve` for a chain of elements that is given as arrays."""
+    """`solve` for a chain of elements that is given as arrays; `drive` : torques on its nodes."""
+    steady = np.stack([chain.torque, np.zeros_like(chain.torque)])
+    drive = drive or (Piece(0.0, math.inf, steady),)
     mapping = minimal_coordinates(chain)
     m = mapping.place.size
     tolerance = _tolerance(mapping, chain, law, atol)
@@ -174,29 +178,34 @@ def solve_chain(
         origin = y[:m].copy()
         y[:m] = 0.0
 
-        def slope(
-            _time: float, y: Floats, origin: Floats = origin, contact: Contact = contact
-        ) -> Floats:
-            return rate(y, origin, mapping, chain, contact, law)
+        piece = piece_at(drive, time)
+        until = min(end_time, piece.end_s)
 
-        soon = solve_ivp(slope, (0.0, PROBE), y, method="DOP853", rtol=rtol, atol=tolerance)
+        def slope(
+            now: float, y: Floats, origin: Floats = origin, contact: Contact = contact,
+            piece: Piece = piece,
+        ) -> Floats:  # fmt: skip
+            driven = chain._replace(torque=piece.at(now)[0])
+            return rate(y, origin, mapping, driven, contact, law)
+
+        soon = solve_ivp(slope, (time, time + PROBE), y, method="DOP853", rtol=rtol, atol=tolerance)
         functions = _event_functions(time, y, soon.y[:, -1], origin, mapping, chain, contact, law)
         solved = solve_ivp(
-            slope, (time, end_time), y, method="DOP853", events=functions,
-            rtol=rtol, atol=tolerance, dense_output=dense, t_eval=[end_time],
+            slope, (time, until), y, method="DOP853", events=functions,
+            rtol=rtol, atol=tolerance, dense_output=dense, t_eval=[until],
         )  # fmt: skip
         if solved.status < 0:
             raise RuntimeError(f"the integrator failed at t = {time:.9g} s: {solved.message}")
         evaluations += soon.nfev + solved.nfev
         fired = [i for i, times in enumerate(solved.t_events) if times.size]
-        stop = float(solved.t_events[fired[0]][0]) if fired else end_time
+        stop = float(solved.t_events[fired[0]][0]) if fired else until
         y = (solved.y_events[fired[0]][0] if fired else solved.y[:, -1]).copy()
         y[:m] += origin
         phases.append(Phase(time, stop, contact, origin, solved.sol))
         time = stop
         q, v = expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source)
         if not fired:
-            break
+            continue
         x, gap = q[chain.tip], q[chain.tip + 1] + law.height
         vt, vn = v[chain.tip], v[chain.tip + 1]
         if functions[fired[0]].slot < 0:  # risen above the surface: a new tap begins at zero gap

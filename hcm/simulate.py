@@ -9,6 +9,7 @@ import numpy as np
 from hcm import loop
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
+from hcm.beam.drive import piece_at
 from hcm.beam.outline import depth
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
@@ -19,7 +20,7 @@ from hcm.posture import postures
 from hcm.record import Segment, empty_record, next_segment
 from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
-from hcm.start import BeamStart, start_beams
+from hcm.start import BeamStart, enter_piece, start_beams
 from hcm.state import Clock, Motion
 from hcm.summary import summarize
 from hcm.workload import check_size
@@ -163,7 +164,10 @@ def _take_steps(
             if size <= 0 or spent >= most:
                 status = Status.WORK_LIMIT
                 break
-            plan = model.plan._replace(iterations=min(most, spent + per_call))
+            over = piece_at(model.drive, last.clock.time).end_s
+            plan = model.plan._replace(
+                iterations=min(most, spent + per_call), end_time=min(model.plan.end_time, over)
+            )
             record = empty_record(size, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
                 motion, new, last.contact, last.clock, plan, model.integrator, model.undamped,
@@ -175,11 +179,17 @@ def _take_steps(
                     last, first_row, Contact(*contact), Clock(*clock), rows, events, record
                 )
             )
-            last, status = segments[-1], _STATUS.get(code, Status.COMPLETED)
+            last = segments[-1]
+            kink = code == loop.DONE and over < model.plan.end_time and last.clock.taps < plan.taps
+            if kink:
+                enter_piece(model, motion, last.contact, last.clock.time)
+                code = loop.RUNNING
+            status = _STATUS.get(code, Status.COMPLETED)
             # a NaN compares false and is no balance
             allowed = LARGEST_RESIDUAL * last.kinetic_J + model.roundoff_J
             balanced = last.imbalance_J <= allowed
-            if status is Status.COMPLETED and not balanced:
+            # a kink may come so early that the finger hardly moves yet
+            if status is Status.COMPLETED and not (balanced or kink):
                 status = Status.UNBALANCED
             if progress is not None:
                 progress(*_fraction(last.clock, last.contact, settings))

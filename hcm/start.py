@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain, Probe
+from hcm.beam.drive import piece_at
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
@@ -63,7 +64,9 @@ def start_beams(model: Model) -> BeamStart:
         return start_in_flight(model, _first_step(model.settings))
     try:
         plan, most = model.plan, model.settings.max_steps
-        flight = integrate_flight(model.rods, model.angles, model.start_s, plan, most)
+        flight = integrate_flight(
+            model.rods, model.angles, model.start_s, plan, most, model.rods_drive
+        )
         return start_after_flight(model, model.rods, flight)
     except KeyboardInterrupt:
         return replace(start_in_flight(model, model.plan.flight_step), status=Status.INTERRUPTED)
@@ -88,6 +91,13 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
     return BeamStart(motion, segment, Status.COMPLETED if solved else Status.NEWTON_FAILED)
 
 
+def enter_piece(model: Model, motion: Motion, contact: Contact, time_s: float) -> None:
+    """Go on behind a kink of the drive: q.. may jump there, its rate of change does."""
+    motion.drive[:] = piece_at(model.drive, time_s).at(time_s)
+    motion.jerk[:] = 0.0
+    initial_acceleration(motion, contact, model.generalized_alpha)
+
+
 def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamStart:
     """Write the history of a rigid flight and start at its end."""
     motion = model.initial_motion()
@@ -99,14 +109,15 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
             accelerations=flight.accelerations[: above + 1],
             code=BLOCKED,
         )
-    touched = flight.code == TOUCHED
+    touched, end = flight.code == TOUCHED, float(flight.time[-1])
+    motion.drive[:] = piece_at(model.drive, end).at(end)
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
     contact, speed, work, solved, left_out = write_flight(
         flight, model.settings.consistent_start, rods, motion, model.generalized_alpha, model.probe,
         rows, reactions, model.frames,
     )  # fmt: skip
-    clock = initial_clock(float(flight.time[-1]), model.plan.contact_step)._replace(
+    clock = initial_clock(end, model.plan.contact_step)._replace(
         rejected=flight.repeats, trials=flight.trials, drive_work=work, speed=speed
     )
     if not touched:
@@ -169,7 +180,8 @@ def write_flight(
         for w in range(links):
             old.acceleration[beams.hinge[w]] = reactions[m, 2 * w]
             old.acceleration[beams.hinge[w] + 1] = reactions[m, 2 * w + 1]
-            work += rods.torque[w] * (states[m, w] - states[0, w])
+            work += flight.torques[m, w] * (states[m, w] - states[0, w])
+        work -= flight.withheld[m]
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
         clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, work, fastest, 0.0)
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)

@@ -7,7 +7,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain
 from hcm.beam.equations import fill_chords
-from hcm.beam.joint_torque import turned_angle
+from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import kernel
 from hcm.contact.contract import Law, contact_force, friction_loss, hysteresis_loss, place
 from hcm.contact.law import Contact
@@ -18,7 +18,8 @@ class Motion(NamedTuple):
 
     chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
     acceleration over the step that led here, which only predicts the next acceleration; after a
-    step of collocation a is its mean acceleration, which does the same.
+    step of collocation a is its mean acceleration, which does the same. drive : (2, T) torques now
+    (N m) and their rates (N m/s), until the drive's next kink.
     """
 
     q: Floats
@@ -27,6 +28,7 @@ class Motion(NamedTuple):
     a: Floats
     chords: Floats
     jerk: Floats
+    drive: Floats
 
 
 class Plan(NamedTuple):
@@ -78,7 +80,8 @@ def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
     chords = np.empty((chain.first.size, 2))
     fill_chords(q, chain, chords)
     n = q.size
-    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n))
+    drive = np.stack([chain.torque, np.zeros_like(chain.torque)])
+    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n), drive)
 
 
 @kernel
@@ -95,7 +98,7 @@ def advance_clock(
     """Advance the clock by an accepted step and add its losses and works.
 
     `material_loss` is the step's own, J. Friction takes what its law says (trapezoidal);
-    restitution loss and drive work are exact.
+    restitution loss is exact, as is the drive's work but for torques that change, to order 4.
     """
     tip = chain.tip
     x0, y0 = place(old.q, tip, contact, law)
@@ -104,7 +107,12 @@ def advance_clock(
     work = 0.0
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
-        work += chain.torque[t] * turned_angle(old.q[s], old.q[s + 1], new.q[s], new.q[s + 1])
+        turn = turned_angle(old.q[s], old.q[s + 1], new.q[s], new.q[s + 1])
+        work += 0.5 * (old.drive[0, t] + new.drive[0, t]) * turn
+        # int (t - h/2) dtheta, of a spin that is linear in time
+        gained = turn_rate(new.q[s], new.q[s + 1], new.v[s], new.v[s + 1])
+        gained -= turn_rate(old.q[s], old.q[s + 1], old.v[s], old.v[s + 1])
+        work += old.drive[1, t] * h * h / 12.0 * gained
     return Clock(
         clock.time + h,
         clock.phase_start,

@@ -14,7 +14,7 @@ from reference_fem.estimate import Companion
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
 from reference_fem.rigid_flight import impact_state
-from reference_fem.settings import Drive, Material, Settings, Surface
+from reference_fem.settings import Drive, Material, Settings, Surface, TorqueTable
 from reference_fem.simulate import simulate
 from reference_fem.touch import Touch, predicted_touch
 
@@ -34,6 +34,7 @@ __all__ = [
     "Summary",
     "Surface",
     "TapResult",
+    "TorqueTable",
     "Touch",
     "impact_state",
     "predicted_touch",

@@ -18,6 +18,7 @@ from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.stable_step import coupled_step, stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
+from reference_fem.torques import Torques
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Model:
     mass, inverse_mass : (n_points,)
     copies : 2 for a half model, else 1: what sums are multiplied by for the full body
     symmetry : (k,), nodes held in the plane Z = 0
-    hinges, couples, contact, probe : see their classes
+    hinges, couples, torques, contact, probe : see their classes
     pole : node at the tip's end on the axis
     chain : rigid chain for the flight; None for a free body (a mesh without hinges).
     body_of_point : (n_points,), phalanx of each node, from 0
@@ -51,6 +52,7 @@ class Model:
     symmetry: Index
     hinges: Hinges
     couples: tuple[Couple, ...]
+    torques: Torques
     contact: ContactLaw
     probe: StressProbe
     pole: int
@@ -145,7 +147,8 @@ def build_model(
         copies=copies,
         symmetry=symmetry,
         hinges=build_hinges(hinge_sides, mass),
-        couples=tuple(_couples(mesh, drive, mass, copies)),
+        couples=tuple(_couples(mesh, drive, mass)),
+        torques=drive.torques_for(count) / copies,
         contact=contact,
         probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
@@ -165,17 +168,15 @@ def build_model(
     )
 
 
-def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array, copies: int) -> Iterator[Couple]:
+def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Couple]:
     """Torques on first faces, each followed by its reaction on the last face before it."""
-    for w, torque in enumerate(drive.torques_for(mesh.phalanges)):
-        if torque == 0.0:
-            continue
-        faces = [(w, f"proximal_face_{w + 1}", torque / copies)]
+    for w in np.flatnonzero((drive.torques_for(mesh.phalanges).values != 0.0).any(axis=0)).tolist():
+        faces = [(w, f"proximal_face_{w + 1}", 1.0)]
         if drive.reaction and w > 0:
-            faces.append((w - 1, f"distal_face_{w}", -torque / copies))
-        for phalanx, face, couple in faces:
+            faces.append((w - 1, f"distal_face_{w}", -1.0))
+        for phalanx, face, sign in faces:
             nodes = _wanted(mesh.node_sets, face, "node")
-            yield Couple(phalanx, couple, build_section(mesh.points, nodes, mass))
+            yield Couple(phalanx, w, sign, build_section(mesh.points, nodes, mass))
 
 
 def _smallest_size(points: Array, cells: Index) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from reference_fem.arrays import Array, Index
+from reference_fem.torques import Torques
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class RigidChain:
     arms : (P, P, 2), arms[w, j]: what body j adds, at rest, to the mass centre of body w: hinge to
         hinge for j < w, hinge to mass centre for j = w, zero beyond
     origins : (P, 2), rest position of each body's first hinge
-    torques : (P,), on each body, reactions included
+    torques : on each body, reactions included
     fall : (2,), f, acceleration of a free fall
     """
 
@@ -38,7 +39,7 @@ class RigidChain:
     inertia: Array
     arms: Array
     origins: Array
-    torques: Array
+    torques: Torques
     fall: Array
 
     @property
@@ -46,8 +47,8 @@ class RigidChain:
         """P."""
         return self.mass.size
 
-    def rates_of_change(self, state: Array) -> Array:
-        """d(θ, ω)/dt of state (2P,), from Lagrange's equations.
+    def rates_of_change(self, state: Array, torques: Array) -> Array:
+        """d(θ, ω)/dt of state (2P,) under torques t (P,), from Lagrange's equations.
 
             Σ_k [Σ_w m_w b_wj·b_wk + δ_jk J_j] ω'_k
                 = t_j + Σ_w m_w (e x b_wj)·[f + Σ_k ω_k² b_wk]
@@ -59,7 +60,7 @@ class RigidChain:
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
         pull = np.einsum("k,wkd->wd", rates**2, b)
         pull += self.fall
-        load = self.torques + np.einsum("w,wjd,wd->j", self.mass, turned, pull)
+        load = torques + np.einsum("w,wjd,wd->j", self.mass, turned, pull)
         return np.concatenate([rates, np.linalg.solve(self._joint_inertia(b), load)])
 
     def _joint_inertia(self, b: Array) -> Array:
@@ -86,14 +87,17 @@ class RigidChain:
         return turned @ np.linalg.solve(inertia, turned.T), turned @ state.rates
 
     def energy(self, state: ChainState) -> float:
-        """Kinetic energy + gravity potential - drive work, from rest at zero angles, J."""
+        """Kinetic energy + gravity potential - Σ t θ, from rest at zero angles, J.
+
+        With `Torques.withheld` it stays.
+        """
         b = _rotate(state.angles, self.arms)
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
         speed = np.einsum("k,wkd->wd", state.rates, turned)
         kinetic = 0.5 * (self.mass @ (speed**2).sum(axis=1) + self.inertia @ state.rates**2)
         moved = (b - self.arms).sum(axis=1)
         gained = self.fall[1] * self.mass @ moved[:, 1] + self.fall[0] * self.mass @ moved[:, 0]
-        return float(kinetic - gained - self.torques @ state.angles)
+        return float(kinetic - gained - self.torques.at(state.time_s) @ state.angles)
 
     def hinges_at(self, angles: Array, rates: Array) -> tuple[Array, Array]:
         """Positions and velocities (P, 2) of the first hinges."""
@@ -108,7 +112,7 @@ def build_chain(
     lumped_mass: Array,
     body_nodes: list[Index],
     hinge_points: Array,
-    torques: Array,
+    torques: Torques,
     fall: tuple[float, float],
 ) -> RigidChain:
     """Chain from the mesh's masses.
@@ -185,27 +189,42 @@ def fly(
 
     closing.terminal = True  # type: ignore[attr-defined]
     closing.direction = -1  # type: ignore[attr-defined]
-    # A stage of a step that is far too long may overflow: its error is NaN, and it is shortened.
-    with np.errstate(over="ignore", invalid="ignore"):
-        solution = solve_ivp(
-            lambda _time, state: chain.rates_of_change(state),
-            (start.time_s, end_time_s),
-            np.concatenate([start.angles, start.rates]),
-            method="DOP853",
-            rtol=tolerance,
-            atol=1e-2 * tolerance,
-            max_step=longest_step_s,
-            dense_output=True,
-            events=closing,
-        )
-    if not solution.success:
-        raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
+    solutions, now = [], np.concatenate([start.angles, start.rates])
+    hits: Array = np.empty(0)
+    for begin, end, first, rate in chain.torques.pieces(start.time_s, end_time_s):
+
+        def slope(
+            time: float, state: Array, begin: float = begin, first: Array = first,
+            rate: Array = rate,
+        ) -> Array:  # fmt: skip
+            return chain.rates_of_change(state, first + (time - begin) * rate)
+
+        # A stage of a step that is far too long may overflow: its error is NaN, and it is
+        # shortened.
+        with np.errstate(over="ignore", invalid="ignore"):
+            solution = solve_ivp(
+                slope,
+                (begin, end),
+                now,
+                method="DOP853",
+                rtol=tolerance,
+                atol=1e-2 * tolerance,
+                max_step=longest_step_s,
+                dense_output=True,
+                events=closing,
+            )
+        if not solution.success:
+            raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
+        solutions.append((end, solution.sol))
+        now, hits = solution.y[:, -1], solution.t_events[0]
+        if hits.size:
+            break
 
     def state_at(time_s: float) -> ChainState:
-        values = solution.sol(time_s)
+        of_piece = next((sol for end, sol in solutions if time_s < end), solutions[-1][1])
+        values = of_piece(time_s)
         return ChainState(values[:links], values[links:], time_s)
 
-    hits = solution.t_events[0]
     return state_at, float(hits[0]) if hits.size else None
 
 

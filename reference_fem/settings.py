@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 import numpy as np
 
 from meshes.bounds import Bound, check_fields
-from reference_fem.arrays import Array
 from reference_fem.contact.lumped import LumpedContact
+from reference_fem.torques import Torques
 
 Flight = Literal["rigid", "explicit"]
 Contact = Literal["penalty", "surface", "impulse"]
@@ -68,12 +68,43 @@ class Surface:
 
 
 @dataclass(frozen=True)
+class TorqueTable:
+    """Joint torques over time: linear between its times, held before the first and after the last.
+
+    Two equal times are a jump.
+    """
+
+    time: Annotated[tuple[float, ...], Bound("s", at_least=0, at_most=LONGEST_S)]
+    """(n,), s, none before the one that precedes it, at most two of them equal."""
+    values: tuple[tuple[float, ...], ...]
+    """(n, P), t_w in N·m."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if not self.time or len(self.time) != len(self.values):
+            raise ValueError(
+                f"torques: {len(self.time)} times and {len(self.values)} rows of values; give as "
+                "many, at least one"
+            )
+        known = Bound("N m")
+        for torque in (torque for row in self.values for torque in row):
+            if not known.holds(torque):
+                raise ValueError(f"torques.values = {torque!r}: must be {known.allowed()}")
+        steps = np.diff(self.time)
+        if (steps < 0).any() or (steps[1:] + steps[:-1] == 0).any():
+            raise ValueError(
+                f"torques.time = {list(self.time)}: must rise; two equal times are a jump, three "
+                "are none"
+            )
+
+
+@dataclass(frozen=True)
 class Drive:
     """Joint torques and gravity."""
 
     torques: Annotated[tuple[float, ...], Bound("N m")] = ()
     """t_w, one per phalanx, counter-clockwise positive, acting on the first face of phalanx w.
-    Empty: no torque anywhere."""
+    Empty: no torque anywhere, or those of `table`."""
     gravity: Annotated[float, Bound("m/s2")] = 9.8
     """g, acting downwards: along -Y on a level surface."""
     reaction: bool = False
@@ -81,32 +112,35 @@ class Drive:
     the paper's eq. 14 has no reaction."""
     incline: Annotated[float, Bound("rad")] = 0.0
     """Angle by which the surface rises towards +X."""
+    table: TorqueTable | None = None
+    """Torques over time, in the place of `torques`."""
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.torques and self.table is not None:
+            raise ValueError(f"torques = {self.torques!r}: must be () where a table is given")
 
     @property
     def fall(self) -> tuple[float, float]:
         """Acceleration of a free fall in the surface's frame, -g (sin, cos)(incline), m/s²."""
         return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)
 
-    def torques_for(self, phalanges: int) -> tuple[float, ...]:
+    def torques_for(self, phalanges: int) -> Torques:
         """One torque per phalanx; raises ValueError if their number differs."""
-        if not self.torques:
-            return (0.0,) * phalanges
-        if len(self.torques) != phalanges:
-            raise ValueError(
-                f"torques = {list(self.torques)}: {len(self.torques)} values for {phalanges} "
-                f"phalanges; give {phalanges}, or none for a finger without a drive"
-            )
-        return tuple(self.torques)
+        steady = TorqueTable((0.0,), (self.torques or (0.0,) * phalanges,))
+        table = self.table or steady
+        for row in table.values:
+            if len(row) != phalanges:
+                raise ValueError(
+                    f"torques = {list(row)}: {len(row)} values for {phalanges} "
+                    f"phalanges; give {phalanges}, or none for a finger without a drive"
+                )
+        return Torques(np.array(table.time), np.array(table.values, dtype=np.float64))
 
-    def loads_for(self, phalanges: int) -> Array:
-        """What acts on each phalanx, reactions included, (P,) N·m."""
-        loads = np.array(self.torques_for(phalanges))
-        if self.reaction:
-            loads[:-1] -= loads[1:].copy()
-        return loads
+    def loads_for(self, phalanges: int) -> Torques:
+        """What acts on each phalanx, reactions included."""
+        torques = self.torques_for(phalanges)
+        return torques.with_reactions() if self.reaction else torques
 
 
 @dataclass(frozen=True)

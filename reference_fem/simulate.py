@@ -132,7 +132,7 @@ def _solve(
                 "at the start; it must lie below it"
             )
         origin = chain.energy(rigid) * model.copies
-        flown = None
+        flown, withheld = None, 0.0
         if settings.flight == "rigid":
             if progress is not None:
                 progress(0.0, "rigid flight")
@@ -148,11 +148,14 @@ def _solve(
                 )
                 how = Status.NOT_REACHED, message
                 return _Solved(model, _without_contact_window(model, settings, started, *how))
-            rigid = flown.before(settings.lead_steps * model.step_s)
+            begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
+            withheld = chain.torques.withheld(
+                lambda time: flown.state_at(time).angles, begin, rigid.time_s
+            )
         check_work(model, settings, rigid.time_s)
         displacement, velocity = pose(chain, rigid, model.points, model.body_of_point)
         loop_state = first_loop_state(
-            model, displacement, velocity, rigid.time_s, origin, rigid.angles
+            model, displacement, velocity, rigid.time_s, origin, rigid.angles, withheld
         )
         return _Solved(model, explicit_tap(model, settings, loop_state, reporting), flown)
 

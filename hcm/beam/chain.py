@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats, Ints
+from hcm.beam.drive import acting_joints, piece_at, torques_on_nodes
 from hcm.beam.element import UNIT_MASS, fill_matrices
 from hcm.compiled import kernel_with
 from hcm.parameters import Drive, Finger, Phalanx
@@ -34,7 +35,8 @@ class Chain(NamedTuple):
     hinge : (P,) place of hinge w's first multiplier.
     hinge_inner, hinge_outer : (P,) place of the node before (-1 at the fixed hinge) and after it.
     weight : (n,) generalized gravity force Q (N, N m).
-    torque, torque_node : (T,) tau (N m) and the place of the node that it acts on.
+    torque, torque_node : (T,) tau (N m) at the time that is solved for, which integrators set, and
+        the place of the node that it acts on.
     scale : (n,) D, the unit of each unknown: 1 for positions, 1/l for slopes, an element's mass for
         multipliers. x = D y makes y an acceleration throughout, and D A D of one magnitude.
     tip : place of the tip node C.
@@ -112,8 +114,10 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     )
     rest = np.zeros(n)
     fill_chain(counts, given, drive.fall, chain, rest)
-    if drive.torques:
-        torque, torque_node = _torques(drive, inner.tolist(), outer.tolist())
+    joint, sign = acting_joints(drive, links)
+    if joint.size:
+        torque = piece_at(torques_on_nodes(drive, links), 0.0).torques[0].copy()
+        torque_node = np.where(sign > 0, outer[joint], inner[joint])
         chain = chain._replace(torque=torque, torque_node=torque_node)
     return chain, rest
 
@@ -186,19 +190,6 @@ def _roundoff(given: Floats) -> float:
         force = (12 * bending / el**2 + axial) * (1.0 + tau * FASTEST / el)
         largest = max(largest, force / (SOFTEST_MASS * per_length * el))
     return sys.float_info.epsilon * largest
-
-
-def _torques(drive: Drive, inner: list[int], outer: list[int]) -> tuple[Floats, Ints]:
-    torque: list[float] = []
-    node: list[int] = []
-    for w, tau in enumerate(drive.torques):
-        if tau != 0.0:
-            torque.append(float(tau))
-            node.append(outer[w])
-            if drive.reaction and w > 0:
-                torque.append(-float(tau))
-                node.append(inner[w])
-    return np.array(torque), np.array(node, dtype=np.int64)
 
 
 def build_probe(finger: Finger, length: float | None = None, rigidity: float = 1.0) -> Probe:

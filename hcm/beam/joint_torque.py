@@ -32,3 +32,9 @@ def torque_tangent(tau: float, sx: float, sy: float) -> tuple[float, float]:
 def turned_angle(sx0: float, sy0: float, sx1: float, sy1: float) -> float:
     """Angle from slope 0 to slope 1, rad, in (-pi, pi]; times tau it is the torque's work."""
     return math.atan2(sx0 * sy1 - sy0 * sx1, sx0 * sx1 + sy0 * sy1)
+
+
+@kernel
+def turn_rate(sx: float, sy: float, vx: float, vy: float) -> float:
+    """Rate of the angle of the slope (sx, sy), rad/s, whose own rate is (vx, vy)."""
+    return (sx * vy - sy * vx) / (sx * sx + sy * sy)

@@ -20,6 +20,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
+from hcm.beam.drive import torque_rows, torques_on_rods
 from hcm.beam.refinement import beams_of, moments, touching_height
 from hcm.compiled import kernel
 from hcm.parameters import Drive, Finger, Surface
@@ -29,11 +30,12 @@ SAG_OF_MOMENT = 9.0 * math.sqrt(3.0)
 
 
 class Rods(NamedTuple):
-    """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg; torque (P,), N m.
+    """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg.
 
+    torque : (2, P) at the time since, s, N m, and its rate, N m/s.
     first, second : (P,) moments of a rod's mass about its hinge, over m L and m L^2.
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
-    the torques at a rod's two ends, N m, which bend it even where they cancel.
+    the largest torques at a rod's two ends, N m, which bend it even where they cancel.
     fall : f, m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
     for angles, then zeros.
     """
@@ -42,6 +44,7 @@ class Rods(NamedTuple):
     mass: Floats
     beyond: Floats
     torque: Floats
+    since: float
     first: Floats
     second: Floats
     bending: Floats
@@ -57,24 +60,24 @@ class Rods(NamedTuple):
 def build_rods(
     finger: Finger, surface: Surface, drive: Drive, assumptions: Assumptions = PAPER
 ) -> Rods:
-    """The finger's phalanges as rods; a torque that reacts takes from the phalanx before."""
+    """The finger's phalanges as rods, in the first piece of their drive."""
     phalanges = beams_of(finger, assumptions).phalanges
     mass, first, second = moments(finger, assumptions)
-    torque = np.array(drive.torques or (0.0,) * len(phalanges), dtype=float)
-    moment = np.abs(torque)
+    moment = np.abs(torque_rows(drive, len(phalanges))[1])
     if drive.reaction:
-        moment[:-1] += np.abs(torque[1:])
-        torque[:-1] -= torque[1:].copy()
+        moment[:, :-1] += moment[:, 1:].copy()
+    given = torques_on_rods(drive, len(phalanges))[0]
     return Rods(
         np.array([p.length for p in phalanges]),
         mass,
         mass[::-1].cumsum()[::-1] - mass,
-        torque,
+        given.torques,
+        given.begin_s,
         first,
         second,
         np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
         np.array([p.youngs_modulus * p.area for p in phalanges]),
-        moment,
+        moment.max(axis=0),
         drive.fall,
         touching_height(finger, surface, assumptions),
         np.empty((len(phalanges), len(phalanges))),
@@ -84,14 +87,15 @@ def build_rods(
 
 
 @kernel
-def rates(state: Floats, chain: Rods, out: Floats) -> None:
-    """Write d/dt (theta, theta.) of `state` (2 P,) to `out` (2 P,)."""
-    length, mass, beyond, torque, first, second, _, _, _, fall, _, inertia, along, _ = chain
+def rates(time: float, state: Floats, chain: Rods, out: Floats) -> None:
+    """Write d/dt (theta, theta.) of `state` (2 P,) at `time`, s, to `out` (2 P,)."""
+    length, mass, beyond, torque, since, first, second, _, _, _, fall, _, inertia, along, _ = chain
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
     for j in range(n):
-        load = torque[j] - fall[1] * (first[j] * mass[j] + beyond[j]) * length[j] * along[0, j]
+        tau = torque[0, j] + (time - since) * torque[1, j]
+        load = tau - fall[1] * (first[j] * mass[j] + beyond[j]) * length[j] * along[0, j]
         load += fall[0] * (first[j] * mass[j] + beyond[j]) * length[j] * along[1, j]
         for k in range(n):
             outer = max(j, k)

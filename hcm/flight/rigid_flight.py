@@ -7,11 +7,13 @@ the beams take over, unstrained, at the touch.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.beam.drive import Piece, piece_at
 from hcm.compiled import kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince
@@ -31,12 +33,16 @@ class RigidFlight(NamedTuple):
     """The motion of rods from a state to the touch or the end.
 
     time : (m,) s. states : (m, 2 P) angles (rad) and rates (rad/s). accelerations : (m, P) rad/s^2.
+    torques : (m, P) N m. withheld : (m,) J, int (theta - theta_0) dtau: the drive's work is
+    tau (theta - theta_0) less that.
     code : how it ended. repeats, trials : steps taken again, and those of the search.
     """
 
     time: Floats
     states: Floats
     accelerations: Floats
+    torques: Floats
+    withheld: Floats
     code: int
     repeats: int
     trials: int
@@ -44,7 +50,7 @@ class RigidFlight(NamedTuple):
 
 @kernel
 def locate_touch(
-    h: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+    time: float, h: float, state: Floats, stages: Floats, chain: Rods, new: Floats
 ) -> tuple[float, int]:
     """Length of the step that ends on the surface, `new` its state, inside a step that passes it.
 
@@ -58,14 +64,14 @@ def locate_touch(
         if not low < length < high:
             length = 0.5 * (low + high)
         trials += 1
-        dormand_prince(length, state, stages, chain, new)
+        dormand_prince(time, length, state, stages, chain, new)
         gap, speed = clearance(new, chain)
     return length, trials
 
 
 @kernel
 def controlled_step(
-    h: float, tolerance: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+    time: float, h: float, tolerance: float, state: Floats, stages: Floats, chain: Rods, new: Floats
 ) -> tuple[float, float, int]:
     """Take a step of at most h that keeps the tolerance (m; 0: any finite one).
 
@@ -73,7 +79,7 @@ def controlled_step(
     `REPEATS` mean failure.
     """
     for repeats in range(REPEATS + 1):
-        error = dormand_prince(h, state, stages, chain, new)
+        error = dormand_prince(time, h, state, stages, chain, new)
         change = 0.9 * (tolerance / max(error, 1e-6 * tolerance)) ** 0.2 if tolerance > 0.0 else 1.0
         if error <= tolerance or (tolerance == 0.0 and error < math.inf):
             return h, min(GROWTH, change), repeats
@@ -101,7 +107,7 @@ def take_steps(
             return row, ENDED, repeats, trials, h
         h = min(h, longest, remaining)
         gap, speed = clearance(state, chain)
-        h, change, repeated = controlled_step(h, tolerance, state, stages, chain, new)
+        h, change, repeated = controlled_step(time, h, tolerance, state, stages, chain, new)
         repeats += repeated
         if repeated > REPEATS:
             return row, FAILED, repeats, trials, h
@@ -111,13 +117,13 @@ def take_steps(
         if below > 0.0:
             if below < h:
                 trials += 1
-                dormand_prince(below, state, stages, chain, new)
+                dormand_prince(time, below, state, stages, chain, new)
             if clearance(new, chain)[0] <= 0.0:
-                step, used = locate_touch(below, state, stages, chain, new)
+                step, used = locate_touch(time, below, state, stages, chain, new)
                 trials += used
                 code = TOUCHED
             else:
-                dormand_prince(h, state, stages, chain, new)
+                dormand_prince(time, h, state, stages, chain, new)
         time += step
         rows[row, 0] = time
         for i in range(2 * n):
@@ -132,25 +138,53 @@ def take_steps(
 
 
 def integrate_flight(
-    rods: Rods, state: Floats, time: float, plan: Plan, most_steps: int
-) -> RigidFlight:
-    """Let the rods fall from `state` (2 P,) at `time`, s, to the touch or to the plan's end."""
+    rods: Rods, state: Floats, time: float, plan: Plan, most_steps: int,
+    drive: Sequence[Piece] = (),
+) -> RigidFlight:  # fmt: skip
+    """Let the rods fall from `state` (2 P,) at `time`, s, to the touch or to the plan's end.
+
+    drive : torques on them over time; none: those that they have.
+    """
     links, state, stages = rods.length.size, state.copy(), np.empty((STAGES, state.size))
+    drive = drive or (Piece(rods.since, math.inf, rods.torque),)
     end = min(plan.end_time, time + plan.max_flight_time)
     tolerance = plan.flight_tolerance
     if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
         tolerance = max(tolerance, LOCATED * float(rods.length.sum()))
-    rates(state, rods, stages[0])
-    tables = [np.array([[time, *state.tolist(), *stages[0, links:].tolist()]])]
-    steps, repeats, trials, h, code = 0, 0, 0, plan.flight_step, FULL
-    while code == FULL and steps < most_steps:
-        rows = np.empty((min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
-        written, code, repeated, tried, h = take_steps(
-            float(tables[-1][-1, 0]), h, end, plan.flight_step, tolerance, state,
-            np.empty_like(state), stages, rods, rows,
-        )  # fmt: skip
-        tables.append(rows[:written])
-        steps, repeats, trials = steps + written, repeats + repeated, trials + tried
-    table = np.concatenate(tables)
+    steps, repeats, trials, code, until = 0, 0, 0, ENDED, -math.inf
+    parts: list[tuple[Floats, Floats, Floats]] = []
+    begin, before, kept = state[:links].copy(), np.zeros(links), 0.0
+    while not parts or (code == ENDED and until < end and steps < most_steps):
+        piece = piece_at(drive, time)
+        rods = rods._replace(torque=piece.torques, since=piece.begin_s)
+        rates(time, state, rods, stages[0])
+        flown = [np.array([[time, *state.tolist(), *stages[0, links:].tolist()]])]
+        until, h, code = min(end, piece.end_s), plan.flight_step, FULL
+        while code == FULL and steps < most_steps:
+            rows = np.empty((min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
+            written, code, repeated, tried, h = take_steps(
+                time, h, until, plan.flight_step, tolerance, state, np.empty_like(state), stages,
+                rods, rows,
+            )  # fmt: skip
+            flown.append(rows[:written])
+            time = float(flown[-1][-1, 0]) if written else time
+            steps, repeats, trials = steps + written, repeats + repeated, trials + tried
+        table = np.concatenate(flown)
+        load = piece.torques[0] + (table[:, :1] - piece.begin_s) * piece.torques[1]
+        if parts:  # what the torque jumps by; the first row is the last piece's
+            kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
+        withheld = kept + _withheld(table, begin, piece.torques[1])
+        before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)
+        parts.append((table[first:], load[first:], withheld[first:]))
+    table, load, withheld = (np.concatenate(part) for part in zip(*parts, strict=True))
     states, accelerations = table[:, 1 : 1 + 2 * links], table[:, 1 + 2 * links :]
-    return RigidFlight(table[:, 0], states, accelerations, code, repeats, trials)
+    return RigidFlight(table[:, 0], states, accelerations, load, withheld, code, repeats, trials)
+
+
+def _withheld(table: Floats, begin: Floats, rate: Floats) -> Floats:
+    """Int (theta - theta_0) . tau. dt up to each row (m,), J, by cubics through the rows."""
+    links = begin.size
+    h, angles = np.diff(table[:, :1], axis=0), table[:, 1 : 1 + links] - begin
+    spins = table[:, 1 + links : 1 + 2 * links]
+    swept = 0.5 * h * (angles[:-1] + angles[1:]) + h * h / 12.0 * (spins[:-1] - spins[1:])
+    return np.concatenate([np.zeros(1), (swept @ rate).cumsum()])

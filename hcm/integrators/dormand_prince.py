@@ -22,13 +22,16 @@ A = np.array(
         [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ]
 )
+C = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
 # what the two orders' weights differ by
 E = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 
 
 @kernel
-def dormand_prince(h: float, state: Floats, stages: Floats, chain: Rods, new: Floats) -> float:
-    """Step `state` (2 P,) by h into `new`; returns the error estimate, m.
+def dormand_prince(
+    time: float, h: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+) -> float:
+    """Step `state` (2 P,) at `time`, s, by h into `new`; returns the error estimate, m.
 
     stages : (7, 2 P), the first one of `state`, overwritten from the second on. The error is the
     way that the rods' ends go too far, that of the rates over one step included.
@@ -39,7 +42,7 @@ def dormand_prince(h: float, state: Floats, stages: Floats, chain: Rods, new: Fl
             for j in range(s):
                 slope += A[s, j] * stages[j, i]
             new[i] = state[i] + h * slope
-        rates(new, chain, stages[s])
+        rates(time + C[s] * h, new, chain, stages[s])
     error, n = 0.0, chain.length.size
     for i in range(state.size):
         off = 0.0

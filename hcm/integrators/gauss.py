@@ -13,6 +13,7 @@ The stages are solved for by Newton's iteration (`gauss_systems`).
 import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
+from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords
 from hcm.compiled import inlined, kernel
 from hcm.contact.law import Contact
@@ -81,6 +82,9 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
     move_chords(old.chords, moved, chain, new.chords)
     right = gauss.real_right[HALF_BANDWIDTH:]
     law = integrator.law
+    set_torques(old.drive, h, chain.torque)
+    for t in range(chain.torque.size):
+        new.drive[0, t], new.drive[1, t] = chain.torque[t], old.drive[1, t]
     residual_from_chords(new.q, new.chords, new.v, new.acceleration, chain, contact, law, right)
     for m in range(right.size):
         right[m] *= -chain.scale[m]
@@ -106,6 +110,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
     combine(table.double, gauss.stage, gauss.unknown)
     if not co.reuse:
         gauss.key[0] = np.nan
+    set_torques(old.drive, 0.5 * h, chain.torque)
     largest = 0.0
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
@@ -117,6 +122,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
         elif iteration == 0:
             measure_turns(gauss, chain)
         for i in range(stages):
+            set_torques(old.drive, table.c[i] * h, chain.torque)
             residual_from_chords(
                 gauss.q[i], gauss.chords[i], gauss.v[i], gauss.stage[i], chain, contact,
                 integrator.law, gauss.residual[i],

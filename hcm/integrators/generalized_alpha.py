@@ -13,6 +13,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
 from hcm.beam.chain import Chain
+from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
 from hcm.contact.contract import fill_column, stiffness_key
@@ -111,6 +112,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     rate_weight = h * co.gamma * (1.0 - co.alpha_f) / (1.0 - co.alpha_m)
     for i in range(n):
         new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
+    set_torques(old.drive, h, chain.torque)
     if not co.reuse:
         work.key[0] = np.nan
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
@@ -142,6 +144,8 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integ
     count_iterations(work.cost[0] - iterations, work.age, work.key)
     for i in range(n):
         new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
+    for t in range(chain.torque.size):
+        new.drive[0, t], new.drive[1, t] = chain.torque[t], old.drive[1, t]
     return True
 
 
@@ -182,6 +186,7 @@ def initial_acceleration(state: Motion, contact: Contact, integrator: Integrator
     _, chain, law, work = integrator
     right = work.right[HALF_BANDWIDTH:]
     state.acceleration[:] = 0.0
+    set_torques(state.drive, 0.0, chain.torque)
     residual_from_chords(
         state.q, state.chords, state.v, state.acceleration, chain, contact, law, right
     )

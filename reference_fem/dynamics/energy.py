@@ -6,7 +6,7 @@ from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.contact import law
 from reference_fem.dynamics.state import State
-from reference_fem.dynamics.step import Block
+from reference_fem.dynamics.step import Block, work_of
 from reference_fem.model import Model
 from reference_fem.result import Sample
 
@@ -19,7 +19,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     - gravity: -Σ m f·u, f the acceleration of a free fall
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds
-    - drive work: Σ t_w θ_w, θ_w the rotation of the driven face
+    - drive work: Σ t_w θ_w - ∫ θ_w dt_w, θ_w the rotation of the driven face
 
     balance = kinetic + strain + gravity + contact + dissipation + damping - drive work - origin,
     the origin being what the same sum was where the motion started (zero for a finger at rest).
@@ -30,8 +30,8 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         kinetic *= model.copies
         strain, hourglass = model.copies * block.stored_J, model.copies * block.hourglass_J
         gravity = -(model.fall[1] * moment_y + model.fall[0] * moment_x) * model.copies
-        turned = zip(model.couples, state.face_angles, strict=True)
-        work = float(model.copies * sum(couple.torque * angle for couple, angle in turned))
+        work = work_of(model, model.torques.at(state.time_s), state.face_angles) - state.withheld_J
+        work *= model.copies
         columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING
         springs, friction, damping = (float(row[column]) for column in columns)
         stored = kinetic + strain + gravity + springs + friction + damping

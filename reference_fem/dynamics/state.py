@@ -20,6 +20,7 @@ class State:
     dissipation_J : friction dissipation up to the last evaluation
     damping_J : what the contact's dashpots took up to the last evaluation
     face_angles : (n_couples,), rotation of the driven faces, rad: keeps the branch of full turns
+    withheld_J : ∫ θ dt, by which the work of the torques t falls short of t θ
     """
 
     step: int
@@ -30,3 +31,4 @@ class State:
     dissipation_J: float
     damping_J: float
     face_angles: Array
+    withheld_J: float

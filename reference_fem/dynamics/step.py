@@ -47,6 +47,7 @@ def start_state(
     velocity: Array,
     time_s: float,
     angles: Array | None = None,
+    withheld_J: float = 0.0,
 ) -> State:
     """State for the first step from u and v at the same time.
 
@@ -71,9 +72,8 @@ def start_state(
         memory=model.contact.new_memory(displacement, near[model.touching_body]),
         dissipation_J=0.0,
         damping_J=0.0,
-        face_angles=np.array(
-            [c.section.angle(displacement, near[c.phalanx]) for c in model.couples]
-        ),
+        face_angles=_face_angles(model, displacement, near[[c.phalanx for c in model.couples]]),
+        withheld_J=withheld_J,
     )
     gap = lowest_gap(model, state.displacement)
     if gap < -ROUNDING * model.surface.height:
@@ -83,7 +83,7 @@ def start_state(
         )
     residual = np.empty_like(state.velocity)
     model.kernel.internal_force(state.displacement, residual)
-    _less_external(model, state, residual, False, np.zeros(COLUMNS))
+    _less_external(model, state, model.torques.at(time_s), residual, False, np.zeros(COLUMNS))
     back = np.empty_like(residual)
     half_kick(state.velocity, residual, model.inverse_mass, model.fall, -model.step_s, back)
     return replace(state, velocity=back)
@@ -112,31 +112,52 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     log[:, GAP] = np.inf
     pressure = np.zeros(len(u))
     stored, hourglass = model.kernel.audited_force(state.displacement, residual)
-    reactions = _less_external(model, first, residual, search, log[0], pressure)
+    torques, withheld = model.torques.at(state.time_s), state.withheld_J
+    reactions = _less_external(model, first, torques, residual, search, log[0], pressure)
     constants = model.inverse_mass, model.fall, model.step_s
     first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
     work = replace(first, displacement=u, velocity=v)
-    for number in range(1, steps):
+    for number in range(1, steps + 1):
+        before, torques = torques, model.torques.at(state.time_s + number * model.step_s)
+        if (change := torques - before).any():
+            began, ends = (
+                _face_angles(model, x, state.face_angles) for x in (u - model.step_s * v, u)
+            )
+            withheld += work_of(model, change, 0.5 * (began + ends))
+        if number == steps:
+            break
         model.kernel.internal_force(u, residual)
-        _less_external(model, work, residual, search, log[number])
+        _less_external(model, work, torques, residual, search, log[number])
         leapfrog(u, v, residual, *constants)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
     log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
-    turned = zip(model.couples, state.face_angles, strict=True)
     after = replace(
         work,
         step=state.step + steps,
         time_s=state.time_s + steps * model.step_s,
         dissipation_J=float(log[-1, DISSIPATION]),
         damping_J=float(log[-1, DAMPING]),
-        face_angles=np.array([couple.section.angle(u, near) for couple, near in turned]),
+        face_angles=_face_angles(model, u, state.face_angles),
+        withheld_J=withheld,
     )
     return after, Block(log, synchronous, stored, hourglass, reactions, pressure, search)
+
+
+def work_of(model: Model, torques: Array, angles: Array) -> float:
+    """Σ t θ of joints' torques (P,) and the angles (n_couples,) of the faces that they turn, J."""
+    pairs = zip(model.couples, angles, strict=True)
+    return float(sum(couple.sign * torques[couple.joint] * angle for couple, angle in pairs))
+
+
+def _face_angles(model: Model, displacement: Array, near: Array) -> Array:
+    turned = zip(model.couples, near, strict=True)
+    return np.array([couple.section.angle(displacement, close) for couple, close in turned])
 
 
 def _less_external(
     model: Model,
     state: State,
+    torques: Array,
     residual: Array,
     search: bool,
     row: Array,
@@ -149,7 +170,7 @@ def _less_external(
     """
     u, velocity = state.displacement, state.velocity
     for couple in model.couples:
-        couple.section.apply_couple(couple.torque, u, residual)
+        couple.section.apply_couple(couple.sign * torques[couple.joint], u, residual)
     if model.symmetry.size:
         _hold(residual, model.symmetry)
     if search:

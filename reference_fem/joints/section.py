@@ -40,13 +40,14 @@ class Section:
 
 @dataclass(frozen=True)
 class Couple:
-    """A torque on an end face of phalanx w (from 0), N·m on the mesh as given.
+    """Joint w's torque on the first face of phalanx w (from 0), or its reaction on the last before.
 
-    A half model's is half.
+    sign : -1 of a reaction
     """
 
     phalanx: int
-    torque: float
+    joint: int
+    sign: float
     section: Section
 
 

@@ -78,7 +78,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
     rng = np.random.default_rng(5)
     angles, spins = rng.uniform(-1.5, 1.5, 3), rng.uniform(-20, 20, 3)
     state, out = np.array([*angles, *spins]), np.empty(6)
-    rates(state, build_rods(body, SURFACE, drive), out)
+    rates(0.0, state, build_rods(body, SURFACE, drive), out)
 
     def velocity(turn: np.ndarray, spin: np.ndarray) -> np.ndarray:
         return rigid_motion(body, chain, hcm.RigidStart(tuple(turn), tuple(spin)))[1]

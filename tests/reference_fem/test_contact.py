@@ -102,7 +102,7 @@ def rebound(share: float, phase: float) -> float:
     """
     motion = Motion(
         np.zeros((1, 2)), np.array([[0.0, -phase]]), np.array([[0.0, -1.0]]), np.ones(1),
-        0.0, 1.0, 0.0, 0.0,
+        (0.0, 0.0), 1.0, 0.0, 0.0,
     )  # fmt: skip
     memory = Memory(np.zeros(1, dtype=np.bool_), np.zeros((1, 1)), np.zeros((1, 1)))
     spring, row = np.array([4.0 * share * share]), np.zeros(COLUMNS)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from meshes import FingerMesh
-from reference_fem import ChainState, Material
+from reference_fem import ChainState, Material, TorqueTable
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.joints.section import build_section
@@ -120,6 +120,26 @@ def test_a_couple_turns_a_free_body_and_does_not_push_it() -> None:
     assert abs(taken.energy_balance_J) < 1e-4 * taken.kinetic_energy_J
 
 
+def test_torques_over_time_give_their_integral_and_their_work() -> None:
+    # a ramp, a jump in it, and a plateau, in steps of 2.6e-5 s
+    table = TorqueTable((0.01, 0.03, 0.03, 0.05), ((0.0,), (4e-4,), (1e-4,), (2e-4,)))
+    model = model_of(boxes((0.03,), (0.01,), (6, 2), hinged=False), table=table)
+    zero = np.zeros_like(model.points)
+    state = start_state(model, zero, zero, 0.0)
+    while state.time_s < 0.06:
+        state, _ = advance(model, state, 100, False)
+    x, v = model.points + state.displacement, state.velocity
+    turn = model.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])
+    now = state.time_s - 0.5 * model.step_s
+    given = 0.5 * 4e-4 * 0.02 + 0.5 * (1e-4 + 2e-4) * 0.02 + 2e-4 * (now - 0.05)
+    # the jump falls into a step
+    assert turn == pytest.approx(given, abs=3e-4 * model.step_s)
+    taken = sample(model, state, advance(model, state, 1, False)[1], 0.0)
+    assert taken.drive_work_J < 0.97 * 2e-4 * state.face_angles[0]
+    # An O(dt^2) error of the kinetic energy at t_n is all that the balance may show.
+    assert abs(taken.energy_balance_J) < 1e-4 * taken.kinetic_energy_J
+
+
 def test_a_torque_and_its_reaction_turn_two_bodies_apart() -> None:
     torque = 2e-4
     mesh = boxes((0.03, 0.02), (0.01,), (6, 2), hinged=False)
@@ -140,14 +160,21 @@ def test_a_torque_and_its_reaction_turn_two_bodies_apart() -> None:
     assert abs(taken.energy_balance_J) < 1e-4 * taken.kinetic_energy_J
 
 
-@pytest.mark.parametrize("drive", [{}, {"reaction": True, "incline": 0.6}], ids=["own", "motors"])
+@pytest.mark.parametrize(
+    "drive",
+    [
+        {"torques": (2e-4, -1e-4)},
+        {"torques": (2e-4, -1e-4), "reaction": True, "incline": 0.6},
+        {"table": TorqueTable((0.0, 0.02, 0.03), ((0.0, 0.0), (3e-4, -1e-4), (0.0, 2e-4)))},
+    ],
+    ids=["constant", "motors", "over time"],
+)
 def test_hinged_boxes_follow_the_rigid_chain(drive: dict[str, Any]) -> None:
     # Stiff boxes, so that flexibility is small: its effect falls with E.
     mesh = boxes((0.04, 0.03), (0.01, 0.01), (4, 1, 1))
-    torques = (2e-4, -1e-4)
     errors = []
     for young in (1e8, 4e8):
-        model = model_of(mesh, torques, 9.8, Material(young, 0.3, 1000.0), **drive)
+        model = model_of(mesh, gravity=9.8, material=Material(young, 0.3, 1000.0), **drive)
         begin = ChainState(np.array([0.2, 0.5]), np.array([4.0, -6.0]), 0.0)
         state = start_state(
             model, *pose(model.chain, begin, model.points, model.body_of_point), 0.0

@@ -20,7 +20,7 @@ from tests.reference_fem.boxes import boxes
 
 MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 2
 SURFACE = rf.Surface(0.02, 0.5)
-DRIVE = rf.Drive(torques=(0.0, 1e-4))
+DRIVE = rf.Drive(table=rf.TorqueTable((0.0, 0.2), ((0.0, 0.5e-4), (0.0, 2e-4))))
 SETTINGS = rf.Settings(flight="explicit", output_interval=10, snapshots=6, max_samples=40)
 MESH = boxes((0.04, 0.03), (0.015, 0.012), (6, 3, 2), half=True)
 END = {"distal_face_2": np.flatnonzero(MESH.points[:, 0] == MESH.points[:, 0].min())}

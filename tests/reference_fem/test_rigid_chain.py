@@ -1,10 +1,13 @@
 """The rigid flight against the pendulum, conservation laws and independent solvers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import ellipk
 
 from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
+from reference_fem.torques import Torques
 
 LENGTH, RADIUS, DENSITY, GRAVITY = 0.04, 0.0075, 1400.0, 9.8
 MASS = DENSITY * np.pi * RADIUS**2 * LENGTH
@@ -18,7 +21,7 @@ def chain(links: int, inertia: float, torques: tuple[float, ...] = ()) -> RigidC
         arms[w, :w, 0] = -LENGTH
         arms[w, w, 0] = -LENGTH / 2
     origins = np.stack([-LENGTH * np.arange(links), np.zeros(links)], axis=1)
-    load = np.array(torques) if torques else np.zeros(links)
+    load = Torques(np.zeros(1), np.array([torques or (0.0,) * links]))
     fall = np.array([0.0, -GRAVITY])
     return RigidChain(np.full(links, MASS), np.full(links, inertia), arms, origins, load, fall)
 
@@ -51,6 +54,23 @@ def test_energy_of_a_driven_chain_is_constant_to_1e9() -> None:
     scale = 3 * MASS * GRAVITY * LENGTH
     for time in np.linspace(0, 0.3, 31):
         assert abs(body.energy(state_at(time))) < 1e-9 * scale
+
+
+def test_torques_over_time_turn_a_rod_by_the_closed_form() -> None:
+    # J w' = t: a ramp from 0.01 s, that jumps at 0.03 s, and is held from there on; no gravity
+    top, about_hinge = 2e-4, ROD + MASS * LENGTH**2 / 4
+    table = Torques(np.array([0.01, 0.03, 0.03]), np.array([[0.0], [top], [-top]]))
+    body = replace(chain(1, ROD), torques=table, fall=np.zeros(2))
+    state_at, _ = fly(body, rest(1), never, 0.1)
+    rate, angle = top * 0.02 / 2, top * 0.02**2 / 6
+    for time in (0.005, 0.02, 0.03, 0.05, 0.1):
+        since, up = max(time - 0.03, 0.0), min(max(time - 0.01, 0.0), 0.02) / 0.02
+        state = state_at(time)
+        expected = rate * up**2 - top * since, angle * up**3 + rate * since - 0.5 * top * since**2
+        assert state.rates[0] * about_hinge == pytest.approx(expected[0], rel=1e-9, abs=1e-18)
+        assert state.angles[0] * about_hinge == pytest.approx(expected[1], rel=1e-9, abs=1e-18)
+        withheld = table.withheld(lambda when: state_at(when).angles, 0.0, time)
+        assert body.energy(state) + withheld == pytest.approx(0.0, abs=1e-9 * top)
 
 
 def test_thin_rods_arrive_as_two_independent_solvers_say() -> None:

@@ -53,7 +53,9 @@ def pressed(law: SurfaceContact, points: np.ndarray, depth: float, turn: float) 
     c, s = math.cos(turn), math.sin(turn)
     moved = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     still = np.zeros_like(points)
-    motion = Motion(points, moved - points, still, np.ones(len(points)), 0.0, 1.0, R - depth, 0.0)
+    nowhere = 0.0, 0.0
+    mass = np.ones(len(points))
+    motion = Motion(points, moved - points, still, mass, nowhere, 1.0, R - depth, 0.0)
     row = np.zeros(COLUMNS)
     memory = Memory(
         np.zeros(law.sites, dtype=np.bool_), np.zeros((law.sites, 2)), np.zeros((law.sites, 2))

@@ -35,7 +35,8 @@ def test_couples_have_the_torque_and_no_force_on_a_bent_face(model: Model) -> No
     displacement += 1e-5 * rng.standard_normal(displacement.shape)
     for couple, torque in zip(model.couples, DRIVE.torques, strict=True):
         residual = np.zeros_like(displacement)
-        couple.section.apply_couple(couple.torque, displacement, residual)
+        own = couple.sign * model.torques.values[0, couple.joint]
+        couple.section.apply_couple(own, displacement, residual)
         force = -residual  # residual is internal less external force
         x = model.points + displacement
         moment = np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])
@@ -61,7 +62,10 @@ def test_driven_finger_moves_as_its_rigid_chain(model: Model) -> None:
         state, _ = advance(model, state, 1000, search=False)
     chain = model.chain
     fall = solve_ivp(
-        lambda _, y: chain.rates_of_change(y), (0.0, state.time_s), np.zeros(6), rtol=1e-9
+        lambda _, y: chain.rates_of_change(y, model.chain.torques.at(0.0)),
+        (0.0, state.time_s),
+        np.zeros(6),
+        rtol=1e-9,
     )
     rigid = fall.y[:3, -1]
     assert np.abs(rigid).min() > 0.1

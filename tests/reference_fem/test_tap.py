@@ -231,6 +231,11 @@ BAD: list[tuple[Any, str]] = [
     (lambda: rf.Surface(-0.1, 0.5), "height = -0.1"),
     (lambda: rf.Surface(0.1, -1.0), "friction = -1.0"),
     (lambda: rf.Drive((float("inf"),)), "torques[1] = inf"),
+    (lambda: rf.TorqueTable((), ()), "at least one"),
+    (lambda: rf.TorqueTable((0.0, -1.0), ((0.0,),) * 2), "time[2] = -1.0"),
+    (lambda: rf.TorqueTable((1.0, 0.0), ((0.0,),) * 2), "must rise"),
+    (lambda: rf.TorqueTable((0.0,), ((float("inf"),),)), "values = inf"),
+    (lambda: rf.Drive((1.0,), table=rf.TorqueTable((0.0,), ((1.0,),))), "where a table is given"),
 ]
 
 
@@ -275,7 +280,7 @@ def test_chain_has_the_mass_of_the_mesh() -> None:
     mass = np.ones(len(mesh.points))
     nodes = [np.unique(mesh.cells[c]) for c in mesh.cell_sets.values()]
     hinges = np.array([[0.0, 0.0], [-0.04, 0.0]])
-    chain = build_chain(mesh.points, mass, nodes, hinges, np.zeros(2), (0.0, -9.8))
+    chain = build_chain(mesh.points, mass, nodes, hinges, rf.Drive().torques_for(2), (0.0, -9.8))
     assert chain.mass.sum() == pytest.approx(len(mesh.points))
     assert chain.arms[1, 0] == pytest.approx([-0.04, 0.0])
     assert chain.arms[1, 1] == pytest.approx([-0.015, 0.0], abs=1e-15)

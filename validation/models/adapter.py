@@ -13,6 +13,7 @@ from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
 from validation.harness.record import Event, RunRecord
 from validation.scenes.load import NamedScene
+from validation.scenes.tables import Scene, TorqueTable
 
 Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done
 
@@ -78,6 +79,14 @@ class Adapter(Protocol):
         UserError
             The model cannot take this scene.
         """
+
+
+def torques_of(tables: Scene, table: Callable[..., Any]) -> dict[str, Any]:
+    """A scene's torques as keywords of a solver's drive, over time in its own kind of table."""
+    torques = tables.drive.torques
+    if isinstance(torques, TorqueTable):
+        return {"table": table(torques.time, torques.values)}
+    return {"torques": torques or ()}
 
 
 def _members(source: object) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
+from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 
 name = "hcm"
@@ -65,7 +65,7 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
             ),
             "start": None if start is None else hcm.RigidStart(*start),
             "drive": hcm.Drive(
-                torques=tables.drive.torques or (),  # none lets the solver skip them
+                **torques_of(tables, hcm.TorqueTable),
                 gravity=tables.drive.gravity,
                 reaction=tables.drive.reaction,
                 incline=tables.surface.incline,

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from validation.errors import UserError
 from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
+from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 from validation.scenes.tables import Scene
 
@@ -229,9 +229,11 @@ def drive_of(tables: Scene) -> Any:
     """The scene's drive as the reference takes it."""
     import reference_fem
 
-    drive = tables.drive
     return reference_fem.Drive(
-        drive.torques or (), drive.gravity, drive.reaction, tables.surface.incline
+        **torques_of(tables, reference_fem.TorqueTable),
+        gravity=tables.drive.gravity,
+        reaction=tables.drive.reaction,
+        incline=tables.surface.incline,
     )
 
 

@@ -32,7 +32,8 @@ def refusal(scene: NamedScene) -> str:
     if importlib.util.find_spec("exudyn") is None:
         return "exudyn is not installed: pip install 'fingertap[bench]'"
     for key, value, needed in (
-        ("drive.torques", any(tables.torques), False),
+        ("drive.torques", any(map(any, tables.torque_rows)), False),
+        ("surface.incline", tables.surface.incline, 0.0),
         ("start", tables.start_state, None),
         ("tip.restitution", tables.tip.restitution, 1.0),
         ("surface.friction > 0", tables.surface.friction > 0.0, True),

@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -17,11 +17,12 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str
         yield from (f"{prefix}{name}" for name in AccuracyTable.model_fields)
         return
     for name, field in table.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            yield from known_keys(kind, f"{prefix}{name}.")
-        else:
+        kinds = (field.annotation, *get_args(field.annotation))
+        inner = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
+        if not inner or inner[0] is not kinds[0]:
             yield prefix + name
+        for kind in inner:
+            yield from known_keys(kind, f"{prefix}{name}.")
 
 
 def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:

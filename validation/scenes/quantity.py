@@ -23,6 +23,7 @@ class Quantity:
     advice : what to do instead, appended to the refusal.
     per_phalanx : whether a list with one number per phalanx is allowed.
     only_list : whether only such a list is allowed.
+    per : what a list has one number for.
     """
 
     unit: str = ""
@@ -34,6 +35,7 @@ class Quantity:
     advice: str = ""
     per_phalanx: bool = False
     only_list: bool = False
+    per: str = "phalanx"
 
     def allowed(self) -> str:
         """The sentence that says what is allowed."""
@@ -41,7 +43,7 @@ class Quantity:
         bounds = [f"{word} {bound:g}" for word, bound in named if math.isfinite(bound)]
         number = "whole number" if self.integer else "number"
         if self.only_list:
-            kind = f"a list with one {number} per phalanx"
+            kind = f"a list with one {number} per {self.per}"
         elif self.per_phalanx:
             kind = f"a {number} or a list with one per phalanx"
         else:
@@ -102,3 +104,50 @@ class Quantity:
         kinds = [number] * (not self.only_list) + [several] * (self.per_phalanx or self.only_list)
         unit = {"unit": self.unit} if self.unit else {}
         return (kinds[0] if len(kinds) == 1 else {"anyOf": kinds}) | unit
+
+
+@dataclass(frozen=True)
+class OrTable(Quantity):
+    """Such a quantity, or a table that says more."""
+
+    table: Any = None
+
+    def check(self, value: object) -> Any:
+        """The value, or the table made of it, or a refusal."""
+        if isinstance(value, dict):
+            return self.table.model_validate(value)
+        return value if isinstance(value, self.table) else super().check(value)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        plain = super().__get_pydantic_json_schema__(schema, handler)
+        unit = {"unit": plain.pop("unit")} if "unit" in plain else {}
+        return {"anyOf": [plain, handler(self.table.__pydantic_core_schema__)]} | unit
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A list of lists, each of which is such a quantity."""
+
+    row: Quantity
+
+    def _check(self, value: object) -> tuple[Any, ...]:
+        if not isinstance(value, list | tuple) or not value:
+            kind = "must be a list of rows, one per time; each"
+            raise PydanticCustomError(
+                "quantity", "{text}", {"text": f"{kind} {self.row.allowed()}"}
+            )
+        return tuple(self.row.check(row) for row in value)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self._check)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        row = self.row.__get_pydantic_json_schema__(schema, handler)
+        unit = {"unit": row.pop("unit")} if "unit" in row else {}
+        return {"type": "array", "items": row, "minItems": 1} | unit

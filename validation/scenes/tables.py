@@ -10,13 +10,21 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    create_model,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
-from validation.scenes.quantity import Quantity
+from validation.scenes.quantity import OrTable, Quantity, Rows
 
 Numbers = float | tuple[float, ...]
 
+MAX_TIMES = 10_000  # of a drive, each of which ends a step
 LONGEST_M = 2.0  # above this a length of a finger was most likely meant in millimetres
 MAX_TOTAL_ELEMENTS = 20_000  # above this a planar beam model is no longer a reduced one
 
@@ -127,14 +135,48 @@ class TipTable(Table):
     """E R c_tt over the cosine of the last phalanx's angle from the vertical."""
 
 
+TORQUES = Quantity("N m", at_least=-1e6, at_most=1e6, only_list=True)
+
+
+class TorqueTable(Table):
+    """Joint torques over time: linear between its times, held before the first and after the last.
+
+    Two equal times are a jump.
+    """
+
+    time: Annotated[
+        tuple[float, ...], Quantity("s", at_least=0, at_most=1e9, only_list=True, per="time")
+    ]
+    """Times, rising."""
+    values: Annotated[tuple[tuple[float, ...], ...], Rows(TORQUES)]
+    """A row of torques for each time, with one number per phalanx."""
+
+    @model_validator(mode="after")
+    def _rows_at_rising_times(self) -> Self:
+        key = "drive.torques.time"
+        if len(self.time) != len(self.values):
+            text = f"has {len(self.time)} times for {len(self.values)} rows of values; give as many"
+            raise _refuse(key, list(self.time), text)
+        if len(self.time) > MAX_TIMES:
+            text = f"has {len(self.time)} times: at most {MAX_TIMES} are allowed; leave some out"
+            raise _refuse(key, list(self.time[:3]), text)
+        for first, second, third in zip(
+            (-1.0, *self.time), self.time, (*self.time[1:], math.inf), strict=False
+        ):
+            if second < first or first == second == third:
+                text = f"must rise, and {second:g} s does not; two equal times are a jump"
+                raise _refuse(key, list(self.time), text)
+        return self
+
+
 class DriveTable(Table):
     """Joint torques (counter-clockwise positive) and gravity."""
 
     torques: Annotated[
-        tuple[float, ...] | None,
-        Quantity("N m", at_least=-1e6, at_most=1e6, only_list=True),
+        tuple[float, ...] | TorqueTable | None, OrTable(**vars(TORQUES), table=TorqueTable)
     ] = None
-    """tau_w of each phalanx, counter-clockwise positive, on its first node."""
+    """tau_w of each phalanx, counter-clockwise positive, on its first node: a list with one number
+    per phalanx, or a table of such lists over time, [drive.torques] time and values."""
     gravity: Annotated[float, Quantity("m/s2", at_least=-1e4, at_most=1e4)] = 9.8
     """g, downwards: along -Y where surface.incline is 0."""
     reaction: bool = False
@@ -352,9 +394,12 @@ class Scene(Table):
         return lowest
 
     @property
-    def torques(self) -> tuple[float, ...]:
-        """Joint torques, N m; none given means none acting."""
-        return self.drive.torques or (0.0,) * self.finger.phalanges
+    def torque_rows(self) -> tuple[tuple[float, ...], ...]:
+        """Joint torques, N m: one row, or one for each time of a table; none given means none."""
+        torques = self.drive.torques
+        if isinstance(torques, TorqueTable):
+            return torques.values
+        return (torques or (0.0,) * self.finger.phalanges,)
 
     @property
     def tangential_ratio(self) -> float:
@@ -374,6 +419,14 @@ class Scene(Table):
                     list(value),
                     f"has {len(value)} numbers for {count} phalanges; "
                     f"give {count}, or change finger.phalanges",
+                )
+        for row in self.torque_rows:
+            if len(row) != count:
+                raise _refuse(
+                    "drive.torques.values",
+                    list(row),
+                    f"is a row of {len(row)} numbers for {count} phalanges; give {count}, or "
+                    "change finger.phalanges",
                 )
         elements = sum(self.elements)
         if elements > MAX_TOTAL_ELEMENTS:

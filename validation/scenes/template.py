@@ -40,13 +40,20 @@ def _table(
             continue
         yield from _comment(_explained(entry))
         if key in values:
-            yield tomli_w.dumps({key: values[key]}).strip()
+            yield _written(key, values[key])
         elif "default" in entry:
             yield "# " + tomli_w.dumps({key: entry["default"]}).strip()
         else:
             yield f"# {key} ="
     for key, one in inner:
         yield from _table(f"{name}.{key}".lstrip("."), one, tables, values.get(key, {}))
+
+
+def _written(key: str, value: Any) -> str:
+    """A key and its value; a table in the place of a number in one line, for it has no header."""
+    if isinstance(value, dict):
+        return f"{key} = {{ {', '.join(_written(*item) for item in value.items())} }}"
+    return tomli_w.dumps({key: value}).strip()
 
 
 def _explained(entry: dict[str, Any]) -> str:

@@ -41,7 +41,7 @@ def test_built_in_scenes_are_the_papers(
     assert scene.material.poisson_ratio == 0.4
     assert scene.tip.normal_stiffness == stiffness
     assert scene.tip.restitution == 1
-    assert scene.torques == pytest.approx(torques)
+    assert scene.torque_rows == (pytest.approx(torques),)
     assert scene.surface.height == 0.1
     assert scene.surface.friction == 0.5
     assert scene.drive.gravity == 9.8
@@ -97,7 +97,13 @@ def test_one_number_per_phalanx() -> None:
     scene = load_scene("soft", ["finger.phalanges=2", "finger.length=[0.05, 0.06]"]).tables
     assert scene.per_phalanx(scene.finger.length) == (0.05, 0.06)
     assert scene.per_phalanx(scene.finger.diameter) == (0.015, 0.015)
-    assert scene.torques == (0, 0)
+    assert scene.torque_rows == ((0, 0),)
+
+
+def table(time: str, values: str, *parts: str) -> tuple[str, list[str]]:
+    """Torques over time, and what the refusal must name."""
+    rows = f", values={values}" if values else ""
+    return f"drive.torques={{time={time}{rows}}}", list(parts)
 
 
 # What is given, and every piece that the one line must name.
@@ -170,6 +176,27 @@ def test_one_number_per_phalanx() -> None:
         ("drive.torques=[0.1]", ["drive.torques", "1 numbers for 3 phalanges"]),
         ("drive.torques=[]", ["drive.torques", "one number per phalanx"]),
         ("drive.reaction=1", ["drive.reaction", "true or false"]),
+        ("drive.torques={}", ["drive.torques.time is missing", "under [drive.torques]"]),
+        ("drive.torques='ramp'", ["drive.torques", "'ramp'", "a list with one number"]),
+        table("[0]", "", "drive.torques.values is missing", "add values = ..."),
+        ("drive.torques={times=[0], values=[[0, 0, 0]]}", ["drive.torques.time is missing"]),
+        table("0", "[[0, 0, 0]]", "drive.torques.time = 0", "a list with one number per time in s"),
+        table("[]", "[[0, 0, 0]]", "drive.torques.time = []", "one number per time"),
+        table("[-1]", "[[0, 0, 0]]", "drive.torques.time", ">= 0"),
+        table("[nan]", "[[0, 0, 0]]", "drive.torques.time", "nan"),
+        table("['1 s']", "[[0, 0, 0]]", "drive.torques.time", "in s, without unit"),
+        table("[0, 1e10]", "[[0, 0, 0], [0, 0, 0]]", "drive.torques.time", "<= 1e+09"),
+        table("[1, 0]", "[[0, 0, 0], [0, 0, 0]]", "must rise, and 0 s does not"),
+        table("[0, 0, 0]", "[[0, 0, 0], [0, 0, 0], [1, 1, 1]]", "two equal times are a jump"),
+        table("[0, 1]", "[[0, 0, 0]]", "has 2 times for 1 rows of values"),
+        table("[0]", "3", "drive.torques.values = 3", "a list of rows, one per time"),
+        table("[0]", "[0, 0, 0]", "drive.torques.values", "one number per phalanx in N m"),
+        table("[0]", "[[]]", "drive.torques.values", "one number per phalanx"),
+        table("[0]", "[[1, 2]]", "drive.torques.values", "a row of 2 numbers for 3 phalanges"),
+        table("[0]", "[[inf, 0, 0]]", "drive.torques.values", "inf"),
+        table("[0]", "[[1e7, 0, 0]]", "drive.torques.values", "<= 1e+06"),
+        table("[0]", "[['1 N m', 0, 0]]", "drive.torques.values", "in N m, without unit"),
+        (f"drive.torques={{time={[0] * 10001}, values={[[0] * 3] * 10001}}}", ["at most 10000"]),
         (
             "solver.fem.preset=finest",
             ["solver.fem.preset", "finest", "'contact', 'fast', 'ls-dyna-like' or 'converged'"],

@@ -9,6 +9,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+import tomli_w
 
 from tests.validation.commands import Run, call
 from validation.errors import UserError
@@ -34,6 +35,9 @@ def entries(schema: dict[str, Any]) -> dict[str, dict[str, Any]]:
                 walk(schema["$defs"][reference.rsplit("/", 1)[-1]], f"{prefix}{key}.")
             else:
                 found[prefix + key] = entry
+                for inner in entry.get("anyOf", ()):
+                    if "properties" in inner:
+                        walk(inner, f"{prefix}{key}.")
 
     walk(schema, "")
     return found
@@ -89,6 +93,14 @@ def test_new_scene_is_the_one_it_is_like_also_with_every_default_written(tmp_pat
     assert len(tomllib.loads(text)["solver"]["hcm"]) > 10
     path.write_text(text)
     load_scene(str(path))
+
+
+def test_new_scene_takes_torques_over_time(tmp_path: Path) -> None:
+    ramped = "drive.torques={time=[0, 0.02], values=[[0, 0, 0], [0.1, 0, 0.2]]}"
+    scene = load_scene("soft", [ramped])
+    (tmp_path / "like.toml").write_text(tomli_w.dumps(scene.document))
+    assert call("new", str(tmp_path / "mine.toml"), "--like", str(tmp_path / "like.toml")) == 0
+    assert load_scene(str(tmp_path / "mine.toml")).tables == scene.tables
 
 
 def test_schema_command_prints_nothing_but_the_schema(

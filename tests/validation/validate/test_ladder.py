@@ -58,8 +58,12 @@ def test_impact_state_is_the_reduced_models_own() -> None:
     [
         ("drive.torques=[0.005, 0.0, 0.0]",),
         ("drive.torques=[0.01, 0.005, 0.0]", "drive.reaction=true", "surface.incline=0.35"),
+        (
+            "drive.torques={time=[0.01, 0.03, 0.03, 0.1], "
+            "values=[[0, 0, 0], [0.01, 0, 0], [0, 0, 0.002], [0.005, 0.0, 0.0]]}",
+        ),
     ],
-    ids=["level", "reaction on an incline"],
+    ids=["level", "reaction on an incline", "jump and ramp"],
 )
 def test_driven_rods_arrive_with_the_driven_beams(drive: tuple[str, ...]) -> None:
     scene = load_scene("soft", (*drive, "finger.elements=5"))

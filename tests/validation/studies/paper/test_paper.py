@@ -178,7 +178,7 @@ def test_every_case_is_a_valid_scene_with_a_name_of_its_own() -> None:
 
 def test_only_the_third_torque_is_scaled() -> None:
     scene = load_scene("driven-2", (torques("driven-2", 1e-4),))
-    assert scene.tables.torques == pytest.approx((1.0, 0.8, 0.3))
+    assert scene.tables.torque_rows == (pytest.approx((1.0, 0.8, 0.3)),)
 
 
 def test_printed_arrival_times_come_from_the_claims() -> None:

@@ -82,7 +82,10 @@ def _angular(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
     when, *plane = np.array(centres).T
     x, y = (np.interp(f.time_s, when, column) for column in plane)
     contact = x * f.normal_force_N - y * f.tangential_force_N
-    couples = sum(couple.torque for couple in model.couples) * model.copies
+    signs = np.zeros(model.torques.values.shape[1])
+    for couple in model.couples:
+        signs[couple.joint] += couple.sign * model.copies
+    couples = np.interp(f.time_s, model.torques.times, model.torques.values @ signs)
     rate = contact + np.interp(f.time_s, times, weights) + couples
     impulse = np.abs(x * f.normal_force_N) + np.abs(y * f.tangential_force_N)
     return (

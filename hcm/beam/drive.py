@@ -1,0 +1,86 @@
+"""Joint torques over time: pieces that are linear in it, between kinks that end a step.
+
+Within a piece the torques are as smooth as the motion, and integrators keep their order.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from hcm.arrays import Floats, Ints
+from hcm.compiled import kernel
+from hcm.parameters import Drive
+
+# Share of a time within which a step's end is on a kink; the loop ends a piece within half of it.
+SAME_TIME = 2e-12
+
+
+class Piece(NamedTuple):
+    """Torques from begin_s until before end_s, s: at the beginning, N m, and their rates, N m/s.
+
+    torques : (2, n), of n joints, nodes or bodies.
+    """
+
+    begin_s: float
+    end_s: float
+    torques: Floats
+
+    def at(self, time_s: float) -> Floats:
+        """(2, n): torques at a time and their rates."""
+        value, rate = self.torques
+        return np.stack([value + max(time_s - self.begin_s, 0.0) * rate, rate])
+
+
+def torque_rows(drive: Drive, count: int) -> tuple[Floats, Floats]:
+    """Times (m,), s, and each joint's torques there (m, P), N m, of `count` joints."""
+    if drive.table is not None:
+        return np.array(drive.table.time), np.array(drive.table.values, dtype=float)
+    return np.zeros(1), np.array([drive.torques or (0.0,) * count], dtype=float)
+
+
+def _pieces(time: Floats, values: Floats) -> tuple[Piece, ...]:
+    held = np.zeros_like(values[0])
+    found = [Piece(0.0, time[0], np.stack([values[0], held]))]
+    for (begin, first), (end, last) in pairwise(zip(time.tolist(), values, strict=True)):
+        if end > begin:
+            found.append(Piece(begin, end, np.stack([first, (last - first) / (end - begin)])))
+    found.append(Piece(time[-1], np.inf, np.stack([values[-1], held])))
+    return tuple(piece for piece in found if piece.end_s > piece.begin_s)
+
+
+def piece_at(pieces: Sequence[Piece], time_s: float) -> Piece:
+    """The piece that goes on from a time; one that ends there, to round-off, is over."""
+    return next(p for p in pieces if p.end_s > time_s * (1.0 + SAME_TIME))
+
+
+def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
+    """Joint (T,) of each torque on a node, and its sign: -1 of a reaction, which comes second."""
+    _, values = torque_rows(drive, count)
+    found = []
+    for w in np.flatnonzero(values.any(axis=0)).tolist():
+        found += [(w, 1), (w, -1)] if drive.reaction and w > 0 else [(w, 1)]
+    joint, sign = np.array(found, dtype=np.int64).reshape(-1, 2).T
+    return joint, sign
+
+
+def torques_on_nodes(drive: Drive, count: int) -> tuple[Piece, ...]:
+    """Pieces of the torques on a chain's driven nodes, in the order of `acting_joints`."""
+    (time, values), (joint, sign) = torque_rows(drive, count), acting_joints(drive, count)
+    return _pieces(time, sign * values[:, joint])
+
+
+def torques_on_rods(drive: Drive, count: int) -> tuple[Piece, ...]:
+    """Pieces of the torques on rigid phalanges, reactions included."""
+    time, values = torque_rows(drive, count)
+    if drive.reaction:
+        values[:, :-1] -= values[:, 1:].copy()
+    return _pieces(time, values)
+
+
+@kernel
+def set_torques(drive: Floats, h: float, torque: Floats) -> None:
+    """Fill `torque` (T,) with those of a time h after that of `drive` (2, T), in the same piece."""
+    for t in range(torque.size):
+        torque[t] = drive[0, t] + h * drive[1, t]

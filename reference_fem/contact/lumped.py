@@ -21,7 +21,7 @@ from meshes.bounds import Bound, check_fields
 from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.contact import law
-from reference_fem.contact.friction import return_map
+from reference_fem.contact.friction import return_map, slip_loss
 from reference_fem.contact.law import ContactLaw, Memory, Motion
 from reference_fem.contact.lumped_point import LumpedPoint
 
@@ -167,8 +167,8 @@ def lumped_force(
 ) -> tuple[float, float]:
     """(F_t, F_n) on the tip, N; commits the law's memory.
 
-    Losses come from the law itself, not from the work of the forces: friction -½(F_t + F_t')Δa
-    (trapezoid), hysteresis ½(1 - e*²)(F'² - F²)/k while compressing; what both elements can give
+    Losses come from the law itself, not from the work of the forces: friction by `slip_loss`,
+    hysteresis ½(1 - e*²)(F'² - F²)/k while compressing; what both elements can give
     back is F_n² e*²/2k + F_t²/2k_t.
 
     Parameters
@@ -207,7 +207,7 @@ def lumped_force(
     if friction > 0.0 and k_t > 0.0:
         tangential, _, slip, _ = return_map(k_t, x - memory[ANCHOR], 0.0, friction * normal)
         memory[ANCHOR] += slip
-        energies[FRICTION_LOSS] = -0.5 * (memory[TANGENTIAL] + tangential) * slip
+        energies[FRICTION_LOSS] = slip_loss(memory[TANGENTIAL], 0.0, tangential, 0.0, slip, 0.0)
         energies[STORED] = 0.5 * tangential * tangential / k_t
     if closing > 0.0:
         energies[HYSTERESIS_LOSS] = 0.5 * (1.0 - share) * (normal**2 - before**2) / stiffness

@@ -37,8 +37,8 @@ def contact_forces(
         friction: return mapping in the plane (X, Z) with the same k_i (see `friction`)
 
     A node's anchor starts where it crossed the surface, found from its last velocity. The energy
-    of the springs, Σ (f_n² + |f_t|²)/2k, and the dissipation, -Σ ½(f_t + f_t')·Δa (trapezoid
-    over the slip increment), come from gaps and slips, not from the work of the sum of forces.
+    of the springs, Σ (f_n² + |f_t|²)/2k, and the dissipation (`friction.slip_loss`) come from gaps
+    and slips, not from the work of the sum of forces.
 
     Explicit steps accept every evaluation, so the history is committed here, in place.
 

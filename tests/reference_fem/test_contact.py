@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference_fem import Material, Settings, Status, Surface
-from reference_fem.contact.friction import return_map
+from reference_fem.contact.friction import drag, return_map
 from reference_fem.contact.law import COLUMNS, Memory, Motion
 from reference_fem.contact.penalty import contact_forces
 from reference_fem.contact.stiffness import adjoining_cells, penalty_contact
@@ -33,6 +33,29 @@ def test_return_map_stays_in_the_cone_and_dissipates(
     assert force_x == pytest.approx(-k * (x - slip_x), abs=1e-9 * (1 + k * abs(x)))
     assert force_z == pytest.approx(-k * (z - slip_z), abs=1e-9 * (1 + k * abs(z)))
     assert force_x * slip_x + force_z * slip_z <= 0.0
+
+
+def untouched() -> Memory:
+    """One site in the plane that has not touched yet."""
+    return Memory(np.zeros(1, dtype=np.bool_), np.zeros((1, 2)), np.zeros((1, 2)))
+
+
+@settings(deadline=None)
+@given(st.tuples(*[finite] * 4), st.tuples(*[st.floats(0.0, 100.0)] * 2), st.floats(1e3, 1e9))
+def test_no_slip_gives_energy_back(
+    path: tuple[float, ...], limits: tuple[float, float], k: float
+) -> None:
+    memory, (x, z, further_x, further_z) = untouched(), path
+    assert drag(memory, 0, k, x, z, limits[0])[2] >= 0.0
+    assert drag(memory, 0, k, further_x, further_z, limits[1])[2] >= 0.0
+
+
+def test_a_slide_that_turns_round_within_a_step_dissipates_on_its_way_back() -> None:
+    memory, k, limit, back = untouched(), 1e6, 3.0, 1e-4
+    drag(memory, 0, k, 1e-3, 0.0, limit)
+    force, _, loss = drag(memory, 0, k, 1e-3 - back, 0.0, limit)
+    assert force == pytest.approx(limit)
+    assert loss == pytest.approx(limit * (back - 2 * limit / k))  # the spring turns without slip
 
 
 def test_stiffness_is_f_k_a2_over_v_and_spread_by_area() -> None:

@@ -50,12 +50,9 @@ def _contact(result: TapResult, model: Model) -> Iterator[str]:
     if max(excess.max(initial=0.0), h.coulomb_excess.max(initial=0.0)) > ROUND_OFF * peak:
         yield f"tangential force leaves the cone by {excess.max():.3g} N (peak Fn {peak:.3g} N)"
     kinetic = float(h.kinetic_energy_J.max(initial=0.0))
-    # A slip that turns round within a step counts half of the old force: an error of the audit,
-    # which the balance shows.
-    noise = max(ROUND_OFF, result.summary.energy_residual or 0.0) * kinetic
     for name in ("friction_dissipation_J", "contact_damping_J"):
         fall = -np.diff(getattr(h, name)).min(initial=0.0)
-        if fall > noise:
+        if fall > ROUND_OFF * kinetic:
             yield f"{name} falls by {fall:.3g} J (kinetic {kinetic:.3g} J)"
     for name in ("strain_energy_J", "contact_energy_J", "hourglass_energy_J"):
         if getattr(h, name).min(initial=0.0) < -ROUND_OFF * kinetic:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements import ElementKernel
+from reference_fem.elements.base import ElementKernel
 
 # Lanczos steps: on the finger's meshes the largest frequency is found to 1e-3 after 20.
 ITERATIONS = 24

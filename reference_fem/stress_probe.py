@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements import ElementKernel
+from reference_fem.elements.base import ElementKernel
 from reference_fem.joints.section import Section, build_section
 
 

@@ -28,9 +28,8 @@ class FacetQuadrature:
     def nodal_area(self) -> tuple[Index, Array]:
         """Nodes (k,) of the facets and their shares Σ w N_i (k,), m²."""
         nodes, place = np.unique(self.facets, return_inverse=True)
-        area = np.zeros(nodes.size)
-        np.add.at(area, place.ravel(), (self.weight @ self.shape).ravel())
-        return nodes.astype(np.int64), area
+        area = np.bincount(place.ravel(), (self.weight @ self.shape).ravel())
+        return nodes.astype(np.int64), area.astype(np.float64)
 
 
 def facet_quadrature(

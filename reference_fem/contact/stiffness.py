@@ -100,16 +100,9 @@ def penalty_contact(
     place = place.ravel()
     return PenaltyContact(
         nodes=nodes.astype(np.int64),
-        stiffness=_collect(place, spring, nodes.size),
-        area=_collect(place, share, nodes.size),
+        stiffness=np.bincount(place, spring.ravel()).astype(np.float64),
+        area=np.bincount(place, share.ravel()).astype(np.float64),
     )
-
-
-def _collect(place: Index, values: Array, size: int) -> Array:
-    """Sum values by place, (size,)."""
-    total = np.zeros(size)
-    np.add.at(total, place, values.ravel())
-    return total
 
 
 def edge_thickness(points: Array, cells: Index, cell_volume: Array) -> Array:

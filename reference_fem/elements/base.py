@@ -23,7 +23,7 @@ from reference_fem.elements import loops
 from reference_fem.elements.blocks import Blocks, make_blocks
 from reference_fem.elements.checks import check_displacement, check_out
 from reference_fem.elements.frequency import element_stiffness, largest_frequency
-from reference_fem.elements.geometry import Geometry, geometries, sum_at_nodes
+from reference_fem.elements.geometry import Geometry, geometries
 from reference_fem.elements.stress import von_mises
 
 # (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
@@ -65,7 +65,7 @@ class ElementKernel:
     mean_dilatation: ClassVar[bool] = False
 
     def __post_init__(self, rows: Array) -> None:
-        mass = sum_at_nodes(self.cells, self.cell_mass, len(self.points))
+        mass = np.bincount(self.cells.ravel(), self.cell_mass.ravel(), len(self.points))
         kind, scratch_rows = type(self).blocks_of_kind, type(self).scratch_rows
         blocks = make_blocks(kind, self.points, self.cells, rows, scratch_rows)
         object.__setattr__(self, "lumped_mass", mass)

@@ -120,19 +120,6 @@ def by_element(
     return [np.concatenate(parts) for parts in zip(*map(values, chunks), strict=True)]
 
 
-def sum_at_nodes(cells: Index, values: Array, n_nodes: int) -> Array:
-    """Sums (n_nodes,) over elements of values (n_cells, a) at their corners."""
-    total = np.zeros(n_nodes)
-    np.add.at(total, cells, values)
-    return total
-
-
-def quadrature_points(points: Array, cells: Index) -> Array:
-    """Coordinates (n_cells, q, dim) in m of the Gauss points, point q nearest to corner q."""
-    shapes = next(geometries(points, cells[:1])).shape
-    return np.einsum("qa,nai->nqi", shapes, points[cells])
-
-
 def triangular_inverse(jacobian: Array) -> Array:
     """R^-1 of J = Q R with Q a rotation and R upper triangular with a positive diagonal.
 

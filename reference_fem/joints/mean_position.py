@@ -53,8 +53,7 @@ def mean_weights(points: Array, cells: Index, nodes: Index, radius: float) -> tu
         edges = np.unique(np.sort(edges, axis=1), axis=0)
         facets = edges[np.isin(edges, nodes).all(axis=1)]
         share = facet_areas(points, facets)[1]
-    weights = np.zeros(nodes.size)
-    np.add.at(weights, np.searchsorted(nodes, facets), share)
+    weights = np.bincount(np.searchsorted(nodes, facets).ravel(), share.ravel(), nodes.size)
     if not (weights > 0.0).all():
         raise ValueError(
             f"{np.count_nonzero(weights <= 0.0)} of its {nodes.size} nodes lie on no facet (or, "

@@ -14,7 +14,8 @@ from reference_fem import Material, Settings, Status, Surface
 from reference_fem import model as modelling
 from reference_fem.dynamics.central_difference import leapfrog
 from reference_fem.dynamics.step import advance, start_state
-from reference_fem.elements import hex8, quad4_plane_stress
+from reference_fem.elements.hexahedron.eight_point import hex8
+from reference_fem.elements.quadrilateral.plane_stress import quad4_plane_stress
 from tests.reference_fem.balls import half_ball
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import body, throw

@@ -24,20 +24,9 @@ RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "f
 
 
 def _json(record: RunRecord) -> str:
-    values = {
-        "scene": record.scene,
-        "model": record.model,
-        "variant": record.variant,
-        "status": record.status,
-        "ok": record.ok,
-        "message": record.message,
-        "summary": record.summary,
-        "errors": record.errors,
-        "events": [[event.time_s, event.kind] for event in record.events],
-        "statistics": record.statistics,
-        "accuracy": record.accuracy,
-        "provenance": record.provenance,
-    }
+    elsewhere = ("history", "forces", "read_back")
+    values = {name: value for name, value in vars(record).items() if name not in elsewhere}
+    values["events"] = [[event.time_s, event.kind] for event in record.events]
     return json.dumps(plain(values), allow_nan=False)
 
 

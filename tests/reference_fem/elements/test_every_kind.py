@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from reference_fem.elements import ElementKernel
+from reference_fem.elements.base import ElementKernel
 from tests.reference_fem.elements.bodies import (
     KINDS,
     POISSON,

@@ -5,8 +5,8 @@ import pytest
 from skfem import Basis, ElementHex1, ElementVector, MeshHex
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from reference_fem.elements import hex8
 from reference_fem.elements.geometry import CORNERS
+from reference_fem.elements.hexahedron.eight_point import hex8
 from tests.reference_fem.elements.bodies import (
     DENSITY,
     POISSON,

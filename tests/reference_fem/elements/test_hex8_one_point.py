@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import reference_fem as rf
-from reference_fem.elements import hex8
+from reference_fem.elements.hexahedron.eight_point import hex8
 from reference_fem.elements.hexahedron.one_point import (
     Hex8OnePoint,
     hex8_one_point,

@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis, ElementQuad1, ElementVector, MeshQuad
 from skfem.models.elasticity import linear_elasticity
 
-from reference_fem.elements import quad4_quadrature_points
+from reference_fem.elements.quadrilateral.plane_stress import quad4_quadrature_points
 from tests.reference_fem.elements.bodies import (
     DENSITY,
     POISSON,

@@ -5,8 +5,7 @@ import tomli_w
 
 from tests.processes import printed
 from validation.errors import UserError
-from validation.scenes import BUILT_IN, load_scene
-from validation.scenes.load import MAX_BYTES, parse_value
+from validation.scenes.load import BUILT_IN, MAX_BYTES, load_scene, parse_value
 from validation.scenes.messages import known_keys
 
 T3_FACTOR = 7.04e-5  # `fingertap identify torque`
@@ -287,7 +286,7 @@ def test_a_scene_states_settings_by_name_and_the_solver_keeps_the_other_defaults
 def test_a_solver_is_imported_where_a_scene_states_something_for_it() -> None:
     code = """
 import sys
-from validation.scenes import load_scene
+from validation.scenes.load import load_scene
 for key in (), ("solver.hcm.taps=2",), ("solver.fem.preset=fast",):
     load_scene("soft", key)
     print(sorted({"hcm", "reference_fem"} & set(sys.modules)))

@@ -1,8 +1,9 @@
 """The paper's figures from our own runs: 7 to 12 of the free finger, 13 to 16 of the driven one."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
@@ -72,11 +73,6 @@ def figure_10(path: Path, runs: Runs) -> None:
         for frictions in ((0.3, 0.5, 0.7), (0.9, 1.1, 1.3))
     )
     two_studies(path, runs, low, high)
-
-
-def figure_11(path: Path, runs: Runs) -> None:
-    """Forces and stress at R under different compliance."""
-    two_studies(path, runs, MODULI, SLENDER)
 
 
 def figure_12(path: Path, runs: Runs) -> None:
@@ -162,10 +158,11 @@ def figure_16(path: Path, runs: Runs) -> None:
             label(axis, legend, TIME, "tangential velocity (m/s)")
 
 
-FIGURES = {
+FIGURES: dict[str, tuple[str, Callable[[Path, Runs], None]]] = {
     "fig-07": ("Fig. 7: reduced model with N elements in all", figure_7),
     "fig-10": ("Fig. 10: contact forces and stress at R under different friction", figure_10),
-    "fig-11": ("Fig. 11: contact forces and stress at R under different compliance", figure_11),
+    "fig-11": ("Fig. 11: contact forces and stress at R under different compliance",
+               partial(two_studies, left=MODULI, right=SLENDER)),
     "fig-12": ("Fig. 12: hysteresis loops of the normal element", figure_12),
     "fig-13": ("Fig. 13: postures of the driven finger; the contact's own instant included",
                figure_13),

@@ -7,8 +7,8 @@ collocation.
 
 from hcm.accuracy import SMALLEST, Chosen, settings_for, simulate_within
 from hcm.assumptions import Assumptions
-from hcm.batch import Outcome, Scene, simulate_each, simulate_many, vary
-from hcm.model import RigidStart
+from hcm.batch import Outcome, simulate_each, simulate_many, vary
+from hcm.model import RigidStart, Scene
 from hcm.parameters import (
     Drive,
     Finger,

@@ -25,12 +25,11 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from hcm.batch import Scene
 from hcm.contact.build import law_of
 from hcm.estimate import LEFT_OUT_OVER, estimate_errors, relative_errors
 from hcm.flight.rigid_chain import clearance, reactions
 from hcm.flight.rigid_flight import TOUCHED, integrate_flight
-from hcm.model import build_model
+from hcm.model import Scene, build_model
 from hcm.parameters import (
     GAUSS,
     GENERALIZED_ALPHA,

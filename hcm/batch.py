@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcm.assumptions import PAPER, Assumptions
+from hcm.accuracy import check_accuracy, simulate_within
 from hcm.estimate import NAMES
-from hcm.model import RigidStart
-from hcm.parameters import Drive, Finger, ParameterError, Settings, Surface, Tip
+from hcm.model import Scene
+from hcm.parameters import Finger, ParameterError
 from hcm.result import Summary
 from hcm.simulate import simulate
 
@@ -34,23 +34,6 @@ PART, AHEAD = 8, 8
 # Statuses of a scene without a run: it was refused, or its solver raised what it should not have.
 REFUSED, FAILED = "REFUSED", "FAILED"
 UNITS = (("_m_per_s", "m/s"), ("_N_s", "N s"), ("_Pa", "Pa"), ("_N", "N"), ("_s", "s"))
-
-
-@dataclass(frozen=True)
-class Scene:
-    """What `simulate` is given."""
-
-    finger: Finger
-    surface: Surface
-    tip: Tip
-    drive: Drive = field(default_factory=Drive)
-    settings: Settings = field(default_factory=Settings)
-    start: RigidStart | None = None
-    assumptions: Assumptions = PAPER
-
-    def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of `simulate`."""
-        return dict(vars(self))
 
 
 @dataclass(frozen=True)
@@ -113,7 +96,9 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
 
 
 def simulate_each(
-    scenes: Iterable[Scene | ParameterError], threads: int | None = None
+    scenes: Iterable[Scene | ParameterError],
+    threads: int | None = None,
+    accuracy: float | None = None,
 ) -> Iterator[Outcome]:
     """Outcomes in the order of the scenes, each to the bits that `simulate` alone gives.
 
@@ -124,14 +109,22 @@ def simulate_each(
     ----------
     scenes : a `ParameterError` in the place of one is a scene that is refused.
     threads : that share them out; None: one a core that this process may use.
+    accuracy : chooses each scene's settings (`simulate_within`); None leaves its own.
+
+    Raises
+    ------
+    ParameterError
+        The accuracy is none that settings are known for.
     """
+    if accuracy is not None:
+        check_accuracy(accuracy)
     count = threads or len(os.sched_getaffinity(0))
     given, stop = iter(scenes), threading.Event()
     waiting: deque[Future[list[Outcome]]] = deque()
     with ThreadPoolExecutor(count, "taps") as pool:
         try:
             while part := tuple(islice(given, PART)):
-                waiting.append(pool.submit(_taps, part, stop))
+                waiting.append(pool.submit(_taps, part, stop, accuracy))
                 if len(waiting) >= AHEAD * count:
                     yield from waiting.popleft().result()
             while waiting:
@@ -143,21 +136,25 @@ def simulate_each(
 
 
 def simulate_many(
-    scenes: Iterable[Scene | ParameterError], threads: int | None = None
+    scenes: Iterable[Scene | ParameterError],
+    threads: int | None = None,
+    accuracy: float | None = None,
 ) -> xarray.Dataset:
     """`simulate_each` as one table over a dimension ``scene``, units in the attributes.
 
     Numbers that a scene has not are NaN, counts 0. Estimated errors, where a scene's settings ask
     for them, are ``error_`` and the number's name.
     """
-    return table(list(simulate_each(scenes, threads)))
+    return table(list(simulate_each(scenes, threads, accuracy)))
 
 
-def _taps(scenes: Sequence[Scene | ParameterError], stop: threading.Event) -> list[Outcome]:
-    return [_tap(scene, stop) for scene in scenes if not stop.is_set()]
+def _taps(
+    scenes: Sequence[Scene | ParameterError], stop: threading.Event, accuracy: float | None
+) -> list[Outcome]:
+    return [_tap(scene, stop, accuracy) for scene in scenes if not stop.is_set()]
 
 
-def _tap(scene: Scene | ParameterError, stop: threading.Event) -> Outcome:
+def _tap(scene: Scene | ParameterError, stop: threading.Event, accuracy: float | None) -> Outcome:
     def watch(fraction: float, doing: str) -> None:
         del fraction, doing
         if stop.is_set():
@@ -166,7 +163,10 @@ def _tap(scene: Scene | ParameterError, stop: threading.Event) -> Outcome:
     try:
         if isinstance(scene, ParameterError):
             raise scene
-        result = simulate(**scene.arguments(), progress=watch)
+        if accuracy is None:
+            result = simulate(**scene.arguments(), progress=watch)
+        else:
+            result = simulate_within(accuracy, scene, progress=watch)
     except ParameterError as error:
         return Outcome(REFUSED, str(error))
     except Exception as error:  # of one scene, of which the others know nothing

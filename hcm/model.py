@@ -13,12 +13,13 @@ r_w and v_w being the end of the phalanx before: the hinges hold at once in posi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.assumptions import Assumptions
+from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
 from hcm.beam.drive import Piece, piece_at, torques_on_nodes, torques_on_rods
 from hcm.beam.outline import Outline, build_outline, depth
@@ -50,12 +51,29 @@ class RigidStart:
     time_s: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in ("angles", "rates"):
-            values = getattr(self, field)
+        for name in ("angles", "rates"):
+            values = getattr(self, name)
             if not all(math.isfinite(value) for value in values):
-                raise ParameterError(f"start.{field} = {values!r}: must be finite numbers")
+                raise ParameterError(f"start.{name} = {values!r}: must be finite numbers")
         if not (math.isfinite(self.time_s) and self.time_s >= 0):
             raise ParameterError(f"start.time_s = {self.time_s!r}: must be 0 or above, in s")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What `simulate` is given."""
+
+    finger: Finger
+    surface: Surface
+    tip: Tip
+    drive: Drive = field(default_factory=Drive)
+    settings: Settings = field(default_factory=Settings)
+    start: RigidStart | None = None
+    assumptions: Assumptions = PAPER
+
+    def arguments(self) -> dict[str, Any]:
+        """Keyword arguments of `simulate`."""
+        return dict(vars(self))
 
 
 def rigid_motion(finger: Finger, chain: Chain, start: RigidStart) -> tuple[Floats, Floats]:

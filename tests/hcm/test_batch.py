@@ -45,6 +45,16 @@ def test_each_scene_has_the_bits_of_its_own_run() -> None:
     assert len({outcome.summary for outcome in many}) == len(many) - 1
 
 
+def test_an_accuracy_chooses_each_scenes_settings() -> None:
+    given = scenes()[:2]
+    many = list(hcm.simulate_each(given, threads=2, accuracy=1e-2))
+    for scene, outcome in zip(given, many, strict=True):
+        assert outcome.summary == hcm.simulate_within(1e-2, scene).summary
+        assert outcome.summary != hcm.simulate(**scene.arguments()).summary
+    with pytest.raises(hcm.ParameterError, match="accuracy = 2"):
+        list(hcm.simulate_each(given, accuracy=2.0))
+
+
 def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     own = batch.simulate
 

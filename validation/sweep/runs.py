@@ -17,7 +17,7 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.identity import program
 from validation.harness.provenance import processor
 from validation.harness.record import plain
-from validation.harness.store import Inputs
+from validation.harness.store import Inputs, key
 from validation.models import adapter
 from validation.models.inputs import scene_inputs
 from validation.runs.execute import solve
@@ -56,7 +56,8 @@ def programs(model: str) -> dict[str, Any]:
     found = adapter(model)
     made_by = program(*found.sources, __name__, without=found.independent_of)
     own = {k: v for k, v in made_by["environment"].items() if not k.endswith(WITHOUT_EFFECT)}
-    return {**{key: made_by[key] for key in ("source", "versions", "python")}, "environment": own}
+    parts = ("source", "versions", "python")
+    return {**{part: made_by[part] for part in parts}, "environment": own}
 
 
 def task_of(
@@ -70,7 +71,8 @@ def task_of(
         inputs |= scene_inputs(scene.tables, model)
     except UserError:
         inputs |= {"scene": document, "overrides": list(overrides)}
-    return Task(point, solver, model, overrides, inputs)
+    # of a million of them: their digests
+    return Task(point, solver, model, overrides, {"run": key(inputs)})
 
 
 def solve_tasks(
@@ -132,7 +134,7 @@ def _solve(
     try:
         scene = changed_scene(name, document, overrides, name)
         record = solve(scene, model, None, warm=warm).record
-        summary = {key: v for key, v in record.summary.items() if key not in NOT_SHARED}
+        summary = {name: v for name, v in record.summary.items() if name not in NOT_SHARED}
         found = row(record.status, record.message)
         found |= {"summary": plain(summary), "errors": plain(record.errors)}
     except UserError as error:

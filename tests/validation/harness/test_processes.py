@@ -73,6 +73,13 @@ def test_a_process_that_dies_is_told_and_ends_the_others() -> None:
     assert time.monotonic() - began < 60  # the other would have taken twice that
 
 
+def test_a_job_after_a_death_starts_another_process() -> None:
+    with workers(1) as pool:
+        with pytest.raises(RunFailedError, match="worker process died"):
+            pool.submit(os._exit, 3).result()
+        assert pool.submit(abs, -2).result() == 2
+
+
 def test_what_waits_is_dropped_when_the_command_fails() -> None:
     jobs: list[Future[None]] = []
     with pytest.raises(UserError, match="enough"):

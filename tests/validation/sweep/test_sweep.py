@@ -56,6 +56,7 @@ def test_a_sweep_has_the_numbers_of_its_runs(
     assert data["model"].values.tolist() == ["hcm", "hcm coarse"]
     assert data["peak_normal_force_N"].units == "N"
     assert data["material.youngs_modulus"].units == "Pa"
+    assert not [name for name in data if "memory" in str(name)]  # other scenes' too
     assert data["surface.friction"].values.tolist() == points.columns["surface.friction"]
     for point in range(4):
         for number, own in enumerate(((), ("finger.elements=1",))):

@@ -1,0 +1,86 @@
+"""What a sweep's page says of numbers that are known."""
+
+import math
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from tests.validation.sweep.plans import PLAN, written
+from validation.sweep import dataset
+from validation.sweep.page import Pair, command, outputs, pairs, table, variables, worst
+from validation.sweep.plan import Plan, read_plan
+from validation.sweep.points import PointTable, points_of
+
+MODELS = '["hcm", { model = "hcm", variant = "b" }, "fem3d"]'
+PEAKS = (100.0, 50.0, 200.0, 80.0)
+OFF = (0.01, -0.03, 0.0, 0.5)  # of the first model, relative
+
+
+def swept(tmp_path: Path, models: str = MODELS) -> tuple[Plan, PointTable, xarray.Dataset]:
+    """Four scenes: hcm is off by `OFF`, its variant by nothing; on the last one fem3d failed."""
+    plan = read_plan(written(tmp_path, PLAN.replace('["hcm"]', models)))
+
+    def run(peak: float, status: str = "COMPLETED") -> dataset.Solved:
+        summary = {"peak_normal_force_N": peak, "tip_velocity_at_contact_m_per_s": [1.0, -2.0]}
+        errors = {"peak_normal_force_N": 1.0, "tip_velocity_at_contact_m_per_s": [None, 0.1]}
+        return dataset.solved(
+            {"status": status, "message": "", "processor": "", "spent_s": 1.0,
+             "summary": summary, "errors": errors}
+        )  # fmt: skip
+
+    rows = [
+        [run(peak * (1 + off)), run(peak), run(peak, "COMPLETED" if off < 0.5 else "UNBALANCED")]
+        for peak, off in zip(PEAKS, OFF, strict=True)
+    ]
+    points = points_of(plan)
+    return plan, points, dataset.build(plan, points, rows)
+
+
+def test_reduced_models_are_compared_with_references(tmp_path: Path) -> None:
+    plan, _, data = swept(tmp_path)
+    chosen = pairs(plan)
+    assert [(pair.own, pair.base) for pair in chosen] == [(0, 2), (1, 2)]
+    row = table(data, chosen)[0]
+    assert row["models"] == "hcm against fem3d"
+    assert row["scenes"] == 3
+    assert row["median (%)"] == pytest.approx(1.0)
+    assert row["largest (%)"] == pytest.approx(3.0)
+    assert row["bias (%)"] == pytest.approx(-2.0 / 3.0)
+    assert row["within 2 % (%)"] == pytest.approx(200.0 / 3.0)
+    # by 1, 1.5 and 0 N, where both state 1 N: sqrt(2) together
+    assert row["beyond both stated errors (%)"] == pytest.approx(100.0 / 3.0)
+
+
+def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:
+    _, points, data = swept(tmp_path)
+    plan = read_plan(written(tmp_path, PLAN.replace('["hcm"]', MODELS.replace(', "fem3d"', ""))))
+    assert [(pair.own, pair.base) for pair in pairs(plan)] == [(1, 0)]
+    plan = read_plan(written(tmp_path))
+    assert pairs(plan) == []
+    found = next(outputs(plan, data, []))
+    assert found.values[:3] == pytest.approx(np.array(PEAKS[:3]) * (1 + np.array(OFF[:3])))
+    assert not found.signed
+    assert set(variables(points)) == {"surface.friction", "material.youngs_modulus"}
+
+
+def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
+    plan, points, data = swept(tmp_path)
+    rows = list(worst(plan, points, data, Pair(0, 2, "")))
+    assert [row["scene"] for row in rows] == [1, 0, 2]
+    own, base = rows[0]["run again"].split(" && ")
+    assert own == command(plan, points, 1, 0)
+    words = shlex.split(base)
+    assert words[:5] == ["fingertap", "run", "soft", "--model", "fem3d"]
+    assert "finger.elements=2" in words
+    assert f"surface.friction={points.columns['surface.friction'][1]!r}" in words
+
+
+def test_an_error_that_nobody_knows_is_infinite(tmp_path: Path) -> None:
+    _, _, data = swept(tmp_path)
+    assert np.isinf(data["tip_velocity_x_m_per_s_error"].values).all()
+    assert (data["tip_velocity_y_m_per_s_error"].values == 0.1).all()
+    assert dataset.solved(None).status == dataset.NOT_SOLVED
+    assert math.isnan(dataset.solved(None).spent_s)

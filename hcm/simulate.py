@@ -1,5 +1,6 @@
 """Run the reduced model: from rest, through flight and contact, to separation or an end time."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,6 +12,7 @@ from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.drive import piece_at
 from hcm.beam.outline import depth
+from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
 from hcm.integrators.gauss_tableau import STAGES
@@ -98,6 +100,14 @@ def simulate(
     cautions: tuple[str, ...] = ()
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings)
+        touch = next((i for i, event in enumerate(events) if event.kind == "contact"), None)
+        if touch is not None and summary.peak_normal_force_N is not None:
+            slope = np.concatenate([segment.q for segment in segments])[
+                touch, model.chain.tip + 2 :
+            ]
+            angle = math.atan2(-slope[1], abs(slope[0]))
+            peak = summary.peak_normal_force_N
+            cautions += beyond_checks(finger.phalanges[-1], tip, assumptions, angle, peak)
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"

@@ -24,6 +24,8 @@ from hcm.parameters import Finger, Phalanx, Surface, Tip
 # square of i/SPRINGS, so that a patch of any size has sqrt(a/R) of them, and its edge a width of
 # 2 sqrt(R/a)/SPRINGS over a.
 SPRINGS = 200
+# Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
+NU_CHECKED, ANGLES_CHECKED = (0.3, 0.49), (15.0, 62.0)
 
 
 def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions) -> Law:
@@ -58,6 +60,34 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
         width=width,
         tap=np.zeros(12),
     )
+
+
+def beyond_checks(
+    last: Phalanx, tip: Tip, assumptions: Assumptions, angle: float, peak: float
+) -> tuple[str, ...]:
+    """Cautions of a tap: a closed form out of its range, a patch that reaches the shaft.
+
+    angle : of the last phalanx below the horizontal at the touch, rad. peak : of F_n, N.
+    """
+    found, nu, degrees = [], last.poisson_ratio or 0.0, math.degrees(angle)
+    given = None not in (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
+    low, high = NU_CHECKED
+    steep = ANGLES_CHECKED[0] <= degrees <= ANGLES_CHECKED[1]
+    if assumptions.has("tip_compliance") and not given and not (low <= nu <= high and steep):
+        found.append(
+            f"the tip's compliance is a closed form that was checked for poisson_ratio {low:g} to"
+            f" {high:g} and last phalanges {ANGLES_CHECKED[0]:g} to {ANGLES_CHECKED[1]:g} degrees"
+            f" below the horizontal, not {nu:g} and {degrees:.0f}: state tip.compliance_nn, _nt, _tt"
+        )
+    if assumptions.has("lowest_point"):
+        radius = last.diameter / 2
+        depth = (3 * peak * (1 - nu**2) / (4 * last.youngs_modulus * math.sqrt(radius))) ** (2 / 3)
+        if math.sqrt(radius * depth) > radius * math.sin(angle):
+            found.append(
+                f"the patch reaches the shaft, which touches at an angle of {degrees:.0f} degrees:"
+                " the tip is no sphere there; lower surface.height for a steeper touch"
+            )
+    return tuple(found)
 
 
 def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:

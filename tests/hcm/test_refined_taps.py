@@ -7,6 +7,7 @@ import pytest
 
 import hcm
 from hcm.assumptions import Assumptions
+from hcm.contact.build import beyond_checks
 from tests.hcm.cases import order_of
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=6, poisson_ratio=0.4)
@@ -96,6 +97,20 @@ def test_restitution_and_damping_take_energy_and_the_audit_closes(friction: floa
         assert growth.sum() > 0
     # the loop gives back e*^2 of what compression took, the beams' vibration aside
     assert less.summary.contact_duration_s < whole.summary.contact_duration_s
+
+
+def test_what_was_not_checked_is_said() -> None:
+    """A closed form out of its range, and a tip that touches with its shaft."""
+    cautions = " ".join(tap(replace(SOFT, poisson_ratio=0.2)).cautions)
+    assert "checked for poisson_ratio 0.3 to 0.49" in cautions
+    assert tap().cautions == ()
+    flat = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.05, 100.0)
+    assert [text[:28] for text in flat] == [
+        "the tip's compliance is a cl",
+        "the patch reaches the shaft,",
+    ]
+    own = hcm.Tip(1e6, compliance_nn=0.0, compliance_nt=0.0, compliance_tt=0.0)
+    assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0) == ()
 
 
 def test_a_later_tap_begins_anew() -> None:

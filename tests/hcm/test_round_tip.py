@@ -190,6 +190,17 @@ def test_the_tip_yields_by_its_compliance() -> None:
     assert forces[1] == pytest.approx(forces[0] * mirror, rel=1e-12)
 
 
+def test_forces_act_at_the_surface_under_the_centre() -> None:
+    """Their moment about C is F_t (R - d), and a turn moves the path by as much."""
+    tip, turned = touched(law()), 1e-3
+    press(tip, TOUCH, at(0.0, DEEP))
+    q, out = at(0.0, DEEP, -0.7 + turned), np.zeros(4)
+    along, _ = round_tip.path(q, 0, tip)
+    assert along == pytest.approx((R - DEEP) * -turned, rel=1e-9)
+    round_tip.subtract_force(q, 0, TOUCH, tip, out)
+    assert q[2] * out[3] - q[3] * out[2] == pytest.approx(out[0] * (R - DEEP), rel=1e-12)
+
+
 def throw(tip: BallLaw, vt: float, vn: float, step: float) -> tuple[float, float, float, list[int]]:
     """A solid ball that bounces: (V_t, V_n of its lowest point after it, time, tangential modes).
 

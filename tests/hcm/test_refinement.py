@@ -133,7 +133,7 @@ def test_a_round_bar_falls_as_a_compound_pendulum() -> None:
     body, on = hcm.Finger((phalanx(),)), Assumptions("refined")
     rods = build_rods(body, hcm.Surface(0.03, 0.5), hcm.Drive(), on)
     out, length = np.empty(2), L - R
-    rates(np.array([0.4, 3.0]), rods, out)
+    rates(0.0, np.array([0.4, 3.0]), rods, out)
     mass, first, second = moments(body, on)[:, 0]
     assert out == pytest.approx([3.0, 9.8 * first * np.cos(0.4) / (second * length)], rel=1e-12)
     assert rods.height == 0.03 - R

@@ -179,8 +179,10 @@ class Settings:
     flight: Flight = "rigid"
     """Rigid: the finger's own rigid chain flies up to the contact window. Explicit: all of it, from
     rest, by the explicit loop."""
-    lead_steps: Annotated[int, Bound(integer=True, at_least=1)] = 20
-    """Explicit steps between the end of the rigid flight and the first touch."""
+    lead_steps: Annotated[int, Bound(integer=True, at_least=2)] = 2
+    """Explicit steps between the end of the rigid flight and the first touch. In them the tip falls
+    freely, for no hinge pulls at it yet: each changes its speed. In one step less "impulse" would
+    stop nodes before there was a height to place the touch by."""
     end_time_s: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
     """None ends the run when the first tap is over. A time continues through further taps."""
     max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 5e-3

@@ -9,9 +9,13 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.rigid_chain import build_chain
+from reference_fem.model import build_model
+from reference_fem.rigid_chain import build_chain, chain_and_start, pose
+from reference_fem.rigid_flight import descent
 from tests.reference_fem.boxes import boxes
-from tests.reference_fem.taps import GEOMETRY, SOFT, tap
+from tests.reference_fem.taps import GEOMETRY, SOFT, SURFACE, tap
+
+COARSE = meshes.Sizing(8e-3, 14e-3, 8e-3)
 
 
 @pytest.fixture(scope="module")
@@ -290,9 +294,26 @@ def test_chain_has_the_mass_of_the_mesh() -> None:
 def test_the_velocity_is_that_at_the_touch_however_rarely_a_run_is_audited() -> None:
     """To what a step changes it by, in a swing of 3 phalanges: v² Δt / 3 L."""
     rubber = (rf.Material(1e7, 0.4, 1400.0),) * 3
-    mesh = meshes.finger_hexahedra(GEOMETRY, meshes.Sizing(8e-3, 14e-3, 8e-3))
+    mesh = meshes.finger_hexahedra(GEOMETRY, COARSE)
     often, rarely = (
         tap(mesh, materials=rubber, output_interval=steps).summary for steps in (1, 30)
     )
     read = np.array([vars(s)["tip_velocity_at_contact_m_per_s"] for s in (often, rarely)])
     assert np.ptp(read, axis=0).max() < (read[0] @ read[0]) / 0.12 * often.time_step_s
+
+
+def test_the_rigid_flight_hands_its_speed_over_to_the_touch() -> None:
+    """But for the free fall of two steps and a half: dv = (a - g) t, a of the tip in the chain."""
+    rubber, mesh = (rf.Material(1e7, 0.4, 1400.0),) * 3, meshes.finger_hexahedra(GEOMETRY, COARSE)
+    model = build_model(mesh, rubber, SURFACE, rf.Drive(), rf.Settings())
+    chain, first = chain_and_start(model.chain, None)
+    flown = descent(model, chain, first, rf.Settings())
+    assert flown is not None
+    pole = model.points[[model.pole]], model.body_of_point[[model.pole]]
+    before, at = (
+        pose(chain, flown.before(early), *pole)[1][0, :2] for early in (model.step_s, 0.0)
+    )
+    read = tap(mesh, materials=rubber).summary.tip_velocity_at_contact_m_per_s
+    free = np.linalg.norm((at - before) / model.step_s + [0.0, 9.8]) * 2.5 * model.step_s
+    assert np.linalg.norm(np.subtract(read, at)) < free
+    assert free < 1e-3 * np.linalg.norm(at)

@@ -111,13 +111,17 @@ def build_model(
             "cell sets phalanx_w: some cells or nodes belong to no phalanx; every cell needs one "
             "and every node a cell"
         )
-    young, poisson, density, bulk = np.array(
-        [(m.youngs_modulus, m.poisson_ratio, m.density, m.bulk_modulus) for m in materials]
+    young, poisson, density, relaxation, bulk = np.array(
+        [
+            (m.youngs_modulus, m.poisson_ratio, m.density, m.relaxation_time, m.bulk_modulus)
+            for m in materials
+        ]
     )[phalanx].T.copy()
     radii = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])
     radius = radii[phalanx]
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radius),)
-    kernel = _formulation(mesh.dim, settings)(points, cells, young, poisson, density, *thickness)
+    elastic = points, cells, young, poisson, density
+    kernel = _formulation(mesh.dim, settings)(*elastic, *thickness, relaxation)
     mass = np.ascontiguousarray(kernel.lumped_mass)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     copies = 2 if symmetry.size else 1

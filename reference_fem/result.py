@@ -73,8 +73,8 @@ class Sampled(Generic[Number]):
     """What is sampled of the explicit run, once (`Sample`) or n times (`History`).
 
     Energies are measured from the finger at rest at t = 0, so that the balance kinetic + strain +
-    gravity + contact + friction dissipation + contact damping - drive work, which the
-    discretization alone keeps from being zero, covers a skipped flight as well.
+    gravity + contact + friction dissipation + contact damping + material dissipation - drive work,
+    which the discretization alone keeps from being zero, covers a skipped flight as well.
 
     time_s : (n,), absolute time
     normal_force_N : (n,), on the tip, pushing up
@@ -85,8 +85,9 @@ class Sampled(Generic[Number]):
         that of the law's normal and tangential springs
     hourglass_energy_J : (n,), what hourglass control holds of the strain energy; 0 for elements
         without it.
-    friction_dissipation_J, contact_damping_J, drive_work_J, energy_balance_J : (n,), contact
-        damping is what dashpots take, and the lumped law's hysteresis
+    friction_dissipation_J, contact_damping_J, material_dissipation_J, drive_work_J,
+        energy_balance_J : (n,), contact damping is what dashpots take, and the lumped law's
+        hysteresis
     coulomb_excess : (n,), largest |f_t| - μ f_n over the nodes in contact, N
     contact_area_m2 : (n,), tributary area of the nodes or quadrature points in contact; a round
         patch has the radius sqrt(area/π).
@@ -107,6 +108,7 @@ class Sampled(Generic[Number]):
     contact_energy_J: Number
     friction_dissipation_J: Number
     contact_damping_J: Number
+    material_dissipation_J: Number
     drive_work_J: Number
     energy_balance_J: Number
     coulomb_excess: Number

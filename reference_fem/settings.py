@@ -23,7 +23,7 @@ LONGEST_S = 1e12
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic elastic material; one per phalanx."""
+    """An isotropic material, elastic or damped; one per phalanx."""
 
     youngs_modulus: Annotated[float, Bound("Pa", above=0)]
     """E."""
@@ -34,6 +34,8 @@ class Material:
     """ν."""
     density: Annotated[float, Bound("kg/m3", above=0)]
     """ρ of the undeformed body."""
+    relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
+    """τ of Kelvin and Voigt's damping, S = C : (E + τ dE/dt); 0: none."""
 
     def __post_init__(self) -> None:
         check_fields(self)

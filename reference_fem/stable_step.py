@@ -20,7 +20,7 @@ def stable_step(
     symmetry: Index,
     contact_damping: Array | None = None,
 ) -> float:
-    """Δt = 2/ω_max of M⁻¹(K + K_c + 2 C_c/Δt), all contact nodes sticking.
+    """Δt = 2/ω_max of M⁻¹(K + K_c + 2 (C_c + τ K)/Δt), all contact nodes sticking.
 
     ω_max is the safeguarded Lanczos value, or the element bound if that is lower. The element
     bound alone, the usual choice, costs twice the steps on the finger's meshes: one bad element
@@ -29,6 +29,10 @@ def stable_step(
     Dashpots C_c lag by half a step, v(t - Δt/2) in the place of v(t): the leapfrog then needs
     4 M/Δt² - 2 C/Δt - K positive definite (at the root z = -1). Δt stands on both sides; starting
     from C = 0, which is too large a step, fixed-point iteration comes down to it.
+
+    The material's damping τ K lags alike: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads
+    Δt = 2/ω_max (sqrt(1 + ξ²) - ξ). ω_max may be that of K + K_c + 2 C_c/Δt without τ, and τ the
+    largest: both err to the safe side.
 
     K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).
     Hinges only constrain the motion and can't raise ω_max (Rayleigh). K is that of the reference
@@ -58,7 +62,8 @@ def stable_step(
                 "empty elements and the material for wrong units"
             )
         limit = 2.0 / highest
-    return limit
+    tau = float(kernel.relaxation.max())
+    return limit * limit / (tau + math.hypot(tau, limit)) if tau > 0.0 else limit
 
 
 def coupled_step(step_s: float, factor: float, eigenvalue: float) -> float:

@@ -29,11 +29,11 @@ class StressProbe:
     weights: Array
     section: Section
 
-    def read(self, kernel: ElementKernel, displacement: Array) -> float:
+    def read(self, kernel: ElementKernel, displacement: Array, velocity: Array) -> float:
         """Axial Cauchy stress at R, Pa; tension positive."""
         angle = self.section.angle(displacement)
         c, s = math.cos(angle), math.sin(angle)
-        stress = kernel.cell_stress(displacement, self.cells)
+        stress = kernel.cell_stress(displacement, self.cells, velocity)
         shear = stress[:, 3 if kernel.dim == 3 else 2]
         axial = c * c * stress[:, 0] + s * s * stress[:, 1] + 2.0 * c * s * shear
         return float(self.weights @ axial)

@@ -19,9 +19,11 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     - gravity: -Σ m f·u, f the acceleration of a free fall
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds
+    - material: its damping, from strain rates between the states
     - drive work: Σ t_w θ_w - ∫ θ_w dt_w, θ_w the rotation of the driven face
 
-    balance = kinetic + strain + gravity + contact + dissipation + damping - drive work - origin,
+    balance = kinetic + strain + gravity + contact + dissipation + damping + material - drive work
+    - origin,
     the origin being what the same sum was where the motion started (zero for a finger at rest).
     """
     u, v, row = state.displacement, block.velocity, block.log[0] * model.copies
@@ -34,8 +36,9 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         work *= model.copies
         columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING
         springs, friction, damping = (float(row[column]) for column in columns)
-        stored = kinetic + strain + gravity + springs + friction + damping
-        stress = model.probe.read(model.kernel, u)
+        material = model.copies * block.material_J
+        stored = kinetic + strain + gravity + springs + friction + damping + material
+        stress = model.probe.read(model.kernel, u, v)
     return Sample(
         time_s=state.time_s,
         normal_force_N=float(row[law.NORMAL]),
@@ -50,6 +53,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         contact_energy_J=springs,
         friction_dissipation_J=friction,
         contact_damping_J=damping,
+        material_dissipation_J=material,
         drive_work_J=work,
         energy_balance_J=stored - work - origin_energy_J,
         coulomb_excess=float(row[law.EXCESS]),

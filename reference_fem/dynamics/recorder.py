@@ -134,7 +134,7 @@ class Recorder:
                 time_s=time_s,
                 displacement=f.displacement,
                 velocity=f.velocity,
-                von_mises_Pa=model.kernel.von_mises(f.displacement),
+                von_mises_Pa=model.kernel.von_mises(f.displacement, f.velocity),
                 contact_pressure_Pa=f.pressure,
                 at_peak=time_s in peaks,
             )

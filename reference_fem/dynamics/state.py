@@ -19,6 +19,7 @@ class State:
     memory : history of the contact law after the last evaluation
     dissipation_J : friction dissipation up to the last evaluation
     damping_J : what the contact's dashpots took up to the last evaluation
+    material_J : what the material's damping took up to the last evaluation
     face_angles : (n_couples,), rotation of the driven faces, rad: keeps the branch of full turns
     withheld_J : ∫ θ dt, by which the work of the torques t falls short of t θ
     """
@@ -30,5 +31,6 @@ class State:
     memory: Memory
     dissipation_J: float
     damping_J: float
+    material_J: float
     face_angles: Array
     withheld_J: float

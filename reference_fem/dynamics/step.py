@@ -22,6 +22,7 @@ class Block:
         not searched for.
     velocity : (n_points, dim), v at t_n, synchronous with the displacement of the state that went
         in
+    material_J : what the material's damping took up to t_n
     stored_J, hourglass_J : stored energy at t_n, and what hourglass control holds of it
     reactions : (P, 2), hinge forces at t_n
     pressure : (n_points,), contact pressure at t_n, Pa: each node's normal force over its tributary
@@ -31,6 +32,7 @@ class Block:
 
     log: Array
     velocity: Array
+    material_J: float
     stored_J: float
     hourglass_J: float
     reactions: Array
@@ -72,6 +74,7 @@ def start_state(
         memory=model.contact.new_memory(displacement, near[model.touching_body]),
         dissipation_J=0.0,
         damping_J=0.0,
+        material_J=0.0,
         face_angles=_face_angles(model, displacement, near[[c.phalanx for c in model.couples]]),
         withheld_J=withheld_J,
     )
@@ -82,7 +85,10 @@ def start_state(
             "finger at the start; put it lower"
         )
     residual = np.empty_like(state.velocity)
-    model.kernel.internal_force(state.displacement, residual)
+    if model.kernel.damped:
+        model.kernel.damped_force(state.displacement, state.velocity, 0.0, residual)
+    else:
+        model.kernel.internal_force(state.displacement, residual)
     _less_external(model, state, model.torques.at(time_s), residual, False, np.zeros(COLUMNS))
     back = np.empty_like(residual)
     half_kick(state.velocity, residual, model.inverse_mass, model.fall, -model.step_s, back)
@@ -111,7 +117,16 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     log = np.zeros((steps, COLUMNS))
     log[:, GAP] = np.inf
     pressure = np.zeros(len(u))
-    stored, hourglass = model.kernel.audited_force(state.displacement, residual)
+    kernel, lag, lost = model.kernel, 0.5 * model.step_s, state.material_J
+    if kernel.damped:
+        stored, hourglass, power = kernel.damped_force(
+            state.displacement, state.velocity, lag, residual
+        )
+        # before the first step there was no motion
+        lost += model.step_s * power if state.step else 0.0
+    else:
+        stored, hourglass = kernel.audited_force(state.displacement, residual)
+    lost_before = lost
     torques, withheld = model.torques.at(state.time_s), state.withheld_J
     reactions = _less_external(model, first, torques, residual, search, log[0], pressure)
     constants = model.inverse_mass, model.fall, model.step_s
@@ -126,7 +141,10 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
             withheld += work_of(model, change, 0.5 * (began + ends))
         if number == steps:
             break
-        model.kernel.internal_force(u, residual)
+        if kernel.damped:
+            lost += model.step_s * kernel.damped_force(u, v, lag, residual)[2]
+        else:
+            kernel.internal_force(u, residual)
         _less_external(model, work, torques, residual, search, log[number])
         leapfrog(u, v, residual, *constants)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
@@ -137,10 +155,12 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         time_s=state.time_s + steps * model.step_s,
         dissipation_J=float(log[-1, DISSIPATION]),
         damping_J=float(log[-1, DAMPING]),
+        material_J=lost,
         face_angles=_face_angles(model, u, state.face_angles),
         withheld_J=withheld,
     )
-    return after, Block(log, synchronous, stored, hourglass, reactions, pressure, search)
+    shown = log, synchronous, lost_before, stored, hourglass, reactions, pressure, search
+    return after, Block(*shown)
 
 
 def work_of(model: Model, torques: Array, angles: Array) -> float:

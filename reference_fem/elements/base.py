@@ -13,6 +13,7 @@ else elements share is in `blocks`, `loops` and `threads`):
 
 from collections.abc import Callable, Iterator
 from dataclasses import InitVar, dataclass, field
+from functools import cached_property
 from typing import ClassVar
 
 import numba
@@ -24,7 +25,7 @@ from reference_fem.elements.blocks import Blocks, make_blocks
 from reference_fem.elements.checks import check_displacement, check_out
 from reference_fem.elements.frequency import element_stiffness, largest_frequency
 from reference_fem.elements.geometry import Geometry, geometries
-from reference_fem.elements.stress import von_mises
+from reference_fem.elements.stress import damping_stress, von_mises
 
 # (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
 Stresses = Callable[[Blocks, Array, Array, Array, Array, Index, Array], None]
@@ -40,6 +41,7 @@ class ElementKernel:
     cell_volume : (n_cells,) reference volumes, m^3
     cell_mass : (n_cells, corners) row-sum masses of each element's nodes, kg
     gradients : (n_cells, corners, dim) shape gradients that stresses are taken with, 1/m
+    relaxation : (n_cells,) tau of Kelvin and Voigt's damping S = C : (E + tau dE/dt), s
     rows : (n_cells, rows) what the kernels store of each element
     lumped_mass : (n_nodes,) sums of the row-sum masses, kg, of the body as meshed
     blocks : that in blocks, and workspaces that calls overwrite
@@ -55,6 +57,7 @@ class ElementKernel:
     cell_volume: Array
     cell_mass: Array
     gradients: Array
+    relaxation: Array
     rows: InitVar[Array]
     lumped_mass: Array = field(init=False)
     blocks: Blocks = field(init=False)
@@ -108,6 +111,25 @@ class ElementKernel:
         loops.audited_force(self.blocks, self._checked(displacement), out, parts)
         return _energies(parts)
 
+    @cached_property
+    def damped(self) -> bool:
+        """Whether any element has a relaxation time."""
+        return bool(self.relaxation.any())
+
+    def damped_force(
+        self, displacement: Array, velocity: Array, lag: float, out: Array
+    ) -> tuple[float, float, float]:
+        """`audited_force` with damping, and what it dissipates, W.
+
+        velocity : (n_nodes, dim) m/s, of `lag` seconds before the displacement: the dissipation is
+            that of then, and zero damps no rotation
+        """
+        check_out(out, self.points.shape)
+        parts = np.empty((numba.get_num_threads(), 3))
+        u, v = self._checked(displacement), self._checked(velocity)
+        loops.damped_force(self.blocks, u, v, lag, out, parts)
+        return *_energies(parts[:, :2]), float(sum(parts[:, 2].tolist()))
+
     def energies(self, displacement: Array) -> tuple[float, float]:
         """All that is stored, J, and what hourglass control holds of it (0 without such control).
 
@@ -121,8 +143,10 @@ class ElementKernel:
         """The first of `energies`, J."""
         return self.energies(displacement)[0]
 
-    def cell_stress(self, displacement: Array, cells: Index | None = None) -> Array:
-        """Cauchy stress at the elements' centres, Pa.
+    def cell_stress(
+        self, displacement: Array, cells: Index | None = None, velocity: Array | None = None
+    ) -> Array:
+        """Cauchy stress at the elements' centres, Pa; without a velocity (m/s), the elastic part.
 
         (n, 6) as xx, yy, zz, xy, yz, xz in 3D; (n, 3) as xx, yy, xy in 2D. `cells` picks elements
         (all of them when None), so that a probe costs what it looks at.
@@ -131,11 +155,20 @@ class ElementKernel:
         stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
         u = self._checked(displacement)
         type(self).stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
+        if self.damped and velocity is not None:
+            nodes, gradients = self.cells[chosen], self.gradients[chosen]
+            f, rate = (
+                np.einsum("nai,naj->nij", field[nodes], gradients)
+                for field in (self.points + u, self._checked(velocity))
+            )
+            stress += damping_stress(
+                f, rate, *(tau[chosen] for tau in (self.mu, self.lame, self.relaxation))
+            )
         return stress
 
-    def von_mises(self, displacement: Array, cells: Index | None = None) -> Array:
-        """Equivalent stress at the centres, (n,), Pa."""
-        return von_mises(self.cell_stress(displacement, cells))
+    def von_mises(self, displacement: Array, velocity: Array | None = None) -> Array:
+        """Equivalent stress at the centres, (n_cells,), Pa; see `cell_stress`."""
+        return von_mises(self.cell_stress(displacement, velocity=velocity))
 
     def min_det_F(self, displacement: Array) -> float:
         """Smallest det F over all points, not above 0 for an inverted element; NaN of NaNs."""

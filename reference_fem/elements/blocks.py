@@ -13,6 +13,8 @@ Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative in
 # Energies of strains and of hourglass modes by thread, (threads, 2), J. Where it is None, numba
 # leaves out all that concerns them.
 Stored = Array | None
+# Velocity (n_nodes, dim), m/s, and how long before the displacement it was, s; None: no damping.
+Moving = tuple[Array, float] | None
 
 # Below 16 lanes the compiler does not vectorise; with more, a block no longer stays in 32 kB of
 # first-level cache between the two passes over it (measured: 32 lanes are 10 to 15 % slower).

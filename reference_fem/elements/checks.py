@@ -52,6 +52,30 @@ def check_material(
     return arrays[0], arrays[1], arrays[2]
 
 
+def check_relaxation(relaxation: Array | None, n_cells: int) -> Array:
+    """Return the relaxation times, s, (n_cells,), zeros for None.
+
+    Raises
+    ------
+    ValueError
+        If the shape is wrong or one is negative or not finite.
+    """
+    if relaxation is None:
+        return np.zeros(n_cells)
+    tau = np.ascontiguousarray(relaxation, dtype=np.float64)
+    if tau.shape != (n_cells,):
+        raise ValueError(f"relaxation has shape {tau.shape}; one value per cell, ({n_cells},)")
+    wrong = ~((tau >= 0.0) & np.isfinite(tau))
+    if wrong.any():
+        raise ValueError(f"relaxation is {tau[wrong][0]} s in a cell; it must be 0 or above")
+    return tau
+
+
+def damping_rows(relaxation: Array) -> tuple[Array, ...]:
+    """What the kernels store of the relaxation times, (n_cells,): nothing where all are zero."""
+    return (relaxation,) if relaxation.any() else ()
+
+
 def check_displacement(displacement: Array, shape: tuple[int, int]) -> Array:
     """Return the displacement as the contiguous float64 array that the kernels take.
 

@@ -14,7 +14,7 @@ from numba.extending import overload
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import SAFE_MATH, njit
-from reference_fem.elements.blocks import Blocks, Stored
+from reference_fem.elements.blocks import Blocks, Moving, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
     START,
@@ -27,9 +27,12 @@ from reference_fem.elements.threads import (
 
 
 def add_force(
-    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
-) -> None:
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
+    moving: Moving,
+) -> None:  # fmt: skip
     """Add the forces of one block, N, and what `energy` gives to row t of `stored` if it is given.
+
+    Where it is `moving`, damping is among the forces, and what it takes is added there too.
 
     u (n_nodes, dim) displacements, m; `share` of thread t as in `threads`.
     """
@@ -48,7 +51,7 @@ def least_det(blocks: Blocks, u: Array, block: int, s: Array) -> float:
 
 def implement(
     kind: type[Blocks],
-    force: Callable[[Blocks, Array, int, Index, int, Array, Stored], None],
+    force: Callable[[Blocks, Array, int, Index, int, Array, Stored, Moving], None],
     energies_of: Callable[[Blocks, Array, int, Array], tuple[float, float]],
     det: Callable[[Blocks, Array, int, Array], float],
 ) -> None:
@@ -58,10 +61,12 @@ def implement(
         return getattr(blocks, "instance_class", None) is kind
 
     @overload(add_force, strict=False)  # annotations would count as a difference
-    def _force(blocks: Any, u: Any, block: Any, share: Any, t: Any, out: Any, stored: Any) -> Any:
+    def _force(
+        blocks: Any, u: Any, block: Any, share: Any, t: Any, out: Any, stored: Any, moving: Any
+    ) -> Any:
         if asked(blocks):
-            return lambda blocks, u, block, share, t, out, stored: force(
-                blocks, u, block, share, t, out, stored
+            return lambda blocks, u, block, share, t, out, stored, moving: force(
+                blocks, u, block, share, t, out, stored, moving
             )
         return None
 
@@ -80,7 +85,7 @@ def implement(
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def share_force(
-    blocks: Blocks, u: Array, shares: Index, t: int, out: Array, stored: Stored
+    blocks: Blocks, u: Array, shares: Index, t: int, out: Array, stored: Stored, moving: Moving
 ) -> None:
     """Forces of thread t's blocks and, where asked for, row t of what `energies` gives.
 
@@ -89,8 +94,10 @@ def share_force(
     zero_forces(blocks, shares, t, out)
     if stored is not None:
         stored[t, 0], stored[t, 1] = 0.0, 0.0
+        if moving is not None:
+            stored[t, 2] = 0.0
     for block in range(shares[t, START], shares[t, STOP]):
-        add_force(blocks, u, block, shares[t], t, out, stored)
+        add_force(blocks, u, block, shares[t], t, out, stored, moving)
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
@@ -98,7 +105,7 @@ def internal_force(blocks: Blocks, displacement: Array, n_threads: int, out: Arr
     """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads."""
     shares = thread_shares(blocks.node_range, n_threads)
     for t in prange(n_threads):
-        share_force(blocks, displacement, shares, t, out, None)
+        share_force(blocks, displacement, shares, t, out, None, None)
     add_buffers(blocks, shares, out)
 
 
@@ -107,7 +114,18 @@ def audited_force(blocks: Blocks, displacement: Array, out: Array, stored: Array
     """`internal_force` and `energies`, stored (threads, 2), in one pass over the elements."""
     shares = thread_shares(blocks.node_range, len(stored))
     for t in prange(len(stored)):
-        share_force(blocks, displacement, shares, t, out, stored)
+        share_force(blocks, displacement, shares, t, out, stored, None)
+    add_buffers(blocks, shares, out)
+
+
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+def damped_force(
+    blocks: Blocks, displacement: Array, velocity: Array, lag: float, out: Array, stored: Array
+) -> None:
+    """`audited_force` with damping, and what it dissipates, W: stored (threads, 3)."""
+    shares = thread_shares(blocks.node_range, len(stored))
+    for t in prange(len(stored)):
+        share_force(blocks, displacement, shares, t, out, stored, (velocity, lag))
     add_buffers(blocks, shares, out)
 
 

@@ -72,6 +72,28 @@ def cauchy_plane_stress(f: Array, mu: float, lame: float, stress: Array) -> None
     stress[2] = (pressure * b12 + mu * (b11 * b12 + b12 * d22)) / volume
 
 
+def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Array) -> Array:
+    """Cauchy stress F S F^T / det F of S = tau (lambda tr E. I + 2 mu E.), Pa.
+
+    Components are those of `cauchy_stress`, or of `cauchy_plane_stress`. Of a sheet with lambda* it
+    is per volume of the undeformed thickness.
+
+    Parameters
+    ----------
+    f, rate : (n, dim, dim) F and dF/dt, 1/s
+    mu, lame, relaxation : (n,) Lame's constants, Pa, and tau, s
+    """
+    half = f.transpose(0, 2, 1) @ rate
+    strain_rate = 0.5 * (half + half.transpose(0, 2, 1))
+    trace = np.trace(strain_rate, axis1=1, axis2=2)[:, None, None] * np.eye(f.shape[1])
+    s = lame[:, None, None] * trace + 2.0 * mu[:, None, None] * strain_rate
+    stress = f @ s @ f.transpose(0, 2, 1) * (relaxation / np.linalg.det(f))[:, None, None]
+    rows, columns = ((0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)) if f.shape[1] == 3 else (
+        (0, 1, 0), (0, 1, 1),
+    )  # fmt: skip
+    return np.asarray(stress[:, rows, columns])
+
+
 def von_mises(stress: Array) -> Array:
     """Equivalent stress sqrt(3/2 dev:dev), Pa, (n,).
 

@@ -216,10 +216,10 @@ def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
     import reference_fem
 
     material = tables.material
-    columns = (material.youngs_modulus, material.poisson_ratio, material.density)
+    elastic = material.youngs_modulus, material.poisson_ratio, material.density
     materials = tuple(
-        reference_fem.Material(youngs_modulus=modulus, poisson_ratio=nu, density=density)
-        for modulus, nu, density in tables.rows(*columns)
+        reference_fem.Material(*properties)
+        for properties in tables.rows(*elastic, material.relaxation_time)
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
     return materials, surface, drive_of(tables), solver_settings(tables)
@@ -280,12 +280,6 @@ class Solid:
 
     def refusal(self, scene: NamedScene) -> str:
         """Why no finite elements take this scene, empty if they do."""
-        tau = scene.tables.material.relaxation_time
-        if any(scene.tables.per_phalanx(tau)):
-            return (
-                f"material.relaxation_time = {tau}: {self.name} does not damp the "
-                "material yet; leave it out or use --model hcm"
-            )
         if (accuracy := scene.tables.solver.accuracy_of("fem")) is not None:
             return (
                 f"solver.accuracy = {accuracy:g}: {self.name} takes none; give a solver.fem.preset"

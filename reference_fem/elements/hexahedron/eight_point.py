@@ -8,7 +8,12 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel, Stresses, lame_constants
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.checks import check_material, check_mesh
+from reference_fem.elements.checks import (
+    check_material,
+    check_mesh,
+    check_relaxation,
+    damping_rows,
+)
 from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.elements.hexahedron.eight_point_kernel import SCRATCH_ROWS
 from reference_fem.elements.hexahedron.eight_point_outputs import Hex8Blocks, stresses
@@ -24,7 +29,10 @@ class Hex8(ElementKernel):
     mean_dilatation: ClassVar[bool] = True
 
 
-def hex8(points: Array, cells: Index, young: Array, poisson: Array, density: Array) -> Hex8:
+def hex8(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array,
+    relaxation: Array | None = None,
+) -> Hex8:  # fmt: skip
     """8-node hexahedra with a mean dilatation, St. Venant-Kirchhoff.
 
     Parameters
@@ -33,6 +41,8 @@ def hex8(points: Array, cells: Index, young: Array, poisson: Array, density: Arr
     cells : (n_cells, 8) in VTK's node order
     young, poisson, density : (n_cells,) Young's modulus (Pa), Poisson's ratio, density (kg/m^3)
 
+    relaxation : (n_cells,) tau of the damping, s; None: none
+
     Raises
     ------
     ValueError
@@ -40,6 +50,7 @@ def hex8(points: Array, cells: Index, young: Array, poisson: Array, density: Arr
     """
     points, cells = check_mesh(points, cells, 3, 8)
     young, poisson, density = check_material(young, poisson, density, len(cells))
+    tau = check_relaxation(relaxation, len(cells))
     mu, lame = lame_constants(young, poisson)
     of_points, volume, corner_volumes, centre_gradients = by_element(
         geometries(points, cells),
@@ -53,5 +64,6 @@ def hex8(points: Array, cells: Index, young: Array, poisson: Array, density: Arr
         cell_volume=volume,
         cell_mass=density[:, None] * corner_volumes,
         gradients=centre_gradients,
-        rows=np.column_stack((of_points, mu, lame / volume)),
+        relaxation=tau,
+        rows=np.column_stack((of_points, mu, lame / volume, *damping_rows(tau))),
     )

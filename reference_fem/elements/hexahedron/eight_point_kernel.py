@@ -6,6 +6,7 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_
     W = sum_q w_q mu E_q:E_q + V lambda e^2 / 2                                  (element energy)
     S_q = lambda e I + 2 mu E_q,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
+With damping (`damped_force`), tau dE/dt and tau de/dt are added to E and e where they make S.
 Only the volumetric term is reduced (selective reduced integration), so the element does not lock as
 nu -> 1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
 
@@ -15,14 +16,16 @@ The covariant base vectors come from the edges (`edges`), each point has a frame
 Layout: blocks of LANES elements in structure-of-arrays form, so the compiler vectorises over lanes.
 `reference[block, row*LANES + lane]`: rows 7q..7q+6 hold R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w
 (m^3) of the point nearest to corner q, row 56 mu (Pa), row 57 lambda/V (Pa/m^3).
+Where there is damping, row 58 tau (s).
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.alignment import aligned_frame
-from reference_fem.elements.blocks import LANES, Blocks, Stored
+from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored
 from reference_fem.elements.hexahedron.edges import (
+    Three,
     at_points,
     base_forces,
     base_vectors,
@@ -30,15 +33,34 @@ from reference_fem.elements.hexahedron.edges import (
     load_bases,
     store_bases,
 )
-from reference_fem.elements.hexahedron.nodes import gather_positions, scatter
-from reference_fem.elements.hexahedron.point import POINT_ROWS, dilatation, point_force
+from reference_fem.elements.hexahedron.nodes import gather, gather_positions, scatter
+from reference_fem.elements.hexahedron.point import (
+    POINT_ROWS,
+    dilatation,
+    gradient_rows,
+    green_strain,
+    point_force,
+    product,
+    strain_rate,
+    stress_force,
+)
 
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
-# energies or dets.
+# energies or dets. With damping: 24 nodal velocities; 36 values of their g_k; 36 of the forces
+# conjugate to g_k; sum of w tr dE/dt; dissipation.
 BASES = 24
 DILATATION = BASES + 36
 RESULT = DILATATION + 1
-SCRATCH_ROWS = RESULT + 1
+VELOCITIES = RESULT + 1
+RATES = VELOCITIES + 24
+CONJUGATE = RATES + 36
+DILATATION_RATE = CONJUGATE + 36
+POWER = DILATATION_RATE + 1
+SCRATCH_ROWS = POWER + 1
+# Which of the 4 values of g_1, g_2, g_3 the 8 points take.
+VALUES = (
+    (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
+)  # fmt: skip
 
 
 @inlined
@@ -115,19 +137,96 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
             s[RESULT * LANES + lane] = lane_force(s, r, lane)
 
 
+@inlined
+def point_bases(
+    s: Array, row: int, lane: int, values: tuple[int, int, int]
+) -> tuple[Three, Three, Three]:
+    """Rows of [g_1 g_2 g_3] at one point, from the 36 rows of s that `store_bases` filled."""
+    a, b, c = values
+    o = row * LANES + lane
+    return (
+        (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
+        (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
+        (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
+    )
+
+
+@compiled
+def damped_force(s: Array, r: Array, lag: float) -> None:
+    """`block_force` with damping, from what `block_dilatation` and a gather of velocities left.
+
+    Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
+    """
+    for lane in range(LANES):
+        for c in range(3):
+            bases = base_vectors(s, VELOCITIES + 8 * c, lane)
+            store_bases(s, RATES + 12 * c, lane, bases)
+    for row in range(CONJUGATE, POWER + 1):
+        for lane in range(LANES):
+            s[row * LANES + lane] = 0.0
+    for q in range(8):
+        values = VALUES[q]
+        for lane in range(LANES):
+            o = lane + q * POINT_ROWS * LANES
+            f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
+            v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
+            d, _ = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
+            more = 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
+            s[DILATATION_RATE * LANES + lane] += more
+    for lane in range(LANES):
+        k, tau = r[57 * LANES + lane], r[58 * LANES + lane]
+        volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
+        s[RESULT * LANES + lane] = 0.5 * k * volume * volume
+        s[POWER * LANES + lane] = tau * k * rate * rate
+        s[DILATATION * LANES + lane] = k * (volume + tau * rate)
+    for q in range(8):
+        values = VALUES[q]
+        for lane in range(LANES):
+            o = lane + q * POINT_ROWS * LANES
+            mu, tau = r[56 * LANES + lane], r[58 * LANES + lane]
+            f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
+            v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
+            d, h = green_strain(f[0], f[1], f[2])
+            e, g = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
+            w = r[o + 6 * LANES]
+            wmu, wp = w * mu, w * s[DILATATION * LANES + lane]
+            s[RESULT * LANES + lane] += wmu * product(d, h)
+            s[POWER * LANES + lane] += 2.0 * tau * wmu * product(e, g)
+            d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
+            h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
+            forces = stress_force(f[0], f[1], f[2], d, h, r, o, wmu, wp)
+            for c in range(3):
+                for k in range(3):
+                    row = CONJUGATE + 12 * c + 4 * k + values[k]
+                    s[row * LANES + lane] += forces[c][k]
+    for lane in range(LANES):
+        for c in range(3):
+            conjugate = load_bases(s, CONJUGATE + 12 * c, lane)
+            base_forces(s, 8 * c, lane, conjugate[0], conjugate[1], conjugate[2])
+
+
 @compiled
 def add_force(
-    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
-) -> None:
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
+    moving: Moving,
+) -> None:  # fmt: skip
     """See `loops`."""
     s = blocks.scratch[t]
     r = blocks.reference[block]
     gather_positions(blocks.points, u, blocks.nodes[block], s)
     block_dilatation(s, r)
-    block_force(s, r, stored)
+    if moving is None:
+        block_force(s, r, stored)
+    else:
+        velocity, lag = moving
+        gather(velocity, blocks.nodes[block], s, VELOCITIES)
+        damped_force(s, r, lag)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         energy = 0.0
         for lane in range(LANES):
             energy += s[RESULT * LANES + lane]
         stored[t, 0] += energy
+        if moving is not None:
+            for lane in range(LANES):
+                stored[t, 2] += s[POWER * LANES + lane]

@@ -8,23 +8,19 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.blocks import LANES, Blocks
-from reference_fem.elements.hexahedron.edges import Three
 from reference_fem.elements.hexahedron.eight_point_kernel import (
     BASES,
     DILATATION,
     RESULT,
+    VALUES,
     add_force,
     block_dilatation,
+    point_bases,
 )
 from reference_fem.elements.hexahedron.nodes import gather_positions
 from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det, shear_energy
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
-
-# Which of the 4 values of g_1, g_2, g_3 the 8 points take.
-VALUES = (
-    (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
-)  # fmt: skip
 
 
 class Hex8Blocks(Blocks):
@@ -32,22 +28,10 @@ class Hex8Blocks(Blocks):
 
 
 @inlined
-def point_bases(s: Array, lane: int, values: tuple[int, int, int]) -> tuple[Three, Three, Three]:
-    """Rows of [g_1 g_2 g_3] at one point, from what `block_dilatation` left in s."""
-    a, b, c = values
-    o = BASES * LANES + lane
-    return (
-        (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
-        (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
-        (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
-    )
-
-
-@inlined
 def add_shear(s: Array, r: Array, q: int, values: tuple[int, int, int]) -> None:
     """Add w E:E of point q, which takes these values of g_1, g_2, g_3, to row RESULT."""
     for lane in range(LANES):
-        x, y, z = point_bases(s, lane, values)
+        x, y, z = point_bases(s, BASES, lane, values)
         o = lane + q * POINT_ROWS * LANES
         s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
 
@@ -91,7 +75,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     for q in range(8):
         values = VALUES[q]
         for lane in range(LANES):
-            x, y, z = point_bases(s, lane, values)
+            x, y, z = point_bases(s, BASES, lane, values)
             s[RESULT * LANES + lane] = point_det(x, y, z, r, lane + q * POINT_ROWS * LANES)
         for lane in range(min(LANES, blocks.n_cells - block * LANES)):
             smallest = lower(smallest, s[RESULT * LANES + lane])

@@ -9,7 +9,7 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel, Stresses, lame_constants
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.checks import check_material, check_mesh
+from reference_fem.elements.checks import check_material, check_mesh, check_relaxation
 from reference_fem.elements.frequency import element_stiffness
 from reference_fem.elements.geometry import CHUNK, CORNERS, by_element, geometries
 from reference_fem.elements.hexahedron import one_point_kernel as kernel
@@ -51,14 +51,21 @@ class Hex8OnePoint(ElementKernel):
 
 
 def hex8_one_point(
-    points: Array, cells: Index, young: Array, poisson: Array, density: Array
-) -> Hex8OnePoint:
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array,
+    relaxation: Array | None = None,
+) -> Hex8OnePoint:  # fmt: skip
     """8-node hexahedra with one point and hourglass stiffness, St. Venant-Kirchhoff.
 
-    Parameters and errors are those of `hex8`.
+    Parameters and errors are those of `hex8`; a relaxation time is one.
     """
     points, cells = check_mesh(points, cells, 3, 8)
     young, poisson, density = check_material(young, poisson, density, len(cells))
+    tau = check_relaxation(relaxation, len(cells))
+    if tau.any():
+        raise ValueError(
+            f"relaxation_time = {tau.max():g}: one point damps no hourglass modes, part of "
+            "bending: use element = 'hex8-sri', or leave relaxation_time out"
+        )
     mu, lame = lame_constants(young, poisson)
     volume, corner_volumes, integrals = by_element(
         geometries(points, cells),
@@ -79,6 +86,7 @@ def hex8_one_point(
         cell_volume=volume,
         cell_mass=density[:, None] * corner_volumes,
         gradients=gradients,
+        relaxation=tau,
         rows=np.stack((volume * mu, volume * lame, control), axis=1),
         control=control,
     )

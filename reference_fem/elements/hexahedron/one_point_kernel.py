@@ -25,7 +25,7 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined, njit
 from reference_fem.elements.alignment import aligned_frame
-from reference_fem.elements.blocks import LANES, Blocks, Stored
+from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored
 from reference_fem.elements.hexahedron.edges import Four, Three
 from reference_fem.elements.hexahedron.modes import (
     Modes,
@@ -214,9 +214,10 @@ def sum_energies(s: Array) -> tuple[float, float]:
 
 @compiled
 def add_force(
-    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
-) -> None:
-    """See `loops`."""
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
+    _moving: Moving,
+) -> None:  # fmt: skip
+    """See `loops`; there is no damping."""
     s = blocks.scratch[t]
     gather_both(blocks, u, block, s)
     block_force(s, blocks.reference[block], stored)

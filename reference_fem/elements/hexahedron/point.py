@@ -28,6 +28,16 @@ def gradient_row(g1: float, g2: float, g3: float, r: Array, o: int) -> Three:
 
 
 @inlined
+def gradient_rows(g: Rows, r: Array, o: int) -> Rows:
+    """Rows x, y, z of F Q, or of its rate, from those of [g_1 g_2 g_3]."""
+    return (
+        gradient_row(g[0][0], g[0][1], g[0][2], r, o),
+        gradient_row(g[1][0], g[1][1], g[1][2], r, o),
+        gradient_row(g[2][0], g[2][1], g[2][2], r, o),
+    )
+
+
+@inlined
 def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Array, o: int) -> Three:
     """One row of w (F Q)(Q^T S Q) R^-T: the forces conjugate to that row of g_1, g_2, g_3."""
     p1 = fx[0] * s1[0] + fx[1] * s1[1] + fx[2] * s1[2]
@@ -70,10 +80,58 @@ def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
 
 
 @inlined
+def strain_rate(
+    fx: Three, fy: Three, fz: Three, vx: Three, vy: Three, vz: Three, lag: float
+) -> tuple[Three, Three]:
+    """2 dE/dt = F^T F. + F.^T F as `green_strain` gives 2E, of the rows of F. and those of F.
+
+    F. is that of `lag` ago, and taken with the F that was there then, F - lag F.: over a step of
+    twice the lag the rate is the difference of the strains, which is zero where the body turns.
+    """
+    gx = (fx[0] - lag * vx[0], fx[1] - lag * vx[1], fx[2] - lag * vx[2])
+    gy = (fy[0] - lag * vy[0], fy[1] - lag * vy[1], fy[2] - lag * vy[2])
+    gz = (fz[0] - lag * vz[0], fz[1] - lag * vz[1], fz[2] - lag * vz[2])
+    return (
+        (
+            2.0 * (gx[0] * vx[0] + gy[0] * vy[0] + gz[0] * vz[0]),
+            2.0 * (gx[1] * vx[1] + gy[1] * vy[1] + gz[1] * vz[1]),
+            2.0 * (gx[2] * vx[2] + gy[2] * vy[2] + gz[2] * vz[2]),
+        ),
+        (
+            gx[0] * vx[1] + gx[1] * vx[0] + gy[0] * vy[1] + gy[1] * vy[0] + gz[0] * vz[1]
+            + gz[1] * vz[0],
+            gx[1] * vx[2] + gx[2] * vx[1] + gy[1] * vy[2] + gy[2] * vy[1] + gz[1] * vz[2]
+            + gz[2] * vz[1],
+            gx[0] * vx[2] + gx[2] * vx[0] + gy[0] * vy[2] + gy[2] * vy[0] + gz[0] * vz[2]
+            + gz[2] * vz[0],
+        ),
+    )  # fmt: skip
+
+
+@inlined
 def product(d: Three, h: Three) -> float:
     """E:E from 2E as `green_strain` gives it."""
     squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     return 0.25 * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
+
+
+@inlined
+def stress_force(
+    fx: Three, fy: Three, fz: Three, d: Three, h: Three, r: Array, o: int, wmu: float, wp: float
+) -> Rows:
+    """Rows x, y, z of w F S J^-T, S = p I + 2 mu E: the forces conjugate to g_1, g_2, g_3.
+
+    d, h : 2E as `green_strain` gives it. wmu, wp : w mu and w p, J.
+    """
+    s12, s23, s13 = wmu * h[0], wmu * h[1], wmu * h[2]
+    s1 = (wmu * d[0] + wp, s12, s13)
+    s2 = (s12, wmu * d[1] + wp, s23)
+    s3 = (s13, s23, wmu * d[2] + wp)
+    return (
+        force_row(fx, s1, s2, s3, r, o),
+        force_row(fy, s1, s2, s3, r, o),
+        force_row(fz, s1, s2, s3, r, o),
+    )
 
 
 @inlined
@@ -89,16 +147,7 @@ def point_force(
     fz = gradient_row(gz[0], gz[1], gz[2], r, o)
     d, h = green_strain(fx, fy, fz)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
-    s12, s23, s13 = wmu * h[0], wmu * h[1], wmu * h[2]
-    s1 = (wmu * d[0] + wp, s12, s13)
-    s2 = (s12, wmu * d[1] + wp, s23)
-    s3 = (s13, s23, wmu * d[2] + wp)
-    rows = (
-        force_row(fx, s1, s2, s3, r, o),
-        force_row(fy, s1, s2, s3, r, o),
-        force_row(fz, s1, s2, s3, r, o),
-    )
-    return rows, wmu * product(d, h)
+    return stress_force(fx, fy, fz, d, h, r, o, wmu, wp), wmu * product(d, h)
 
 
 @inlined

@@ -6,18 +6,20 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = 
     W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
     S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
+With damping (`damped_lane`), tau dE/dt is added to E where it makes S.
+
 Edges and frames as in `edges` and `point`: [g_1 g_2] from the 4 edge vectors,
 F Q = [g_1 g_2] R^-1.
 `reference[block, row*LANES + lane]`: rows 4q..4q+3 hold R^-1 (11, 12, 22; 1/m) and w (m^3) of the
-point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa).
-Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies.
+point nearest to corner q, row 16 mu (Pa), row 17 lambda* (Pa), row 18, with damping, tau (s).
+Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies, 9..16 velocities, 17 dissipation.
 """
 
 import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
-from reference_fem.elements.blocks import LANES, Blocks, Nodes, Stored
+from reference_fem.elements.blocks import LANES, Blocks, Moving, Nodes, Stored
 from reference_fem.elements.hexahedron.edges import LOW, Three
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
@@ -25,7 +27,9 @@ from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_on
 
 POINT_ROWS = 4
 RESULT = 8
-SCRATCH_ROWS = RESULT + 1
+VELOCITIES = RESULT + 1
+POWER = VELOCITIES + 8
+SCRATCH_ROWS = POWER + 1
 
 
 class Quad4Blocks(Blocks):
@@ -81,6 +85,18 @@ def green_strain(fx: Two, fy: Two) -> Three:
 
 
 @inlined
+def strain_rate(fx: Two, fy: Two, vx: Two, vy: Two, lag: float) -> Three:
+    """2 dE/dt as `green_strain` gives 2E; see `hexahedron.point.strain_rate`."""
+    gx = fx[0] - lag * vx[0], fx[1] - lag * vx[1]
+    gy = fy[0] - lag * vy[0], fy[1] - lag * vy[1]
+    return (
+        2.0 * (gx[0] * vx[0] + gy[0] * vy[0]),
+        2.0 * (gx[1] * vx[1] + gy[1] * vy[1]),
+        gx[0] * vx[1] + gx[1] * vx[0] + gy[0] * vy[1] + gy[1] * vy[0],
+    )
+
+
+@inlined
 def force_row(f: Two, s11: float, s22: float, s12: float, r: Array, o: int) -> Two:
     """One row of w (F Q)(Q^T S Q) R^-T."""
     p1, p2 = f[0] * s11 + f[1] * s12, f[0] * s12 + f[1] * s22
@@ -96,20 +112,43 @@ def strain_energy(c: Three, w: float, mu: float, lame: float) -> float:
 
 
 @inlined
+def stress_force(
+    fx: Two, fy: Two, c: Three, r: Array, o: int, mu: float, lame: float
+) -> tuple[Two, Two]:
+    """Rows x, y of w F S J^-T, S of 2E = c: the forces conjugate to g_1, g_2 at one point."""
+    w = r[o + 3 * LANES]
+    pressure = 0.5 * w * lame * (c[0] + c[1])
+    wmu = w * mu
+    s11, s22, s12 = wmu * c[0] + pressure, wmu * c[1] + pressure, wmu * c[2]
+    return force_row(fx, s11, s22, s12, r, o), force_row(fy, s11, s22, s12, r, o)
+
+
+@inlined
 def point_force(
     gx: Two, gy: Two, r: Array, o: int, mu: float, lame: float
 ) -> tuple[Two, Two, float]:
-    """Rows x, y of w F S J^-T: the forces conjugate to g_1, g_2 at one point; its energy, J.
+    """`stress_force` of the point's own strains; its energy, J.
 
     Inlined where nobody asks for the energy, it is not computed.
     """
     fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
+    c = green_strain(fx, fy)
+    x, y = stress_force(fx, fy, c, r, o, mu, lame)
+    return x, y, strain_energy(c, r[o + 3 * LANES], mu, lame)
+
+
+@inlined
+def damped_point(
+    gx: Two, gy: Two, hx: Two, hy: Two, r: Array, o: int, mu: float, lame: float, tau: float,
+    lag: float,
+) -> tuple[Two, Two, float, float]:  # fmt: skip
+    """`point_force` with damping, h being the rates of g, and what it dissipates, W."""
+    fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
     c, w = green_strain(fx, fy), r[o + 3 * LANES]
-    pressure = 0.5 * w * lame * (c[0] + c[1])
-    wmu = w * mu
-    s11, s22, s12 = wmu * c[0] + pressure, wmu * c[1] + pressure, wmu * c[2]
-    x, y = force_row(fx, s11, s22, s12, r, o), force_row(fy, s11, s22, s12, r, o)
-    return x, y, strain_energy(c, w, mu, lame)
+    d = strain_rate(fx, fy, gradient_row(hx, r, o), gradient_row(hy, r, o), lag)
+    both = (c[0] + tau * d[0], c[1] + tau * d[1], c[2] + tau * d[2])
+    x, y = stress_force(fx, fy, both, r, o, mu, lame)
+    return x, y, strain_energy(c, w, mu, lame), 2.0 * tau * strain_energy(d, w, mu, lame)
 
 
 @inlined
@@ -132,6 +171,30 @@ def lane_force(s: Array, r: Array, lane: int) -> float:
     base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
     base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
     return (f0[2] + f1[2]) + (f2[2] + f3[2])
+
+
+@inlined
+def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
+    """`lane_force` with damping, and what it dissipates, W."""
+    step = POINT_ROWS * LANES
+    x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
+    v, w = base_vectors(s, VELOCITIES, lane), base_vectors(s, VELOCITIES + 4, lane)
+    mu, lame, tau = r[16 * LANES + lane], r[17 * LANES + lane], r[18 * LANES + lane]
+    f0 = damped_point(x[0], y[0], v[0], w[0], r, lane, mu, lame, tau, lag)
+    f1 = damped_point(x[1], y[1], v[1], w[1], r, lane + step, mu, lame, tau, lag)
+    f2 = damped_point(x[2], y[2], v[2], w[2], r, lane + 2 * step, mu, lame, tau, lag)
+    f3 = damped_point(x[3], y[3], v[3], w[3], r, lane + 3 * step, mu, lame, tau, lag)
+    base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
+    base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
+    return (f0[2] + f1[2]) + (f2[2] + f3[2]), (f0[3] + f1[3]) + (f2[3] + f3[3])
+
+
+@compiled
+def damped_force(s: Array, r: Array, lag: float) -> None:
+    """`block_force` with damping; rows RESULT and POWER of s: energies and dissipation."""
+    for lane in range(LANES):
+        energy, power = damped_lane(s, r, lane, lag)
+        s[RESULT * LANES + lane], s[POWER * LANES + lane] = energy, power
 
 
 @compiled
@@ -159,6 +222,16 @@ def gather(points: Array, displacement: Array, nodes: Nodes, s: Array) -> None:
 
 
 @inlined
+def gather_rates(velocity: Array, nodes: Nodes, s: Array) -> None:
+    """Nodal velocities of a block into rows VELOCITIES.. of s."""
+    for lane in range(LANES):
+        for a in range(4):
+            n = nodes[lane, a]
+            s[(VELOCITIES + a) * LANES + lane] = velocity[n, 0]
+            s[(VELOCITIES + 4 + a) * LANES + lane] = velocity[n, 1]
+
+
+@inlined
 def scatter(s: Array, blocks: Blocks, block: int, share: Index, t: int, out: Array) -> None:
     """Add rows 0..7 of s to the nodal forces, those of the seam to thread t's buffer."""
     nodes, seam = blocks.nodes[block], blocks.buffers[t]
@@ -173,18 +246,27 @@ def scatter(s: Array, blocks: Blocks, block: int, share: Index, t: int, out: Arr
 
 @compiled
 def add_force(
-    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored
-) -> None:
+    blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
+    moving: Moving,
+) -> None:  # fmt: skip
     """See `loops`."""
     s = blocks.scratch[t]
     gather(blocks.points, u, blocks.nodes[block], s)
-    block_force(s, blocks.reference[block], stored)
+    if moving is None:
+        block_force(s, blocks.reference[block], stored)
+    else:
+        velocity, lag = moving
+        gather_rates(velocity, blocks.nodes[block], s)
+        damped_force(s, blocks.reference[block], lag)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         energy = 0.0
         for lane in range(LANES):
             energy += s[RESULT * LANES + lane]
         stored[t, 0] += energy
+        if moving is not None:
+            for lane in range(LANES):
+                stored[t, 2] += s[POWER * LANES + lane]
 
 
 @compiled

@@ -9,7 +9,12 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel, Stresses
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.checks import check_material, check_mesh
+from reference_fem.elements.checks import (
+    check_material,
+    check_mesh,
+    check_relaxation,
+    damping_rows,
+)
 from reference_fem.elements.geometry import Geometry, by_element, geometries
 from reference_fem.elements.quadrilateral import kernel
 
@@ -47,6 +52,7 @@ def quad4_plane_stress(
     poisson: Array,
     density: Array,
     thickness_at_points: Array,
+    relaxation: Array | None = None,
 ) -> Quad4PlaneStress:
     """4-node quadrilaterals in plane stress with a given thickness, St. Venant-Kirchhoff.
 
@@ -56,6 +62,7 @@ def quad4_plane_stress(
     cells : (n_cells, 4) in VTK's node order
     young, poisson, density : (n_cells,) Young's modulus (Pa), Poisson's ratio, density (kg/m^3)
     thickness_at_points : (n_cells, 4), m, at the points of `quad4_quadrature_points`
+    relaxation : (n_cells,) tau of the damping, s; None: none
 
     Raises
     ------
@@ -69,6 +76,7 @@ def quad4_plane_stress(
         raise ValueError(f"thickness_at_points has shape {thickness.shape}; {cells.shape} needed")
     if not (np.isfinite(thickness) & (thickness > 0.0)).all():
         raise ValueError(f"thickness_at_points is {thickness.min()} m at a point; it must be > 0")
+    tau = check_relaxation(relaxation, len(cells))
     mu = young / (2.0 * (1.0 + poisson))
     lame = young * poisson / (1.0 - poisson**2)  # = 2 lambda mu/(lambda + 2 mu)
     of_points, volume, corner_volumes, centre_gradients = by_element(
@@ -83,7 +91,8 @@ def quad4_plane_stress(
         cell_volume=volume,
         cell_mass=density[:, None] * corner_volumes,
         gradients=centre_gradients,
-        rows=np.column_stack((of_points, mu, lame)),
+        relaxation=tau,
+        rows=np.column_stack((of_points, mu, lame, *damping_rows(tau))),
         thickness=thickness,
     )
 

@@ -55,7 +55,7 @@ def test_order_of_elements_does_not_matter(kind: str) -> None:
 @numba.njit
 def add_forces(blocks: Blocks, u: np.ndarray, shares: np.ndarray, t: int, out: np.ndarray) -> None:
     for block in range(shares[t, START], shares[t, STOP]):
-        add_force(blocks, u, block, shares[t], t, out, None)
+        add_force(blocks, u, block, shares[t], t, out, None, None)
 
 
 @each_kind

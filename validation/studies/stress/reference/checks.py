@@ -50,7 +50,7 @@ def _contact(result: TapResult, model: Model) -> Iterator[str]:
     if max(excess.max(initial=0.0), h.coulomb_excess.max(initial=0.0)) > ROUND_OFF * peak:
         yield f"tangential force leaves the cone by {excess.max():.3g} N (peak Fn {peak:.3g} N)"
     kinetic = float(h.kinetic_energy_J.max(initial=0.0))
-    for name in ("friction_dissipation_J", "contact_damping_J"):
+    for name in ("friction_dissipation_J", "contact_damping_J", "material_dissipation_J"):
         fall = -np.diff(getattr(h, name)).min(initial=0.0)
         if fall > ROUND_OFF * kinetic:
             yield f"{name} falls by {fall:.3g} J (kinetic {kinetic:.3g} J)"
@@ -86,7 +86,8 @@ def _energy(result: TapResult, model: Model) -> Iterator[str]:
     kinetic, before = body_energy(first, model)
     _, after = body_energy(last, model)
     ends = np.searchsorted(h.time_s, (first.time_s, last.time_s))
-    taken = h.friction_dissipation_J + h.contact_damping_J + h.contact_energy_J - h.drive_work_J
+    taken = h.friction_dissipation_J + h.contact_damping_J + h.material_dissipation_J
+    taken = taken + h.contact_energy_J - h.drive_work_J
     lost = float(taken[ends[1]] - taken[ends[0]])
     scale = max(kinetic, float(h.kinetic_energy_J.max()))
     open_part = after + lost - before

@@ -25,7 +25,7 @@ def swept(tmp_path: Path, models: str = MODELS) -> tuple[Plan, PointTable, xarra
 
     def run(peak: float, status: str = "COMPLETED") -> dataset.Solved:
         summary = {"peak_normal_force_N": peak, "tip_velocity_at_contact_m_per_s": [1.0, -2.0]}
-        errors = {"peak_normal_force_N": 1.0, "tip_velocity_at_contact_m_per_s": [None, 0.1]}
+        errors = {"peak_normal_force_N": 1.0, "contact_time_s": None, "tip_velocity_at_contact_m_per_s": [None, 0.1]}
         return dataset.solved(
             {"status": status, "message": "", "processor": "", "spent_s": 1.0,
              "summary": summary, "errors": errors}
@@ -81,6 +81,7 @@ def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
 def test_an_error_that_nobody_knows_is_infinite(tmp_path: Path) -> None:
     _, _, data = swept(tmp_path)
     assert np.isinf(data["tip_velocity_x_m_per_s_error"].values).all()
+    assert np.isinf(data["contact_time_s_error"].values).all()
     assert (data["tip_velocity_y_m_per_s_error"].values == 0.1).all()
     assert dataset.solved(None).status == dataset.NOT_SOLVED
     assert math.isnan(dataset.solved(None).spent_s)

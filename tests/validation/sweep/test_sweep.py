@@ -232,8 +232,9 @@ def test_what_a_lost_connection_cancels_is_sent_again() -> None:
         solved(never)
 
 
-def test_a_worker_with_another_program_is_refused() -> None:
-    own = runs.programs("hcm")
+def test_a_worker_with_another_program_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    own = runs.programs.__wrapped__("hcm")
     for change, said in (
         ({"python": "3.99"}, "runs Python"),
         ({"versions": {**own["versions"], "numba": "0.1"}}, "has numba"),

@@ -106,7 +106,15 @@ class Plan:
 
 def assignment(key: str, value: Any) -> str:
     """The override ``KEY=VALUE`` that gives a key this value, the value as TOML writes it."""
-    return f"{key}={json.dumps(value, ensure_ascii=False)}"  # on one line both write alike
+    return f"{key}={_on_one_line(value)}"
+
+
+def _on_one_line(value: Any) -> str:
+    """A value as TOML writes it; but for tables JSON writes alike."""
+    if isinstance(value, dict):
+        parts = (f"{json.dumps(name)} = {_on_one_line(part)}" for name, part in value.items())
+        return f"{{{', '.join(parts)}}}"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def quantity_of(key: str) -> Quantity | None:

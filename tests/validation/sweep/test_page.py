@@ -25,7 +25,11 @@ def swept(tmp_path: Path, models: str = MODELS) -> tuple[Plan, PointTable, xarra
 
     def run(peak: float, status: str = "COMPLETED") -> dataset.Solved:
         summary = {"peak_normal_force_N": peak, "tip_velocity_at_contact_m_per_s": [1.0, -2.0]}
-        errors = {"peak_normal_force_N": 1.0, "contact_time_s": None, "tip_velocity_at_contact_m_per_s": [None, 0.1]}
+        errors = {
+            "peak_normal_force_N": 1.0,
+            "contact_time_s": None,
+            "tip_velocity_at_contact_m_per_s": [None, 0.1],
+        }
         return dataset.solved(
             {"status": status, "message": "", "processor": "", "spent_s": 1.0,
              "summary": summary, "errors": errors}

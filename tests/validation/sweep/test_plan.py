@@ -9,6 +9,7 @@ from scipy import stats
 from tests.validation.commands import Run
 from tests.validation.sweep.plans import PLAN, written
 from validation.errors import UserError
+from validation.scenes.load import parse_value
 from validation.sweep.plan import Axis, assignment, read_plan
 from validation.sweep.points import points_of, values_of
 
@@ -185,3 +186,5 @@ def test_a_plans_scene_lies_beside_it(tmp_path: Path) -> None:
 def test_assignments_are_toml() -> None:
     assert assignment("a.b", 1e-7) == "a.b=1e-07"
     assert assignment("a.b", [0.1, True, "µ"]) == 'a.b=[0.1, true, "µ"]'
+    table = {"time": [0.0, 0.1], "values": [[1.0], [2]]}
+    assert parse_value(assignment("a", table).removeprefix("a=")) == table

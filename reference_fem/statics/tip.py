@@ -71,13 +71,10 @@ def tip_compliance(
     """
     if mesh.dim != 3:
         raise ValueError(f"mesh: {mesh.dim}-dimensional; the indentation needs a 3D mesh")
-    nodes, body = _last_phalanx(mesh)
+    nodes, body = last_phalanx(mesh)
     points, surface, symmetry = body.points, body.facet_sets["surface"], body.node_sets["symmetry"]
-    radius = float(np.abs(points[:, 1]).max())
-    centre = np.array([points[:, 0].min() + radius, 0.0, 0.0])
-    outward = np.array([-np.cos(angle), -np.sin(angle), 0.0])
-    along = np.array([-outward[1], outward[0], 0.0])
-    contact = centre + radius * outward
+    radius, centre, contact, directions = touch_frame(body, angle)
+    outward, along = -directions[0], directions[1]
     near = np.linalg.norm(points[surface] - contact, axis=2).min(axis=1) < reach
     candidates, facets = np.unique(surface[near], return_inverse=True)
     if candidates.size < 9:
@@ -85,15 +82,19 @@ def tip_compliance(
             f"tip: {candidates.size} surface nodes within {reach:.3g} m of the contact point; "
             "refine tip_size or press harder"
         )
-    directions = np.array([-outward, along, [0.0, 0.0, 1.0]])
-    displacement = _solve(body, material, candidates, directions)
-    section = _section(points, centre[0] + behind)
+    force = np.zeros((3 * len(points), candidates.size, 3))
+    for j, node in enumerate(candidates):
+        force[3 * node : 3 * node + 3, j] = directions.T
+    displacement = displacements(body, material, force)
+    section = section_at(points, centre[0] + behind)
     weights = np.where(np.isin(section, symmetry), 1.0, 2.0)
     matrix = np.einsum("idjb,ad->ijab", displacement[candidates], directions)
     for j in range(candidates.size):
         for b in range(3):
             u = displacement[section, :2, j, b]
-            matrix[:, j, :, b] -= directions @ _rigid(points[section, :2], u, weights, contact[:2])
+            matrix[:, j, :, b] -= directions @ rigid_motion(
+                points[section, :2], u, weights, contact[:2]
+            )
     offset = points[candidates] - contact
     return TipCompliance(
         nodes=nodes[candidates],
@@ -108,7 +109,18 @@ def tip_compliance(
     )
 
 
-def _last_phalanx(mesh: meshes.FingerMesh) -> tuple[Index, meshes.FingerMesh]:
+def touch_frame(body: meshes.FingerMesh, angle: float) -> tuple[float, Array, Array, Array]:
+    """Radius and centre of the sphere, the contact point, and three directions (rows): into the
+    body, along the plane in the plane of motion, and Z.
+    """
+    radius = float(np.abs(body.points[:, 1]).max())
+    centre = np.array([body.points[:, 0].min() + radius, 0.0, 0.0])
+    inward = np.array([np.cos(angle), np.sin(angle), 0.0])
+    directions = np.array([inward, [inward[1], -inward[0], 0.0], [0.0, 0.0, 1.0]])
+    return radius, centre, centre - radius * inward, directions
+
+
+def last_phalanx(mesh: meshes.FingerMesh) -> tuple[Index, meshes.FingerMesh]:
     """The last phalanx as a mesh of its own, behind the numbers of its nodes in the given one."""
     cells = mesh.cells[mesh.cell_sets[f"phalanx_{mesh.phalanges}"]]
     nodes, local = np.unique(cells, return_inverse=True)
@@ -125,10 +137,8 @@ def _last_phalanx(mesh: meshes.FingerMesh) -> tuple[Index, meshes.FingerMesh]:
     )
 
 
-def _solve(
-    body: meshes.FingerMesh, material: Material, candidates: Index, directions: Array
-) -> Array:
-    """Displacements (n_points, 3, k, 3) for a unit force at each candidate along each direction."""
+def displacements(body: meshes.FingerMesh, material: Material, force: Array) -> Array:
+    """Displacements (n_points, 3, k, m) under nodal forces (3 n_points, k, m), first face held."""
     from scipy.sparse.linalg import splu
 
     stiffness = _stiffness(body.points, body.cells, material)
@@ -137,9 +147,6 @@ def _solve(
     free = np.setdiff1d(
         np.arange(size), np.concatenate([clamped, 3 * body.node_sets["symmetry"] + 2])
     )
-    force = np.zeros((size, candidates.size, 3))
-    for j, node in enumerate(candidates):
-        force[3 * node : 3 * node + 3, j] = directions.T
     solver = splu(
         stiffness[free][:, free].tocsc(),
         permc_spec="MMD_AT_PLUS_A",
@@ -149,11 +156,11 @@ def _solve(
         options={"SymmetricMode": True},
     )
     result = np.zeros_like(force)
-    for start in range(0, candidates.size, COLUMNS):
+    for start in range(0, force.shape[1], COLUMNS):
         some = slice(start, start + COLUMNS)
-        load = force[free][:, some].reshape(free.size, -1)
-        result[free, some] = solver.solve(load).reshape(free.size, -1, 3)
-    return result.reshape(-1, 3, candidates.size, 3)
+        load = force[free][:, some]
+        result[free, some] = solver.solve(load.reshape(free.size, -1)).reshape(load.shape)
+    return result.reshape(-1, 3, *force.shape[1:])
 
 
 def _stiffness(points: Array, cells: Index, material: Material) -> Any:
@@ -173,7 +180,7 @@ def _stiffness(points: Array, cells: Index, material: Material) -> Any:
     return coo_matrix((element.ravel(), (rows, columns)), shape=(size, size)).tocsr()
 
 
-def _section(points: Array, x: float) -> Index:
+def section_at(points: Array, x: float) -> Index:
     """Nodes of the mesh's plane section nearest to x."""
     size = np.ptp(points[:, 0])
     planes = np.round(points[:, 0] / (1e-6 * size)).astype(np.int64)
@@ -184,7 +191,7 @@ def _section(points: Array, x: float) -> Index:
     return np.flatnonzero(planes == nearest)
 
 
-def _rigid(arms: Array, moved: Array, weights: Array, at: Array) -> Array:
+def rigid_motion(arms: Array, moved: Array, weights: Array, at: Array) -> Array:
     """Best-fit rigid motion (u, v, 0) at a point, by weighted least squares (small rotation)."""
     middle = weights @ arms / weights.sum()
     shift = weights @ moved / weights.sum()

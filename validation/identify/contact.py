@@ -33,6 +33,8 @@ from validation.scenes.load import NamedScene
 # Edge at the contact over Hertz's contact radius, and its growth from one edge to the next: with
 # both, the whole graded mesh is refined, and not its middle alone.
 MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
+# The same, over R, for the compliance of the tip between the beam's end and the contact.
+EDGES, YIELD_GROWTH = (0.1, 0.07, 0.05), 1.12
 LENGTH = 3.0  # of the modelled end, over its radius
 REACH = 2.0  # of the nodes that may touch, over the contact radius
 ROUNDS = 6  # of the fixed point, which contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
@@ -65,6 +67,8 @@ class ContactIdentification:
     paper_N_per_m, paper_eta_squared : the scene's own tip (the paper's printed k in its scenes).
     touch_angle : off the axis, rad.
     levels : coarse to fine.
+    tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
+        `EDGES`.
     force_curve_N, indentation_curve_m, hertz_curve_m : (25,) of the finest mesh.
     """
 
@@ -80,6 +84,7 @@ class ContactIdentification:
     paper_eta_squared: float
     touch_angle: float
     levels: tuple[Level, ...]
+    tip_compliance: dict[str, tuple[float, ...]]
     force_curve_N: tuple[float, ...]
     indentation_curve_m: tuple[float, ...]
     hertz_curve_m: tuple[float, ...]
@@ -151,10 +156,29 @@ def identify_contact(
         paper_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle=angle,
         levels=tuple(levels),
+        tip_compliance=yields(scene, material, angle, EDGES[: len(refinements)]),
         force_curve_N=tuple(forces),
         indentation_curve_m=tuple(indent(tip, area, f).indentation_m for f in forces),
         hertz_curve_m=tuple(hertz_indentation(material, radius, f) for f in forces),
     )
+
+
+def yields(
+    scene: NamedScene, material: Any, angle: float, edges: tuple[float, ...]
+) -> dict[str, tuple[float, ...]]:
+    """The tip's own compliance on meshes with these edges over R, by the scene's keys."""
+    from reference_fem.statics.yielding import tip_yield
+
+    radius = 0.5 * scene.tables.per_phalanx(scene.tables.finger.diameter)[-1]
+    found = [
+        tip_yield(_end(scene, angle, edge * radius, YIELD_GROWTH, 4.0), material, angle)
+        for edge in edges
+    ]
+    return {
+        "tip.compliance_nn": tuple([c.nn for c in found]),
+        "tip.compliance_nt": tuple([c.nt for c in found]),
+        "tip.compliance_tt": tuple([c.tt / np.cos(angle) for c in found]),
+    }
 
 
 def stated_force(
@@ -196,20 +220,26 @@ def _tip(
     scene: NamedScene, material: Any, angle: float, edge: float, growth: float, contact: float
 ) -> tuple[int, Any]:
     """Elements (of the full body) of the last phalanx's end, and its compliance at the contact."""
-    import meshes
     from reference_fem.statics.tip import tip_compliance
+
+    mesh = _end(scene, angle, edge, growth, 3.0)
+    tip = tip_compliance(mesh, material, angle, REACH * contact)
+    return tip.copies * len(mesh.cells), tip
+
+
+def _end(scene: NamedScene, angle: float, edge: float, growth: float, sections: float) -> Any:
+    """A mesh of the last phalanx's end, its sections R/`sections` apart."""
+    import meshes
 
     finger = scene.tables.finger
     length, diameter = (scene.tables.per_phalanx(v)[-1] for v in (finger.length, finger.diameter))
     radius = 0.5 * diameter
     sizing = meshes.Sizing(
-        section_size=radius / 5,
-        axial_size=radius / 3,
+        section_size=radius / (sections + 2),
+        axial_size=radius / sections,
         tip_size=edge,
         contact_angle=angle,
         growth=growth,
     )
     geometry = meshes.FingerGeometry((min(length, LENGTH * radius),), (2 * radius,))
-    mesh = meshes.finger_hexahedra(geometry, sizing)
-    tip = tip_compliance(mesh, material, angle, REACH * contact)
-    return tip.copies * len(mesh.cells), tip
+    return meshes.finger_hexahedra(geometry, sizing)

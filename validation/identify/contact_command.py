@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.grid_convergence import Convergence
+from validation.compare.grid_convergence import Convergence, convergence
 from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.harness.files import output_folder, safe_name, write_json
 from validation.harness.record import plain
 from validation.harness.tables import table_of, write_table
-from validation.identify.contact import ContactIdentification, identify_contact
+from validation.identify.contact import EDGES, ContactIdentification, identify_contact
 from validation.scenes.load import load_scene
 
 OWN = "the scene's own, in built-in scenes the paper's"
@@ -78,6 +78,7 @@ def to_json(found: ContactIdentification) -> dict[str, Any]:
         "touch_angle_deg": float(np.degrees(found.touch_angle)),
         "reference_section": "through the hemisphere's centre, best-fit rigid motion",
         "levels": [vars(level) for level in found.levels],
+        "tip_compliance": {key: list(values) for key, values in found.tip_compliance.items()},
         "curve": {
             "force_N": found.force_curve_N,
             "indentation_m": found.indentation_curve_m,
@@ -155,4 +156,10 @@ def run_identify_contact(
     for what, judged in (("k", found.stiffness), ("eta^2", found.ratio)):
         if judged is not None:
             output(f"  {what}, three meshes: {judged.verdict}")
+    for key, values in found.tip_compliance.items():
+        judged = convergence(EDGES[: len(values)], values, 2.0)
+        output(
+            f"  {key}, for solver.hcm.assumptions = 'refined': {judged.limit:.3g}"
+            f" (finest mesh {judged.finest:.3g}; {judged.verdict})"
+        )
     output(f"  files in {folder}")

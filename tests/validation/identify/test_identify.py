@@ -33,6 +33,7 @@ def springs(monkeypatch: Patch) -> None:
     monkeypatch.setattr(indentation, "indent", indent)
     monkeypatch.setattr(indentation, "contact_area", lambda tip: None)
     monkeypatch.setattr(identify, "_tip", tip)
+    monkeypatch.setattr(identify, "yields", lambda *_: {"tip.compliance_nn": (-0.3, -0.24, -0.2)})
 
 
 @pytest.mark.usefixtures("springs")
@@ -59,6 +60,7 @@ def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: 
     assert printed == json.loads((folder / "contact-soft.json").read_text())
     assert printed["normal_stiffness_N_per_m"] > 1e6
     assert len(printed["curve"]["force_N"]) == len(identify.CURVE)
+    assert printed["tip_compliance"] == {"tip.compliance_nn": [-0.3, -0.24, -0.2]}
     for ending in ("csv", "md", "tex", "png"):
         assert (folder / f"contact-soft.{ending}").stat().st_size > 100
     text = fingertap(*arguments).out
@@ -122,3 +124,6 @@ def test_identified_contact_of_the_soft_finger() -> None:
     # 2 a/(pi R) = 6 % of Hertz's out; the mesh knows k to a few percent.
     assert found.stiffness_N_per_m == pytest.approx(1.06 * found.hertz_N_per_m, rel=0.04)
     assert 1.3 < found.eta_squared < 1.8
+    # the closed form, and what its own statics are known to
+    for key, wanted, known in (("nn", -0.15, 0.06), ("nt", 0.34, 0.05), ("tt", 1.6, 0.15)):
+        assert abs(found.tip_compliance[f"tip.compliance_{key}"][-1] - wanted) < known

@@ -50,6 +50,9 @@ MOST_ELEMENTS = 200
 BEND_SHARE, RING_SHARE = 0.25, 0.25
 # a vibration of amplitude V_0/w is wrong by this many times the error of a step
 STEPS_ERROR = 10.0
+# A beam's first frequency is too high by (pi/n)^4/720 on n cubic elements; a tenth of the error is
+# left to what that turns the phase by in a flight.
+PHASE_PART = 72.0
 # steps of a flight whose vibration is not followed: in fewer, Newton's method fails again and again
 # on stiff fingers
 FEW_STEPS = 60
@@ -204,8 +207,8 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     law = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions)
     hertz = law.k if scene.assumptions.has("hertz") and fall is not None else None
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
-    flight, flight_error = _flight(accuracy, scene, fall, stated)
-    counts = tuple([_elements(p, frequency, accuracy) for p in phalanges])
+    flight, flight_error, least = _flight(accuracy, scene, fall, stated)
+    counts = tuple([max(least, _elements(p, frequency, accuracy)) for p in phalanges])
     step = min(STEP_SHARE * math.sqrt(accuracy) / frequency, 1.0)
     newton = min(max(NEWTON_SHARE * accuracy, 1e-12), 1e-8)
     rate = f"{frequency / (2 * math.pi):.2g} Hz"
@@ -273,10 +276,10 @@ def rods_fall(scene: Scene) -> Fall | None:
 
 def _flight(
     accuracy: float, scene: Scene, fall: Fall | None, stated: Stated
-) -> tuple[list[Choice], float]:
-    """How the finger gets to the surface, and the relative error that this adds to the tap."""
+) -> tuple[list[Choice], float, int]:
+    """How the finger gets to the surface, the relative error that this adds, least elements."""
     if fall is None:
-        return [], math.inf
+        return [], math.inf, 1
     bent, rung = BEND_SHARE * fall.bending / fall.speed, RING_SHARE * fall.ringing / fall.speed
     stiff = bent <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
@@ -284,9 +287,9 @@ def _flight(
             Choice("flight", "rigid", f"skipped: what bends and vibrates, {bent:.1g} of the tap"),
             Choice("flight_step", 1.0, "the tolerance decides"),
             Choice("flight_tolerance", RODS_SHARE * accuracy, "a share of the accuracy"),
-        ], bent  # fmt: skip
+        ], bent, 1  # fmt: skip
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
-        return [], math.inf
+        return [], math.inf, 1
     flight = [
         Choice("flight", "elastic", f"a rigid one would change the tap by {bent:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
@@ -294,11 +297,13 @@ def _flight(
     ]
     if rung <= accuracy:
         why = f"skipped: the vibration, {rung:.1g} of the tap, is not followed"
-        return [*flight, Choice("flight_tolerance", 1.0, why)], rung
+        return [*flight, Choice("flight_tolerance", 1.0, why)], rung, 1
     slowest = min(
         (math.pi / p.length) ** 2 * math.sqrt(p.bending_stiffness / p.line_density)
         for p in scene.finger.phalanges
     )
     tolerance = accuracy * fall.speed / (STEPS_ERROR * slowest * scene.surface.height)
     why = f"the vibration, {rung:.1g} of the tap, arrives in phase"
-    return [*flight, Choice("flight_tolerance", min(tolerance, 1.0), why)], accuracy
+    turned = math.pi**4 * slowest * fall.time * rung / (PHASE_PART * accuracy)
+    least = min(math.ceil(turned**0.25), MOST_ELEMENTS)
+    return [*flight, Choice("flight_tolerance", min(tolerance, 1.0), why)], accuracy, least

@@ -8,6 +8,7 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
+from reference_fem.accuracy import HELD, sizes_for
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.estimate import Companion
@@ -19,6 +20,7 @@ from reference_fem.simulate import simulate
 from reference_fem.touch import Touch, predicted_touch
 
 __all__ = [
+    "HELD",
     "ChainState",
     "Companion",
     "Drive",
@@ -39,4 +41,5 @@ __all__ = [
     "impact_state",
     "predicted_touch",
     "simulate",
+    "sizes_for",
 ]

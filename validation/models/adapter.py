@@ -101,13 +101,14 @@ def _accuracy(result: object) -> dict[str, Any]:
     held = getattr(result, "accuracy", None)
     if held is None:
         return {}
-    choices = [{**vars(choice), "value": _text(choice.value)} for choice in held.choices]
+    choices = [{**vars(choice), "value": shown(choice.value)} for choice in held.choices]
     return {"wanted": held.wanted, "expected": held.expected, "choices": choices}
 
 
-def _text(value: Any) -> str:
+def shown(value: Any) -> str:
+    """A setting's value as a record's accuracy tells it."""
     if isinstance(value, tuple | list):
-        return ", ".join(map(_text, value))
+        return ", ".join(map(shown, value))
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 

@@ -9,6 +9,7 @@ from validation.errors import UserError
 from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
+from validation.models.solid_accuracy import held
 from validation.scenes.load import NamedScene, load_scene, without_estimate
 from validation.scenes.tables import Scene
 
@@ -79,15 +80,23 @@ def sizing_of(tables: Scene, dimension: Dimension) -> Any:
     """The preset's sizes, scaled with the diameter, then the scene's own; None of a mesh file.
 
     A tip finer than the section is refined where the rigid finger touches the surface; that of the
-    preset ``contact`` is sized by the patch that is predicted there.
+    preset ``contact``, or of an accuracy, is sized by the patch that is predicted there.
     """
     import meshes
 
-    fem = tables.solver.fem
+    fem, sizes = tables.solver.fem, sizes_of(tables)
     if fem.mesh is not None:
         return None
     stated = fem.stated(meshes.Sizing)
     base = _scaled(meshes.SIZINGS[fem.preset], tables)
+    if sizes is not None:
+        diameter = min(tables.per_phalanx(tables.finger.diameter))
+        base = meshes.Sizing(
+            section_size=sizes.section * diameter,
+            axial_size=min(sizes.axial * diameter, *tables.per_phalanx(tables.finger.length)),
+            tip_size=0.5 * sizes.section * diameter,
+            growth=sizes.growth,
+        )
     sizing = replace(base, **stated)
     if sizing.tip_size >= sizing.section_size:
         return sizing
@@ -99,8 +108,30 @@ def sizing_of(tables: Scene, dimension: Dimension) -> Any:
     if fem.preset in EVEN_TIPS:
         base = replace(base, patch_size=EVEN_PATCH * patch)
     if fem.preset == "contact":
-        base = replace(base, tip_size=min(patch / PATCH_EDGES, base.section_size))
+        edge = 1.0 / PATCH_EDGES if sizes is None else sizes.edge
+        base = replace(base, tip_size=min(edge * patch, base.section_size))
     return replace(base, contact_angle=touch.angle, **stated)
+
+
+def sizes_of(tables: Scene) -> Any:
+    """What the scene's accuracy asks of the mesh; None where it asks for none.
+
+    Raises
+    ------
+    ValueError
+        It cannot be kept, or a preset is stated beside it.
+    """
+    import reference_fem
+
+    accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
+    if accuracy is None:
+        return None
+    if fem.preset != "contact":
+        raise ValueError(
+            f"solver.fem.preset = {fem.preset!r}: decides what solver.accuracy = {accuracy:g} is "
+            "to; leave one of them out"
+        )
+    return reference_fem.sizes_for(accuracy)
 
 
 def size_scale(tables: Scene) -> float:
@@ -279,11 +310,8 @@ class Solid:
         return DIMENSIONS[self.name]
 
     def refusal(self, scene: NamedScene) -> str:
-        """Why no finite elements take this scene, empty if they do."""
-        if (accuracy := scene.tables.solver.accuracy_of("fem")) is not None:
-            return (
-                f"solver.accuracy = {accuracy:g}: {self.name} takes none; give a solver.fem.preset"
-            )
+        """What they can't take is told where the scene is translated."""
+        del scene
         return ""
 
     def warm_up(self) -> None:
@@ -307,9 +335,12 @@ class Solid:
             sizing = sizing_of(tables, self.dimension)
             mesh = build_mesh(tables, self.dimension, sizing)
             mesh_time = time.perf_counter() - start
-            given_inputs = inputs(tables)
+            materials, surface, drive, settings = inputs(tables)
+            sizes = sizes_of(tables)
+            if sizes is not None and self.dimension == 3 and settings.element is None:
+                settings = replace(settings, element=sizes.element)
             beside = None
-            if given_inputs[-1].estimate:
+            if settings.estimate:
                 beside = companion(tables, self.dimension, sizing)
             start = time.perf_counter()
             restart = None
@@ -317,7 +348,10 @@ class Solid:
                 restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
             result = reference_fem.simulate(
                 mesh,
-                *given_inputs,
+                materials,
+                surface,
+                drive,
+                settings,
                 progress=progress,
                 start=start_of(tables),
                 restart=restart,
@@ -329,7 +363,11 @@ class Solid:
         solve_time = result.summary.wall_time_s
         record = to_record(result, scene, self.name, variant(tables), solve_time)
         times = {"mesh_time_s": mesh_time, "estimate_time_s": max(estimate_time, 0.0)}
-        record = replace(record, statistics={**record.statistics, **times})
+        record = replace(
+            record,
+            statistics={**record.statistics, **times},
+            accuracy=held(tables, sizing, settings, record),
+        )
         return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
 
 

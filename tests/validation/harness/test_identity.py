@@ -220,7 +220,7 @@ def test_no_module_of_a_judge_is_forgotten(name: str) -> None:
 
 
 EDITED = ("hcm/compiled.py", "validation/studies/stress/hcm/audit.py",
-          "validation/studies/random_scenes.py")  # fmt: skip
+          "validation/studies/stress/hcm/judge.py")  # fmt: skip
 NAMES = """
 from validation.harness.store import key
 from validation.studies.stress.campaign import verdict_inputs

@@ -10,6 +10,7 @@ from hcm.beam.chain import Chain, Probe
 from hcm.beam.energy import energies, stress_at_probe
 from hcm.compiled import kernel, kernel_with
 from hcm.contact.contract import (
+    axis_end,
     contact_force,
     particle_velocity,
     place,
@@ -79,7 +80,8 @@ def write_row(
     ft, fn = contact_force(x, gap, contact, law)
     kinetic, strain, gravity = energies(q, v, chain)
     row[0], row[1], row[2] = clock.time, fn, ft
-    row[3], row[4], row[5], row[6] = q[tip], q[tip + 1], v[tip], v[tip + 1]
+    row[3], row[4] = axis_end(q, tip, law)
+    row[5], row[6] = axis_end(v, tip, law)
     row[7] = particle_velocity(gap, vt, vn, contact, law)
     row[8] = stress_at_probe(q, v, chain, probe)
     row[9], row[10], row[11] = kinetic, strain, gravity

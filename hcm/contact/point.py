@@ -25,6 +25,12 @@ def velocity(
 
 
 @kernel
+def axis_end(q: Floats, tip: int, law: ContactLaw) -> tuple[float, float]:
+    """End of the finger's axis, m; of v in the place of q, its velocity."""
+    return q[tip], q[tip + 1]
+
+
+@kernel
 def subtract_force(q: Floats, tip: int, contact: Contact, law: ContactLaw, out: Floats) -> None:
     """Subtract the generalized contact force F_c, N and N m, from the residual `out` (n,)."""
     ft, fn = contact_force(q[tip], q[tip + 1] + law.height, contact, law)

@@ -96,6 +96,13 @@ def velocity(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> 
 
 
 @kernel
+def axis_end(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
+    """The pole, R beyond C along r', m; of v in the place of q, its velocity."""
+    beyond = law.radius if law.lowest else 0.0
+    return q[tip] + beyond * q[tip + 2], q[tip + 1] + beyond * q[tip + 3]
+
+
+@kernel
 def subtract_force(q: Floats, tip: int, contact: Contact, law: BallLaw, out: Floats) -> None:
     """Subtract F_c, N and N m, from the residual `out` (n,)."""
     if contact.normal == FLIGHT:

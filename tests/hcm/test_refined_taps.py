@@ -42,6 +42,18 @@ def test_peaks_are_the_converged_references(phalanx: hcm.Phalanx, peak: float) -
     assert result.summary.energy_residual < 1e-4
 
 
+def test_the_tip_is_the_end_of_its_axis() -> None:
+    """Whose way is as long as the finger at rest, wherever the tip touches."""
+    history = tap(flight="elastic").history
+    assert history.tip_position_m[0] == pytest.approx([-0.12, 0.0], abs=1e-12)
+    steps = np.diff(history.time_s)[:, None]
+    mean = 0.5 * (history.tip_velocity_m_per_s[1:] + history.tip_velocity_m_per_s[:-1])
+    way = (steps * mean).sum(axis=0)
+    np.testing.assert_allclose(
+        way, np.ptp(history.tip_position_m[[0, -1]], axis=0) * [1, -1], atol=1e-5
+    )
+
+
 @pytest.mark.parametrize("friction", [0.5, 1.2])
 def test_fixed_steps_converge_with_order_two(friction: float) -> None:
     """Peak, impulse and duration, with slip throughout and with partial slip."""

@@ -57,10 +57,6 @@ CONJUGATE = RATES + 36
 DILATATION_RATE = CONJUGATE + 36
 POWER = DILATATION_RATE + 1
 SCRATCH_ROWS = POWER + 1
-# Which of the 4 values of g_1, g_2, g_3 the 8 points take.
-VALUES = (
-    (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
-)  # fmt: skip
 
 
 @inlined
@@ -151,6 +147,45 @@ def point_bases(
     )
 
 
+@inlined
+def add_dilatation_rate(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
+    """Add w tr dE/dt of point q, m^3/s, as `add_dilatation` adds w tr E, to row DILATATION_RATE."""
+    for lane in range(LANES):
+        o = lane + q * POINT_ROWS * LANES
+        f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
+        v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
+        d, _ = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
+        more = 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
+        s[DILATATION_RATE * LANES + lane] += more
+
+
+@inlined
+def add_damped_point(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
+    """Add what point q gives to rows CONJUGATE.., RESULT and POWER; row DILATATION holds p."""
+    for lane in range(LANES):
+        o, t = lane + q * POINT_ROWS * LANES, CONJUGATE * LANES + lane
+        mu, tau, w = r[56 * LANES + lane], r[58 * LANES + lane], r[o + 6 * LANES]
+        f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
+        v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
+        d, h = green_strain(f[0], f[1], f[2])
+        e, g = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
+        wmu, wp = w * mu, w * s[DILATATION * LANES + lane]
+        s[RESULT * LANES + lane] += wmu * product(d, h)
+        s[POWER * LANES + lane] += 2.0 * tau * wmu * product(e, g)
+        d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
+        h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
+        x, y, z = stress_force(f[0], f[1], f[2], d, h, r, o, wmu, wp)
+        s[t + a * LANES] += x[0]
+        s[t + (4 + b) * LANES] += x[1]
+        s[t + (8 + c) * LANES] += x[2]
+        s[t + (12 + a) * LANES] += y[0]
+        s[t + (16 + b) * LANES] += y[1]
+        s[t + (20 + c) * LANES] += y[2]
+        s[t + (24 + a) * LANES] += z[0]
+        s[t + (28 + b) * LANES] += z[1]
+        s[t + (32 + c) * LANES] += z[2]
+
+
 @compiled
 def damped_force(s: Array, r: Array, lag: float) -> None:
     """`block_force` with damping, from what `block_dilatation` and a gather of velocities left.
@@ -158,51 +193,40 @@ def damped_force(s: Array, r: Array, lag: float) -> None:
     Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
     """
     for lane in range(LANES):
-        for c in range(3):
-            bases = base_vectors(s, VELOCITIES + 8 * c, lane)
-            store_bases(s, RATES + 12 * c, lane, bases)
-    for row in range(CONJUGATE, POWER + 1):
+        store_bases(s, RATES, lane, base_vectors(s, VELOCITIES, lane))
+        store_bases(s, RATES + 12, lane, base_vectors(s, VELOCITIES + 8, lane))
+        store_bases(s, RATES + 24, lane, base_vectors(s, VELOCITIES + 16, lane))
+    for row in range(CONJUGATE, POWER):
         for lane in range(LANES):
             s[row * LANES + lane] = 0.0
-    for q in range(8):
-        values = VALUES[q]
-        for lane in range(LANES):
-            o = lane + q * POINT_ROWS * LANES
-            f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
-            v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
-            d, _ = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
-            more = 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
-            s[DILATATION_RATE * LANES + lane] += more
+    add_dilatation_rate(s, r, 0, 0, 0, 0, lag)
+    add_dilatation_rate(s, r, 1, 0, 1, 1, lag)
+    add_dilatation_rate(s, r, 2, 1, 1, 3, lag)
+    add_dilatation_rate(s, r, 3, 1, 0, 2, lag)
+    add_dilatation_rate(s, r, 4, 2, 2, 0, lag)
+    add_dilatation_rate(s, r, 5, 2, 3, 1, lag)
+    add_dilatation_rate(s, r, 6, 3, 3, 3, lag)
+    add_dilatation_rate(s, r, 7, 3, 2, 2, lag)
     for lane in range(LANES):
         k, tau = r[57 * LANES + lane], r[58 * LANES + lane]
         volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
         s[RESULT * LANES + lane] = 0.5 * k * volume * volume
         s[POWER * LANES + lane] = tau * k * rate * rate
         s[DILATATION * LANES + lane] = k * (volume + tau * rate)
-    for q in range(8):
-        values = VALUES[q]
-        for lane in range(LANES):
-            o = lane + q * POINT_ROWS * LANES
-            mu, tau = r[56 * LANES + lane], r[58 * LANES + lane]
-            f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
-            v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
-            d, h = green_strain(f[0], f[1], f[2])
-            e, g = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
-            w = r[o + 6 * LANES]
-            wmu, wp = w * mu, w * s[DILATATION * LANES + lane]
-            s[RESULT * LANES + lane] += wmu * product(d, h)
-            s[POWER * LANES + lane] += 2.0 * tau * wmu * product(e, g)
-            d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
-            h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
-            forces = stress_force(f[0], f[1], f[2], d, h, r, o, wmu, wp)
-            for c in range(3):
-                for k in range(3):
-                    row = CONJUGATE + 12 * c + 4 * k + values[k]
-                    s[row * LANES + lane] += forces[c][k]
+    add_damped_point(s, r, 0, 0, 0, 0, lag)
+    add_damped_point(s, r, 1, 0, 1, 1, lag)
+    add_damped_point(s, r, 2, 1, 1, 3, lag)
+    add_damped_point(s, r, 3, 1, 0, 2, lag)
+    add_damped_point(s, r, 4, 2, 2, 0, lag)
+    add_damped_point(s, r, 5, 2, 3, 1, lag)
+    add_damped_point(s, r, 6, 3, 3, 3, lag)
+    add_damped_point(s, r, 7, 3, 2, 2, lag)
     for lane in range(LANES):
-        for c in range(3):
-            conjugate = load_bases(s, CONJUGATE + 12 * c, lane)
-            base_forces(s, 8 * c, lane, conjugate[0], conjugate[1], conjugate[2])
+        x = load_bases(s, CONJUGATE, lane)
+        y, z = load_bases(s, CONJUGATE + 12, lane), load_bases(s, CONJUGATE + 24, lane)
+        base_forces(s, 0, lane, x[0], x[1], x[2])
+        base_forces(s, 8, lane, y[0], y[1], y[2])
+        base_forces(s, 16, lane, z[0], z[1], z[2])
 
 
 @compiled

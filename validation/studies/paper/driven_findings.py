@@ -4,20 +4,31 @@ The torques act at once on a finger without damping: what follows rings at every
 mesh holds. Readings that depend on that ringing are given with their variations (`driven_cases`).
 """
 
-from collections.abc import Callable
-
-import numpy as np
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 
 from validation.compare.claims import Claim, read_claims
 from validation.studies.paper import readings
 from validation.studies.paper.case_runs import CaseRun
-from validation.studies.paper.driven_cases import PRINTED_TORQUES, VARIED
+from validation.studies.paper.driven_cases import VARIED
+from validation.studies.paper.driven_values import (
+    CONCAVE,
+    ONE,
+    RATIOS,
+    STRESSES,
+    THREE,
+    TWO,
+    driven_values,
+    ratio,
+    stress_MPa,
+)
 from validation.studies.paper.ledger import Finding, printed_rounding
+from validation.studies.paper.ramp_experiment import kept_points, sentence
 from validation.studies.paper.readings import Runs
 from validation.studies.paper.torque_factor import IdentifiedTorque
 
-FIRST = "first_peak_normal_force_N"
-ONE, TWO, THREE = PRINTED_TORQUES
+Values = Mapping[str, float | bool]
 ARROW = {1: "right", -1: "left", 0: "stick"}
 
 
@@ -28,24 +39,6 @@ def _varied(read: Callable[[str], object]) -> str:
         value = read(f" {label}")
         parts.append(f"{label} {value:.4g}" if isinstance(value, float) else f"{label} {value}")
     return "; ".join(parts)
-
-
-def _ratio(runs: Runs, over: str, key: Callable[[CaseRun], float]) -> Callable[[str], float]:
-    return lambda suffix: key(runs[over + suffix]) / key(runs[ONE + suffix])
-
-
-def _stress(runs: Runs, case: str) -> Callable[[str], float]:
-    return lambda suffix: 1e-6 * readings.largest_stress(runs[case + suffix])
-
-
-def _first_peak(run: CaseRun) -> float:
-    return run.record.value(FIRST) or float("nan")
-
-
-def _first_tangential_peak(run: CaseRun) -> float:
-    time, force = readings.curve(run, "tangential_force_N")
-    turn = readings.event_times(run, "compression_to_restitution")[0]
-    return float(np.abs(force[time <= turn]).max())
 
 
 def duration_ms(run: CaseRun) -> float:
@@ -64,7 +57,7 @@ def _band(read: Callable[[str], float], claim: Claim) -> str:
     )
 
 
-def _arrivals(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
+def _arrivals(values: Values, found: IdentifiedTorque) -> dict[str, Finding]:
     numerics = "; ".join(
         f"{name}: factor {fit.factor:.4g}, {fit.misfit_percent:.2g} %"
         for name, fit in found.by_numerics.items()
@@ -79,7 +72,7 @@ def _arrivals(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
             f" {1e3 * own.best_time_s:.3f} ms at {own.best_factor:.3g}"
         )
         rows[id_] = Finding(
-            readings.scalar(runs, case, "contact_time_s"),
+            values[id_],
             "the t_3 factor was identified from these times, which it misses by"
             f" {found.common.misfit_percent:.2g} % (rms); {text}; with the article's numerics"
             f" {numerics}",
@@ -89,46 +82,44 @@ def _arrivals(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
 
 def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     """Findings by claim."""
-    rows = _arrivals(runs, found)
-    for id_, case, concave in (("F13.4", ONE, True), ("F13.5", TWO, True), ("F13.6", THREE, False)):
-        posture = runs[case].event_postures[0]
+    values, points = driven_values(runs), kept_points()
+    rows = _arrivals(values, found)
+    for id_, (case, _) in CONCAVE.items():
+        below = runs[case].event_postures[0].is_concave
         rows[id_] = Finding(
-            posture.is_concave == concave,
-            f"at contact the hinges lie {'below' if posture.is_concave else 'above'}"
+            values[id_],
+            f"at contact the hinges lie {'below' if below else 'above'}"
             " the line from the fixed hinge to the tip",
         )
     claims = read_claims()
-    for id_, case, key in (
-        ("F14.1", TWO, _first_peak), ("F14.2", TWO, _first_tangential_peak),
-        ("F15.1", TWO, readings.largest_deflection), ("F15.2", THREE, readings.largest_deflection),
-    ):  # fmt: skip
-        read = _ratio(runs, case, key)
+    for id_, (case, key) in RATIOS.items():
+        read = partial(ratio, runs, case, key)
         reason = f"{_band(read, claims[id_])}; {_varied(read)}"
         if key is readings.largest_deflection:
-            drawn = _ratio(runs, case, lambda run: readings.largest_deflection(run, drawn=True))("")
+            drawn = ratio(runs, case, lambda run: readings.largest_deflection(run, drawn=True))
             reason += f"; at the instants that fig. 15 draws {drawn:.4g}"
-        rows[id_] = Finding(read(""), reason)
+        rows[id_] = Finding(values[id_], reason)
     three = runs[THREE]
     rows["F14.3"] = Finding(
-        readings.transitions(three),
+        values["F14.3"],
         f"{readings.counting(three)}; with variations:"
         f" {_varied(lambda s: readings.transitions(runs[THREE + s]))}; the contact lasts"
         f" {duration_ms(three):.2f} ms, which jumps inside the factor's band"
         f" ({_varied(lambda s: duration_ms(runs[THREE + s]))}); fig. 14 shows about 0.9 ms",
     )
-    for id_, case in (("F14.5", ONE), ("F14.6", TWO), ("F14.7", THREE)):
-        read = _stress(runs, case)
-        rows[id_] = Finding(read(""), f"{_band(read, claims[id_])}; {_varied(read)}")
+    for id_, case in STRESSES.items():
+        own = lambda suffix, case=case: stress_MPa(runs[case + suffix])  # noqa: E731
+        rows[id_] = Finding(values[id_], f"{_band(own, claims[id_])}; {_varied(own)}")
     _, tangential = readings.curve(three, "tangential_force_N")
     rows["F14.4"] = Finding(
-        bool(tangential.min() < 0 < tangential.max()),
+        values["F14.4"],
         f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",
     )
     late = {
         c: readings.deflection_peaks_after_first_restitution(runs[c]) for c in (ONE, TWO, THREE)
     }
     rows["F15.3"] = Finding(
-        all(late.values()),
+        values["F15.3"],
         "among the instants that fig. 15 draws; "
         + "; ".join(
             f"{c}: {'yes' if ok else 'no'}, the largest of all"
@@ -139,27 +130,30 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     for id_, case in (("F16.1", ONE), ("F16.2", TWO)):
         _, velocity = readings.particle_velocity(runs[case])
         rows[id_] = Finding(
-            not readings.sticks(runs[case]),
+            values[id_],
             f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s",
         )
-    rows |= _stick_slip(runs)
-    return rows
+    rows |= _stick_slip(runs, values)
+    return {
+        id_: replace(finding, reason=f"{finding.reason}; {sentence(id_, points)}")
+        for id_, finding in rows.items()
+    }
 
 
-def _stick_slip(runs: Runs) -> dict[str, Finding]:
+def _stick_slip(runs: Runs, values: Values) -> dict[str, Finding]:
     three = runs[THREE]
     words = " ".join(ARROW[s] for s in readings.phases(three))
     shares = ", ".join(str(readings.slip_to_stick(three, share)) for share in (0.001, 0.01, 0.02))
     directions = _varied(lambda s: "".join("RL"[d < 0] for d in readings.slips(runs[THREE + s])))
     return {
         "F16.3": Finding(
-            readings.slip_to_stick(three),
+            values["F16.3"],
             "phases of at least 0.5 % of the contact are counted; with 0.1, 1, 2 %:"
             f" {shares}; located in all: {three.record.summary['slip_to_stick']}; with variations:"
             f" {_varied(lambda s: readings.slip_to_stick(runs[THREE + s]))}",
         ),
         "F16.4": Finding(
-            readings.slips(three)[:4] == [1, -1, 1, -1],
+            values["F16.4"],
             f"phases in order: {words}; slips with variations: {directions}",
         ),
     }

@@ -36,6 +36,8 @@ class Assumptions:
     """Sections turn against the axis (Timoshenko)."""
     tip_compliance: bool | None = None
     """What the tip yields between the beam's end and the patch."""
+    whole_tap: bool | None = None
+    """A touch that soon follows a separation is of the same tap (`hcm.tap`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -256,9 +256,8 @@ def caution(shares: Mapping[str, float], settings: Settings) -> tuple[str, ...]:
 def tap_peaks(result: TapResult) -> Floats:
     """Largest F_n of each tap that ended, N."""
     time, force = result.history.time_s, result.history.normal_force_N
-    begins = [e.time_s for e in result.events if e.kind == "contact"]
-    ends = [e.time_s for e in result.events if e.kind == "separation"]
-    rows = zip(time.searchsorted(begins), time.searchsorted(ends, side="right"), strict=False)
+    ended = [tap for tap in result.taps if tap[1] < math.inf]
+    rows = [(time.searchsorted(a), time.searchsorted(b, side="right")) for a, b in ended]
     return np.array([force[begin:end].max() for begin, end in rows])
 
 

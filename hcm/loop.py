@@ -24,6 +24,8 @@ RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 
 # After this many events without an advance in time, a whole step is taken in the current mode:
 # chatter is then resolved to the step, and the loop always moves on.
 INSTANT_EVENTS = 8
+# Of the time: what is left to an end time that is no step any more.
+LAST_STEP = 1e-12
 
 
 @kernel
@@ -72,7 +74,7 @@ def advance(
     while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:
         in_flight = contact.normal == FLIGHT
         remaining = plan.end_time - clock.time
-        if remaining <= 1e-12 * clock.time:
+        if remaining <= LAST_STEP * clock.time:
             code = DONE
             break
         elapsed = clock.time - clock.phase_start

@@ -33,6 +33,7 @@ from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip
 from hcm.record import FrameTable
 from hcm.state import Motion, Plan, build_motion
+from hcm.tap import TapEnds, tap_ends
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ class Model:
     the beams fly themselves. rods_drive : torques on them.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
     theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
-    finger at rest gathers by round-off.
+    finger at rest gathers by round-off. tap_ends : None where each separation ends one.
     """
 
     settings: Settings
@@ -144,6 +145,7 @@ class Model:
     v: Floats
     angles: Floats
     roundoff_J: float
+    tap_ends: TapEnds | None
 
     def initial_motion(self) -> Motion:
         """The state that the run starts in, accelerations zero."""
@@ -214,6 +216,7 @@ def build_model(
         # measured up to 1e-20 of E A L at 40 elements of E = 1e12 Pa and 3000 steps; a light finger
         # on a breeze of gravity moves with 1e-12
         roundoff_J=1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges),
+        tap_ends=tap_ends(whole, assumptions),
     )
 
 

@@ -224,7 +224,8 @@ class TapResult:
     frames with `Settings.frame_times` as far as the run got. errors : estimated absolute errors of
     the summary's main numbers, by its fields, SI units; inf where nothing is known, empty where
     none were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
-    accuracy : of a run that was held to one.
+    accuracy : of a run that was held to one. taps : first touch and last separation of each, s; inf
+    of one that lasts.
     """
 
     status: Status
@@ -238,3 +239,4 @@ class TapResult:
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
+    taps: tuple[tuple[float, float], ...] = ()

@@ -23,8 +23,9 @@ from hcm.record import Segment, empty_record, next_segment
 from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
 from hcm.start import BeamStart, enter_piece, start_beams
-from hcm.state import Clock, Motion
+from hcm.state import Clock, Motion, Plan
 from hcm.summary import summarize
+from hcm.tap import next_touch_s, taps_of
 from hcm.workload import check_size
 
 Progress = Callable[[float, str], None]
@@ -88,14 +89,16 @@ def simulate(
     started = time.perf_counter()
     model = build_model(finger, surface, tip, drive, settings, start, assumptions)
     begun = start_beams(model)
-    segments, status = _take_steps(model, begun, progress)
+    segments, status, over_s = _take_steps(model, begun, progress)
     last, clock = segments[-1], segments[-1].clock
     events = tuple([event for segment in segments for event in segment.events])
     history = history_of(
         np.concatenate([segment.rows for segment in segments]),
         np.concatenate([segment.reactions for segment in segments]),
     )
-    summary = summarize(history, events, last.imbalance_J / max(last.kinetic_J, model.roundoff_J))
+    taps = taps_of(events, None if model.tap_ends is None else over_s)
+    residual = last.imbalance_J / max(last.kinetic_J, model.roundoff_J)
+    summary = summarize(history, events, taps, residual)
     doubt = ""
     cautions: tuple[str, ...] = ()
     if status is Status.COMPLETED:
@@ -140,6 +143,7 @@ def simulate(
         ),
         postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),
         cautions=cautions,
+        taps=taps,
     )
     if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
         return result
@@ -159,14 +163,19 @@ def simulate(
 
 def _take_steps(
     model: Model, begun: BeamStart, progress: Progress | None
-) -> tuple[list[Segment], Status]:
-    """Call the compiled loop until the run ends or is interrupted."""
+) -> tuple[list[Segment], Status, list[float]]:
+    """Call the compiled loop until the run ends or is interrupted.
+
+    The last are the times at which taps were seen to be over, s.
+    """
     settings, motion = model.settings, begun.motion
     new = Motion(*[np.empty_like(part) for part in motion])
     segments, status, code = [begun.segment], begun.status, loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
     stages = STAGES if settings.flight_integrator == GAUSS else 1
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
+    until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
+    over_s: list[float] = []
     try:
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
@@ -175,8 +184,8 @@ def _take_steps(
                 status = Status.WORK_LIMIT
                 break
             over = piece_at(model.drive, last.clock.time).end_s
-            plan = model.plan._replace(
-                iterations=min(most, spent + per_call), end_time=min(model.plan.end_time, over)
+            plan = until._replace(
+                iterations=min(most, spent + per_call), end_time=min(until.end_time, over)
             )
             record = empty_record(size, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
@@ -190,7 +199,7 @@ def _take_steps(
                 )
             )
             last = segments[-1]
-            kink = code == loop.DONE and over < model.plan.end_time and last.clock.taps < plan.taps
+            kink = code == loop.DONE and over < until.end_time and last.clock.taps < plan.taps
             if kink:
                 enter_piece(model, motion, last.contact, last.clock.time)
                 code = loop.RUNNING
@@ -201,11 +210,38 @@ def _take_steps(
             # a kink may come so early that the finger hardly moves yet
             if status is Status.COMPLETED and not (balanced or kink):
                 status = Status.UNBALANCED
+            if code == loop.DONE and (further := _further(model, segments, motion, over_s)):
+                until, code = further, loop.RUNNING
             if progress is not None:
                 progress(*_fraction(last.clock, last.contact, settings))
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    return segments, status
+    return segments, status, over_s
+
+
+def _further(
+    model: Model, segments: list[Segment], motion: Motion, over_s: list[float]
+) -> Plan | None:
+    """Until when a run goes on that stopped to look whether its tap is over; None: it is done.
+
+    over_s : gets the time of a tap that is.
+    """
+    rule, clock = model.tap_ends, segments[-1].clock
+    if rule is None or model.plan.end_time - clock.time <= loop.LAST_STEP * clock.time:
+        return None
+    taps = taps_of((event for s in segments for event in s.events), over_s)
+    tap, look = taps[-1], math.inf
+    if tap[1] < math.inf:
+        look = rule.first_look_s(tap)
+        if look - clock.time <= loop.LAST_STEP * clock.time:
+            law = model.generalized_alpha.law
+            touch = next_touch_s(motion.q, motion.v, model.chain, law.height)
+            look = rule.next_look_s(tap, clock.time, touch)
+        if look == math.inf:
+            over_s.append(clock.time)
+            if len(taps) >= model.plan.taps:
+                return None
+    return model.plan._replace(taps=clock.taps + 1, end_time=min(look, model.plan.end_time))
 
 
 def _message(status: Status, clock: Clock, statistics: Statistics) -> str:

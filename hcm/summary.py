@@ -1,5 +1,8 @@
 """Scalars of the first tap, from the history and the located events."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,16 +55,23 @@ def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[f
     return time[i], force[i]
 
 
-def summarize(history: History, events: tuple[Event, ...], energy_residual: float) -> Summary:
-    """Reduce a run to the scalars of its first tap, and the run's energy residual."""
-    contact = next((e.time_s for e in events if e.kind == "contact"), None)
-    if contact is None:
+def summarize(
+    history: History,
+    events: tuple[Event, ...],
+    taps: Sequence[tuple[float, float]],
+    energy_residual: float,
+) -> Summary:
+    """Reduce a run to the scalars of its first tap, and the run's energy residual.
+
+    taps : first touch and last separation of each (`tap.taps_of`).
+    """
+    if not taps:
         return Summary(
             None, None, None, None, None, None, None, None, 0, 0, 0, False, None, energy_residual
         )
-    separation = next((e.time_s for e in events if e.kind == "separation"), None)
+    contact, separation = taps[0]
     time, fn, ft = history.time_s, history.normal_force_N, history.tangential_force_N
-    last = float(time[-1]) if separation is None else separation
+    last = min(separation, float(time[-1]))
     stress = history.stress_R_Pa
     first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest = extremes(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
@@ -83,7 +93,7 @@ def summarize(history: History, events: tuple[Event, ...], energy_residual: floa
         peak_normal_force_time_s=peak_time - contact,
         first_peak_normal_force_N=first_peak,
         peak_tangential_force_N=float(ft[largest_ft]),
-        contact_duration_s=None if separation is None else separation - contact,
+        contact_duration_s=None if separation == math.inf else separation - contact,
         normal_impulse_N_s=impulse,
         compression_to_restitution=kinds.count("compression_to_restitution"),
         stick_to_slip=kinds.count("stick_to_slip"),

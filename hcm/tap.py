@@ -1,0 +1,100 @@
+"""Which touches are one tap, and when it ends.
+
+A tip that has just left may come down again on the same swing of its finger. With `whole_tap` the
+tap is over once the tip has stayed away for
+
+    max(0.1 (t_s - t_0), 0.25 L/c),  c = sqrt(E/rho),
+
+and the last phalanx, as a rigid body, will not touch within 2 max(t_s - t_0, L/c): t_0 the first
+touch, t_s the last separation, L/c the time of an axial wave along the phalanx. The finite elements
+end their taps so. Without it each separation ends a tap, as in the paper.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from hcm.arrays import Floats
+from hcm.assumptions import Assumptions
+from hcm.beam.chain import Chain
+from hcm.parameters import Finger
+from hcm.result import Event
+
+AWAY, AWAY_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
+# of L/c, between two looks at a tip that is about to come back
+LOOK = 0.1
+
+Tap = tuple[float, float]
+"""First touch and last separation, s; inf of one that lasts."""
+
+
+@dataclass(frozen=True)
+class TapEnds:
+    """The rule for a last phalanx of wave transit L/c, s."""
+
+    transit: float
+
+    def first_look_s(self, tap: Tap) -> float:
+        """Until when the tip must stay away, s."""
+        return tap[1] + max(AWAY * (tap[1] - tap[0]), AWAY_TRANSITS * self.transit)
+
+    def next_look_s(self, tap: Tap, now_s: float, touch_in_s: float) -> float:
+        """When to look again, s; inf where the tap is over. touch_in_s : of `next_touch_s`."""
+        soon = SAME_TAP * max(tap[1] - tap[0], self.transit)
+        return math.inf if touch_in_s > soon else now_s + LOOK * self.transit
+
+
+def tap_ends(finger: Finger, assumptions: Assumptions) -> TapEnds | None:
+    """The rule; None where every separation ends a tap."""
+    if not assumptions.has("whole_tap"):
+        return None
+    last = finger.phalanges[-1]
+    return TapEnds(last.length * math.sqrt(last.density / last.youngs_modulus))
+
+
+def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Tap, ...]:
+    """The taps of a run.
+
+    over_s : when taps were seen to be over, s; None: each separation ends one.
+    """
+    taps: list[Tap] = []
+    for event in events:
+        if event.kind == "contact":
+            same = bool(taps) and over_s is not None
+            if same and over_s is not None:
+                same = not any(taps[-1][1] <= over <= event.time_s for over in over_s)
+            taps.append((taps.pop()[0] if same else event.time_s, math.inf))
+        elif event.kind == "separation":
+            taps[-1] = (taps[-1][0], event.time_s)
+    return tuple(taps)
+
+
+def next_touch_s(q: Floats, v: Floats, chain: Chain, height: float) -> float:
+    """Time until the tip of the last phalanx would touch as a rigid body's, s; inf: never.
+
+    With M its elements' masses, X, Y their coordinates (q of one axis) and e those of a shift,
+
+        m = e M e,  v_c = e M V/m,  L = X M V_Y - Y M V_X,  I = X M X + Y M Y,  both less the
+        centre's share, gap/-v_y,  v_y = v_cy + L/I (x - x_c) < 0.
+
+    height : of the surface below the hinge, less a round tip's radius, m.
+    """
+    mass = turn = inertia = 0.0
+    shift, momentum = [0.0, 0.0], [0.0, 0.0]
+    for e in range(chain.first.size):
+        if chain.first[e] < chain.hinge_outer[-1]:
+            continue
+        i, j = int(chain.first[e]), int(chain.second[e])
+        x, y = [i, i + 2, j, j + 2], [i + 1, i + 3, j + 1, j + 3]
+        along = chain.mass[e][0] + chain.mass[e][2]
+        mass += float(along[0] + along[2])
+        turn += float(q[x] @ chain.mass[e] @ v[y] - q[y] @ chain.mass[e] @ v[x])
+        inertia += float(q[x] @ chain.mass[e] @ q[x] + q[y] @ chain.mass[e] @ q[y])
+        for axis, places in enumerate((x, y)):
+            shift[axis] += float(along @ q[places])
+            momentum[axis] += float(along @ v[places])
+    turn -= (shift[0] * momentum[1] - shift[1] * momentum[0]) / mass
+    inertia -= (shift[0] ** 2 + shift[1] ** 2) / mass
+    speed = momentum[1] / mass + turn / inertia * (float(q[chain.tip]) - shift[0] / mass)
+    gap = max(float(q[chain.tip + 1]) + height, 0.0)
+    return gap / -speed if speed < 0.0 else math.inf

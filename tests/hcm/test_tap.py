@@ -1,0 +1,78 @@
+"""Which touches are one tap."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.beam.chain import build_chain
+from hcm.model import RigidStart, rigid_motion
+from hcm.result import Event
+from hcm.tap import TapEnds, next_touch_s, taps_of
+
+TOUCHES = [
+    Event(time, kind)
+    for time, kind in [
+        (1.0, "contact"), (1.1, "compression_to_restitution"), (1.2, "separation"),
+        (1.3, "contact"), (1.5, "separation"), (4.0, "contact"),
+    ]
+]  # fmt: skip
+
+
+def test_each_separation_ends_a_tap_unless_taps_are_whole() -> None:
+    assert taps_of(TOUCHES, None) == ((1.0, 1.2), (1.3, 1.5), (4.0, math.inf))
+    assert taps_of(TOUCHES, [2.0]) == ((1.0, 1.5), (4.0, math.inf))
+    assert taps_of(TOUCHES, []) == ((1.0, math.inf),)
+
+
+def test_a_tip_must_stay_away_and_stay_off() -> None:
+    rule = TapEnds(transit=0.1)
+    assert rule.first_look_s((1.0, 2.0)) == pytest.approx(2.1)  # a tenth of the contact
+    assert rule.first_look_s((1.0, 1.01)) == pytest.approx(1.01 + 0.025)  # a quarter of a transit
+    assert rule.next_look_s((1.0, 2.0), 2.1, 2.01) == math.inf
+    assert rule.next_look_s((1.0, 2.0), 2.1, 1.99) == pytest.approx(2.11)
+    assert rule.next_look_s((1.0, 1.01), 1.1, 0.19) < math.inf  # two transits at least
+
+
+@pytest.mark.parametrize("rates", [(3.0,), (3.0, -1.0), (-3.0, 1.0)])
+def test_a_rigid_phalanx_touches_when_its_tip_falls_to_the_surface(
+    rates: tuple[float, ...],
+) -> None:
+    """Against the velocity of a rigid rod's end, y. = - sum theta._j L_j cos theta_j."""
+    finger = hcm.Finger((hcm.Phalanx(0.04, 0.01, 1e9, 1400.0, 4),) * len(rates))
+    angles = (0.3, 0.9)[: len(rates)]
+    chain, _ = build_chain(finger, hcm.Drive())
+    q, v = rigid_motion(finger, chain, RigidStart(angles, rates, 0.0))
+    height = 0.1
+    gap = height - 0.04 * sum(np.sin(angles))
+    speed = 0.04 * float(np.dot(rates, np.cos(angles)))
+    expected = gap / speed if speed > 0.0 else math.inf
+    assert next_touch_s(q, v, chain, height) == pytest.approx(expected, rel=1e-12)
+
+
+def bouncing(**switches: bool) -> hcm.TapResult:
+    """A slender phalanx, which bends away from the surface and comes back within its tap."""
+    return hcm.simulate(
+        hcm.Finger((hcm.Phalanx(0.04, 0.004, 5e9, 3000.0, 12, poisson_ratio=0.35),)),
+        hcm.Surface(height=0.02, friction=0.4),
+        hcm.Tip(normal_stiffness=1e6),
+        hcm.Drive(),
+        hcm.Settings(estimate=False, flight="rigid"),
+        assumptions=hcm.Assumptions("refined", **switches),
+    )
+
+
+def test_a_whole_tap_has_all_its_touches() -> None:
+    parts, whole = bouncing(whole_tap=False), bouncing()
+    (start, end), touches = whole.taps[0], [e for e in whole.events if e.kind == "contact"]
+    assert len(touches) == 2
+    assert end > parts.taps[0][1]
+    assert whole.summary.contact_duration_s == pytest.approx(end - start, rel=1e-12)
+    time, force = whole.history.time_s, whole.history.normal_force_N
+    total = float(np.trapezoid(force, time))  # the run ends after its tap
+    assert whole.summary.normal_impulse_N_s == pytest.approx(total, rel=1e-12)
+    # up to the first separation nothing is different
+    until = int(time.searchsorted(parts.taps[0][1], side="right"))
+    np.testing.assert_array_equal(force[:until], parts.history.normal_force_N[:until])
+    assert whole.summary.energy_residual < 1e-3

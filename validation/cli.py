@@ -54,6 +54,10 @@ app.command(
     help="Compute every number and figure of the article, and judge each one.",
 )
 app.command(
+    "validation.studies.assumptions.command:waterfall",
+    help="Say what each assumption of the reduced model is worth on a scene.",
+)
+app.command(
     "validation.converge.command:run_converge",
     name="converge",
     help="""Refine mesh, penalty and step of the reference, each alone; state its error bar.

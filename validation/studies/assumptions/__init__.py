@@ -1,0 +1,1 @@
+"""What each assumption of the reduced model is worth on a scene."""

@@ -1,0 +1,107 @@
+"""``fingertap waterfall``: what each assumption of the reduced model is worth on a scene."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from validation.compare.differences import Difference, difference
+from validation.errors import RunFailedError
+from validation.harness.command_line import Fresh, Overrides
+from validation.harness.console import output, progress_bar
+from validation.harness.figures import BLUE, GREY, panels
+from validation.harness.files import output_folder, safe_name
+from validation.harness.quantities import OF_A_TAP, Quantity, quantities
+from validation.harness.record import RunRecord
+from validation.harness.store import Store
+from validation.harness.tables import write_table
+from validation.runs.execute import Job, in_fresh_process
+from validation.scenes.load import load_scene
+from validation.studies.assumptions.variants import Variant, cumulative, left_out
+
+COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
+REFERENCE = "fem3d"
+
+
+def waterfall(
+    scene: str,
+    /,
+    *,
+    overrides: Overrides = (),
+    out: Path = Path("out"),
+    fresh: Fresh = False,
+) -> None:
+    """Solve a scene by the reference and by the reduced model, assumption by assumption.
+
+    Raises
+    ------
+    UserError
+        Bad scene, override or output folder: nothing was run.
+    RunFailedError
+        The reference, or the refined model, did not complete.
+    """
+    named = load_scene(scene, overrides)
+    folder = output_folder(out / "waterfall" / safe_name(named.name))
+    store = Store(out / "store", fresh)
+    variants = (*cumulative(), *left_out())
+    jobs = [
+        Job(scene, "hcm", (*overrides, "solver.hcm.estimate=false", *v.overrides), v.name)
+        for v in variants
+    ]
+    with progress_bar(f"waterfall {named.name}") as progress:
+        progress(0.0, REFERENCE)
+        (reference,) = in_fresh_process([Job(scene, REFERENCE, tuple(overrides))], folder / "runs", store)
+        progress(0.7, "hcm")
+        runs = in_fresh_process(jobs, folder / "runs", store)
+    if not reference.ok:
+        raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
+    rows = [
+        [difference(named.name, v.name, q, run if run.ok else None, reference) for q in COMPARED]
+        for v, run in zip(variants, runs, strict=True)
+    ]
+    _write(folder, named.name, variants, rows, reference)
+    for variant, found in zip(variants, rows, strict=True):
+        output(f"{variant.name:42}" + "".join(f"{_percent(one):>12}" for one in found))
+    output(f"errors (%) of {', '.join(q.title for q in COMPARED)}; files in {folder}")
+
+
+def _percent(one: Difference) -> str:
+    return "-" if one.error_percent is None else f"{one.error_percent:+.1f}"
+
+
+def _uncertainty(of: Quantity, reference: RunRecord) -> float | None:
+    """The reference's own error, percent."""
+    error, value = of.error(reference), of.read(reference)
+    return None if error is None or not value else 100 * error / abs(value)
+
+
+def _write(
+    folder: Path, scene: str, variants: Sequence[Variant], rows: list[list[Difference]],
+    reference: RunRecord,
+) -> None:  # fmt: skip
+    """``waterfall.csv``, ``.md``, ``.tex`` and ``waterfall.png``."""
+    import pandas as pd
+
+    table = pd.DataFrame(
+        [
+            {
+                "assumptions": variant.name,
+                **{f"{one.quantity.key}_error_percent": one.error_percent for one in found},
+            }
+            for variant, found in zip(variants, rows, strict=True)
+        ]
+    )
+    caption = f"{scene}: the reduced model against {reference.label}, assumption by assumption"
+    write_table(folder, "waterfall", table, caption)
+    with panels(folder / "waterfall.png", len(COMPARED), width=2.8, height=4.4) as axes:
+        for axis, of, column in zip(axes[0], COMPARED, zip(*rows, strict=True), strict=True):
+            errors = [one.error_percent or 0.0 for one in column]
+            steps = len(cumulative())
+            colors = [BLUE] * steps + [GREY] * (len(variants) - steps)
+            places = [-n - (n >= steps) for n in range(len(variants))]
+            axis.barh(places, errors, color=colors)
+            if (u := _uncertainty(of, reference)) is not None:
+                axis.axvspan(-u, u, color=GREY, alpha=0.3, linewidth=0)
+            axis.axvline(0, color="black", linewidth=0.6)
+            axis.set_yticks(places, [])
+            axis.set_title(of.title, fontsize=10, loc="left")
+            axis.set_xlabel("error (%)")
+        axes[0][0].set_yticks(places, [v.name.replace("_", " ") for v in variants])

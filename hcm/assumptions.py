@@ -55,8 +55,8 @@ class Assumptions:
 
     @property
     def any(self) -> bool:
-        """Whether there is one at all."""
-        return any(self.has(field.name) for field in fields(self)[1:])
+        """Whether there is one that concerns the beams or their contact."""
+        return any(self.has(field.name) for field in fields(self)[1:] if field.name != "whole_tap")
 
 
 PAPER = Assumptions()

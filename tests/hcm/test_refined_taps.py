@@ -85,7 +85,7 @@ def test_each_assumption_may_be_left_out(left_out: str) -> None:
 
 
 def test_all_of_them_switched_off_are_the_papers_to_the_bit() -> None:
-    off = Assumptions("refined", False, False, False, False, False, False, False)
+    off = Assumptions("refined", *[False] * 8)
     one, other = tap(assumptions=off), tap(assumptions=Assumptions())
     np.testing.assert_array_equal(one.history.normal_force_N, other.history.normal_force_N)
     assert one.summary == other.summary

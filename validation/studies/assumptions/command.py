@@ -48,7 +48,8 @@ def waterfall(
     ]
     with progress_bar(f"waterfall {named.name}") as progress:
         progress(0.0, REFERENCE)
-        (reference,) = in_fresh_process([Job(scene, REFERENCE, tuple(overrides))], folder / "runs", store)
+        job = Job(scene, REFERENCE, tuple(overrides))
+        (reference,) = in_fresh_process([job], folder / "runs", store)
         progress(0.7, "hcm")
         runs = in_fresh_process(jobs, folder / "runs", store)
     if not reference.ok:

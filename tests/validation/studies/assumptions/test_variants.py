@@ -1,0 +1,31 @@
+"""The models between the paper's assumptions and the refined ones."""
+
+from itertools import pairwise
+
+import pytest
+
+from hcm import Assumptions
+from validation.scenes.load import load_scene
+from validation.studies.assumptions.variants import ORDER, Variant, cumulative, left_out
+
+
+def test_one_assumption_after_the_other_becomes_the_refined_ones() -> None:
+    steps = cumulative()
+    assert steps[0].refined == frozenset()
+    assert steps[-1].refined == frozenset(ORDER)
+    for before, after in pairwise(steps):
+        assert len(after.refined - before.refined) == 1
+
+
+@pytest.mark.parametrize("variant", [*cumulative(), *left_out()], ids=lambda v: v.name)
+def test_each_is_a_scene_that_can_be_run(variant: Variant) -> None:
+    table = load_scene("soft", variant.overrides).tables.solver.hcm
+    stated = Assumptions(**{s: getattr(table, s) for s in (*ORDER, "whole_tap")})
+    assert {switch for switch in ORDER if stated.has(switch)} == variant.refined
+    assert stated.has("whole_tap")
+
+
+def test_what_needs_an_assumption_goes_with_it() -> None:
+    names = [variant.name for variant in left_out()]
+    assert "without hertz and partial_slip and tip_compliance" in names
+    assert len(set(names)) == len(ORDER)

@@ -91,7 +91,7 @@ def manufactured_error(dim: int, n: int) -> float:
     for step in range(1, steps):
         kernel.internal_force(u, residual)
         residual -= kernel.lumped_mass[:, None] / DENSITY * body_force(step * dt)
-        leapfrog(u, v, residual, 1.0 / kernel.lumped_mass, 0.0, dt)
+        leapfrog(u, v, residual, 1.0 / kernel.lumped_mass, (0.0, 0.0), dt)
         u[held] = manufactured(x[held], (step + 1) * dt)
         v[held] = 0.0
     error = u - manufactured(x, steps * dt)

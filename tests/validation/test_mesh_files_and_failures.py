@@ -140,7 +140,8 @@ def test_what_overflows_ends_as_a_status_without_a_warning(
     wild = (*COARSE, "drive.torques=[1e6, 1e6, 1e6]", "drive.gravity=1e4", "surface.height=0.1")
     ended = fingertap(*fem(tmp_path, *wild, model="fem2d"))
     assert ended.code == 1
-    assert "values are no longer finite at step" in ended.line
+    # by which of the two it is told depends on how many steps lie between two audits
+    assert "no longer finite at step" in ended.line or "energy balance is off" in ended.line
     assert not [str(warning.message) for warning in recwarn]
 
 

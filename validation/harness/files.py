@@ -159,8 +159,11 @@ def _write_curves(path: Path, record: RunRecord) -> None:
     """
     import tomli_w
 
-    curves = {name: record.contact_forces[name] for name in FORCE_COLUMNS}
+    known = [name for name in FORCE_COLUMNS if name in record.contact_forces]
+    curves = {name: record.contact_forces[name] for name in known}
     columns = {name: array.tolist() for name, array in curves.items() if np.isfinite(array).all()}
+    if not {"time_s", "normal_force_N"} <= columns.keys():
+        return
     rows = (",".join(map(repr, row)) for row in zip(*columns.values(), strict=True))
     stated = {
         "scene": record.scene,

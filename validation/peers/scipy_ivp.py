@@ -69,7 +69,7 @@ def solve_first_tap(
             return "no event: it flies or presses for ever", None
         if contact.normal != FLIGHT:
             gaps = found.y[y] + law.height
-            force = contact.force_ref - normal_slope(contact, law) * (gaps - contact.gap_ref)
+            force = contact.force_ref - normal_slope(0.0, contact, law) * (gaps - contact.gap_ref)
             peak = max(peak, float(force.max()))
         contact, kind = transition(
             fired[0], state[x], state[y] + law.height, state[m + x], state[m + y], contact, law

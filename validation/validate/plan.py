@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
 from validation.runs.execute import Job
-from validation.scenes.load import without_estimate
+from validation.scenes.load import load_scene, without_estimate
 
 DEFAULT = ("fem3d", "contact")  # the reference by default: the first screen's
 REFERENCE = ("fem3d", "ls-dyna-like")  # in the place of the paper's
@@ -16,7 +16,7 @@ PLANE = ("fem2d", "fast")
 REDUCED = ("hcm", "")
 ALONE = (REDUCED, DEFAULT, REFERENCE, FAST, PLANE)  # first in their process: its memory is theirs
 MESHES = {"": "N = 60", "N=30": "N = 30", "N=15": "N = 15"}  # variants of hcm, paper's fig. 7
-SHAFT_RADIUS = 2.5e-3  # m; the paper draws holes and gives no size
+SHAFT_SHARE = 1 / 6  # radius over the smallest diameter; the paper draws holes, without a size
 PENALTY = "solver.fem.penalty_factor"
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
 
@@ -78,7 +78,9 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")
     own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
     preset, fast = "solver.fem.preset=ls-dyna-like", "solver.fem.preset=fast"
-    holes = f"solver.fem.shaft_radius={SHAFT_RADIUS}"
+    tables = load_scene(scene).tables
+    radius = SHAFT_SHARE * min(tables.per_phalanx(tables.finger.diameter))
+    holes = f"solver.fem.shaft_radius={radius:g}"
     return [
         [
             Job(scene, "hcm", own),

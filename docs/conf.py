@@ -1,0 +1,66 @@
+"""Sphinx: pages in MyST; commands, scene keys and shortcuts are written from the code first.
+
+``sphinx-build -W docs out/docs`` also runs the gallery; ``-D plot_gallery=0`` leaves that out.
+"""
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from generated import write_all  # noqa: E402
+
+project, author, copyright = "Fingertap", "The Fingertap developers", "The Fingertap developers"
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
+]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+exclude_patterns = ["gallery/**", "plugin-example/**", "reference/generated/**"]
+html_theme = "pydata_sphinx_theme"
+html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False}
+html_show_sourcelink = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+nitpicky = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "auto_gallery",
+    "filename_pattern": r"\.py$",
+    "within_subsection_order": "ExampleTitleSortKey",
+    "download_all_examples": False,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "abort_on_example_error": True,
+    "image_scrapers": ("matplotlib",),
+}
+
+write_all(HERE / "reference" / "generated")
+
+
+def readable(app: object, what: str, name: str, of: object, options: object, lines: Any) -> None:
+    """Make lists of a docstring's lines ``name : what it is``, and keep |x| what it is."""
+    end = next((i - 1 for i, line in enumerate(lines) if set(line) == {"-"}), len(lines))
+    found: list[str] = []
+    for line in lines[:end]:
+        entry = re.fullmatch(r"(\w[\w, ]*) : (.*)", line)
+        if entry and not (found and found[-1].startswith(("- ", "  "))):
+            found.append("")
+        text = f"- {entry[1]}: {entry[2]}" if entry else line
+        if entry is None and line and not line[0].isspace() and found and found[-1][:1] in "- ":
+            found.append("")  # a paragraph behind the list
+        found.append(text.replace("|", r"\|"))
+    lines[:end] = found
+
+
+def setup(app: Any) -> None:
+    """Before napoleon, which reads the sections."""
+    app.connect("autodoc-process-docstring", readable, priority=400)

@@ -88,6 +88,7 @@ def overlay_figure(
     """
     looks = {
         "hcm": (BLACK, "-", 1.8),
+        "hcm-refined": (BLACK, "--", 1.4),
         "fem3d contact": (ORANGE, "-", 1.6),
         "fem3d ls-dyna-like": (BLUE, "-", 1.2),
         "fem3d fast": (BLUE, "--", 1.2),

@@ -25,7 +25,7 @@ NO_ESTIMATE = ("solver.hcm.estimate=false", "solver.fem.estimate=false")
 
 def without_estimate(model: str, wanted: bool = True) -> tuple[str, ...]:
     """The override that switches the estimates of a model's errors off, where that is wanted."""
-    return (NO_ESTIMATE[model != "hcm"],) if wanted else ()
+    return (NO_ESTIMATE[not model.startswith("hcm")],) if wanted else ()
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from validation.validate.check import plan_of, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
 from validation.validate.page import draw_fields, draw_figures, page_context
-from validation.validate.plan import PAPER, Plan, Runs, work
+from validation.validate.plan import PAPER, REDUCED, REFINED, Plan, Runs, work
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
     EFFICIENCY_COLUMNS,
@@ -78,7 +78,7 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
 
 def run_validation(
     *scenes: str,
-    models: str = PAPER.models[0],
+    models: str = f"{REDUCED[0]},{REFINED}",
     reference: str = PAPER.reference,
     tolerance: str = "",
     out: Path = Path("out"),
@@ -93,7 +93,8 @@ def run_validation(
     scenes
         Built-in scenes or paths of TOML files; by default the paper's hard and soft.
     models
-        Names of the models that are compared, with commas between them: hcm,exudyn
+        Names of the models that are compared, with commas between them: hcm,exudyn; by default the
+        reduced model with the paper's assumptions and with the refined ones.
     reference
         The model that they are compared with, or a file of its curves for each scene: CSV,
         LS-DYNA's rcforc, CalculiX's .dat. With hcm and fem3d, the default, the whole of the paper's

@@ -3,7 +3,11 @@
 from validation.compare.differences import Difference, difference
 from validation.compare.verdict import unit_slip
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
-from validation.validate.plan import REDUCED, Runs
+from validation.models.variants import left_out
+from validation.validate.plan import REDUCED, REFINED, Runs
+
+MATTERS = 1.0  # percent of peak, impulse or duration
+NAMES = {REDUCED[0]: "the reduced model", REFINED: "the refined reduced model"}
 
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
@@ -37,7 +41,7 @@ def sentences(rows: list[Difference]) -> list[str]:
     for row in rows:
         if row.quantity != OF_A_TAP[0]:
             continue
-        whose = "the reduced model" if row.model == REDUCED[0] else row.model
+        whose = NAMES.get(row.model, row.model)
         if row.error_percent is None or row.verdict is None:
             missing = "no comparison, a run is missing"
             result.append(f"{row.scene.capitalize()} finger: {missing} ({row.model}).")
@@ -51,4 +55,30 @@ def sentences(rows: list[Difference]) -> list[str]:
         if u is not None:
             text += f" (known to {u:.2g} %: {row.verdict.judgement})"
         result.append(text + ".")
+    return result
+
+
+def what_matters(runs: Runs) -> list[str]:
+    """Of each scene, by how much peak, impulse or duration move without a refined assumption."""
+    result = []
+    for scene in runs.scenes:
+        whole = runs.of_model(scene, REFINED)
+        moved = {}
+        for variant in left_out():
+            run = runs.find(scene, (REFINED, variant.name))
+            if whole is None or run is None:
+                continue
+            rows = [difference(scene, REFINED, entry, run, whole) for entry in OF_A_TAP]
+            most = max((row.error_percent or 0.0 for row in rows), key=abs)
+            moved[variant.name.removeprefix("without ").replace("_", " ")] = most
+        if not moved:
+            continue
+        ranked = sorted(moved, key=lambda name: -abs(moved[name]))
+        large = [f"{name} {moved[name]:+.0f} %" for name in ranked if abs(moved[name]) > MATTERS]
+        small = [name for name in ranked if abs(moved[name]) <= MATTERS]
+        text = f"{scene.capitalize()} finger: the refined model without one of its assumptions"
+        text += f" moves by {', '.join(large) or 'less than a percent'} (peak, impulse or duration,"
+        text += " the largest)"
+        text += f"; within {MATTERS:g} %: {', '.join(small)}." if small and large else "."
+        result.append(text)
     return result

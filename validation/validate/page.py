@@ -7,7 +7,7 @@ from validation.compare.figures import mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
 from validation.render.off_screen import STILL, Renders, render_run
-from validation.validate.headline import differences, sentences, unit_notes
+from validation.validate.headline import differences, sentences, unit_notes, what_matters
 from validation.validate.plan import MESHES, PENALTIES, REFERENCE, Runs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
@@ -91,7 +91,7 @@ def page_context(
         "plan": runs.plan,
         "failures": runs.failures(),
         "unit_notes": unit_notes(runs),
-        "sentences": sentences(headline),
+        "sentences": [*sentences(headline), *what_matters(runs)],
         "differences": headline,
         "spread_text": f"penalty factors {factors}",
         "read_back": read_back_note(runs),

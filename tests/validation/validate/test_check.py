@@ -102,6 +102,8 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
         ("hcm", None),
         ("fem2d", None),
     ]
+    refined = work(plan_of(("soft",), "hcm-refined", "fem2d", ""))
+    assert [len(group) for group in refined] == [1, 1, 7]  # its assumptions, each left out
 
 
 def test_checks_end_with_their_own_code_in_json_and_junit(
@@ -120,7 +122,7 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
     monkeypatch.setattr(validate_command, "isolated_ladder", lambda *a: Ladder(False))
     page = {"sentences": [], "ladder_sentences": [], "render_problems": [], "unit_notes": []}
     monkeypatch.setattr(validate_command, "report", lambda *a: page)
-    wanted = ("validate", "soft", "--out", tmp_path, "--tolerance")
+    wanted = ("validate", "soft", "--models", "hcm", "--out", tmp_path, "--tolerance")
     assert call(*wanted, "peak=5,impulse=5") == 0
     assert call(*wanted, "peak=2,impulse=5,stress=1") == 3
     said = one_line(capsys)

@@ -14,18 +14,19 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import rounded
 from validation.models.adapter import Outcome
+from validation.models.variants import left_out
 from validation.render import off_screen as renders
 from validation.render.off_screen import Renders
 from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
-from validation.validate.headline import differences, sentences
+from validation.validate.headline import differences, sentences, what_matters
 from validation.validate.ladder.causes import Cause
 from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.reference_checks import ReferenceCheck
 from validation.validate.paper_tables import TABLE_3, paper_rows
-from validation.validate.plan import Runs, groups
+from validation.validate.plan import Plan, Runs, groups
 from validation.validate.tables import efficiency_rows
 
 NO_LADDER = Ladder(False)
@@ -137,7 +138,7 @@ def test_files_of_validate(validated: Callable[..., Path]) -> None:
         assert "\\begin{tabular}" in latex
         assert f"\\label{{tab:{name}}}" in latex
     fem = {"fem3d ls-dyna-like", "fem3d contact", "fem3d fast", "fem2d fast"}
-    assert set(table.model) == {"hcm", *fem}
+    assert set(table.model) == {"hcm", "hcm-refined", *fem}
     for name in ("forces", "elements"):
         assert (folder / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     summary = json.loads((folder / "runs" / "soft-fem3d-fast" / "summary.json").read_text())
@@ -267,3 +268,20 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
         assert part in section, part
     for name in ("table_2", "table_3", "reference_checks", "accuracy_cost", "contact_patch"):
         assert len(pd.read_csv(folder / f"{name}.csv")) > 0, name
+
+
+def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
+    peaks = {"without shear": 103.0, "without half_ball": 80.0}
+    variants = [
+        make_record("soft", "hcm-refined", v.name, peak=peaks.get(v.name, 100.5))
+        for v in left_out()
+    ]
+    failed_one = replace(variants[-1], ok=False)
+    plan = Plan(models=("hcm-refined",))
+    runs = Runs((make_record("soft", "hcm-refined", "", 100.0), *variants[:-1], failed_one), plan)
+    (said,) = what_matters(runs)  # of the hard finger there are no runs
+    assert "Soft finger: the refined model without one of its assumptions" in said
+    assert "moves by half ball -20 %, shear +3 % (" in said
+    assert "within 1 %: rotary inertia, lowest point" in said
+    assert "tip compliance." not in said  # that run is missing
+    assert runs.failures() == []

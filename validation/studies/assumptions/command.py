@@ -13,9 +13,9 @@ from validation.harness.quantities import OF_A_TAP, Quantity, quantities
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
+from validation.models.variants import Variant, cumulative, left_out
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
-from validation.studies.assumptions.variants import Variant, cumulative, left_out
 
 COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 REFERENCE = "fem3d"

@@ -1,12 +1,14 @@
 """The models between the paper's assumptions and the refined ones."""
 
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
 from hcm import Assumptions
+from validation.models import hcm, hcm_refined
+from validation.models.variants import ORDER, Variant, cumulative, left_out
 from validation.scenes.load import load_scene
-from validation.studies.assumptions.variants import ORDER, Variant, cumulative, left_out
 
 
 def test_one_assumption_after_the_other_becomes_the_refined_ones() -> None:
@@ -29,3 +31,18 @@ def test_what_needs_an_assumption_goes_with_it() -> None:
     names = [variant.name for variant in left_out()]
     assert "without hertz and partial_slip and tip_compliance" in names
     assert len(set(names)) == len(ORDER)
+
+
+def test_the_refined_model_has_what_a_scene_does_not_switch() -> None:
+    keys = ("finger.phalanges=1", "finger.elements=2", "surface.height=0.01")
+
+    def peak(model: Any, *more: str) -> float:
+        record = model.run(load_scene("soft", (*keys, "solver.hcm.estimate=false", *more))).record
+        assert (record.ok, record.model) == (True, model.name)
+        return float(record.summary["peak_normal_force_N"])
+
+    refined = peak(hcm_refined)
+    assert refined == peak(hcm, "solver.hcm.assumptions='refined'") != peak(hcm)
+    without = "solver.hcm.half_ball=false"
+    assert refined != peak(hcm_refined, without)
+    assert peak(hcm_refined, without) == peak(hcm, "solver.hcm.assumptions='refined'", without)

@@ -1,0 +1,30 @@
+"""The reduced model with the refined assumptions where the scene states none of its own switches.
+
+This module is its `adapter.Adapter`: what `hcm` does with ``solver.hcm.assumptions = "refined"``,
+beside the paper's under a name of its own.
+"""
+
+from dataclasses import replace
+
+from validation.models import hcm
+from validation.models.adapter import Checkpoint, Kind, Outcome, Progress
+from validation.scenes.load import NamedScene, changed_scene
+
+name = "hcm-refined"
+kind: Kind = "reduced"
+settings = hcm.settings
+resumable = hcm.resumable
+sources: tuple[str, ...] = (__name__,)
+independent_of = hcm.independent_of
+refusal = hcm.refusal
+warm_up = hcm.warm_up_refined
+
+
+def run(
+    scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
+) -> Outcome:
+    """Run the reduced model on the scene so changed."""
+    changed = ("solver.hcm.assumptions='refined'",)
+    outcome = hcm.run(changed_scene(scene.name, scene.document, changed, scene.name), progress)
+    del checkpoint
+    return replace(outcome, record=replace(outcome.record, model=name))

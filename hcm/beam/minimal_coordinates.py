@@ -10,8 +10,6 @@ ends), or is zero (the fixed hinge; the places of the multipliers). `source` say
 since lam_w alone closes the balance of the first node of phalanx w.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mesh files: what goes in comes out, and what is wrong is refused in one line."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A mesh is the finger that it should be, or is refused by the phalanx's or the set's name."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 

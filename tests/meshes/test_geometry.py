@@ -1,7 +1,5 @@
 """Finger meshes against analytic geometry, and the promises about their sets."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import os

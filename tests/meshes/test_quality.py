@@ -1,7 +1,5 @@
 """Quality figures on elements whose values are known by hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

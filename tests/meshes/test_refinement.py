@@ -1,7 +1,5 @@
 """Where a mesh is fine, how it coarsens, and that snapping its nodes changes neither."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

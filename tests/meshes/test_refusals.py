@@ -1,7 +1,5 @@
 """Sizes and shapes that cannot be meshed are refused by name, with what they would cost."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Holes for the hinges' shafts: where their nodes lie, what they remove, and that they mesh."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path

@@ -6,8 +6,6 @@ kills its worker by itself is a row that says so. Batches that a lost connection
 sent again.
 """
 
-from __future__ import annotations
-
 import os
 import time
 import warnings

@@ -3,8 +3,6 @@
 The keys of the tables are explained at their fields; `read_plan` refuses whatever can't be meant.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The points of a plan: values of the keys that vary, each point a scene."""
 
-from __future__ import annotations
-
 import csv
 import io
 import itertools

@@ -5,8 +5,6 @@ inputs are the scene, the model, and the program without the machine and the num
 points may be solved by many machines, in pieces. Each row names its processor.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ best. How well it does is Q^2, the share of their variance that it explains: the
 of the surrogate, and say nothing of the rest.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

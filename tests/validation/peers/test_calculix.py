@@ -1,7 +1,5 @@
 """A run of CalculiX: what it prints, how it ended, when it is killed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

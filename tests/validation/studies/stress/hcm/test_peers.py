@@ -1,7 +1,5 @@
 """Other solvers on the reduced model's hard cells."""
 
-from __future__ import annotations
-
 import time
 
 from validation.studies.stress.hcm import peers

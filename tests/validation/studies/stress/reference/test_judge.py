@@ -1,7 +1,5 @@
 """The reference's stability maps: their cells, and that their checks find what is wrong."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """CalculiX beside the reference: its input, the table, and what is said without it."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

@@ -24,7 +24,7 @@ from validation.studies.paper.driven_values import (
     stress_MPa,
 )
 from validation.studies.paper.ledger import Finding, printed_rounding
-from validation.studies.paper.ramp_experiment import kept_points, sentence
+from validation.studies.paper.ramp_outcome import kept_outcome, sentence
 from validation.studies.paper.readings import Runs
 from validation.studies.paper.torque_factor import IdentifiedTorque
 
@@ -82,7 +82,7 @@ def _arrivals(values: Values, found: IdentifiedTorque) -> dict[str, Finding]:
 
 def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     """Findings by claim."""
-    values, points = driven_values(runs), kept_points()
+    values, outcome = driven_values(runs), kept_outcome()
     rows = _arrivals(values, found)
     for id_, (case, _) in CONCAVE.items():
         below = runs[case].event_postures[0].is_concave
@@ -135,7 +135,7 @@ def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
         )
     rows |= _stick_slip(runs, values)
     return {
-        id_: replace(finding, reason=f"{finding.reason}; {sentence(id_, points)}")
+        id_: replace(finding, reason=f"{finding.reason}; {sentence(id_, outcome)}")
         for id_, finding in rows.items()
     }
 

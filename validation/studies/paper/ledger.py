@@ -64,6 +64,11 @@ def printed_rounding(text: str) -> float:
     return 0.5 * 10.0 ** int(exponent)
 
 
+def close_to(paper: str) -> float:
+    """How far off a printed number another one may be that is close to it."""
+    return max(CLOSE_PERCENT / 100 * abs(float(paper)), printed_rounding(paper))
+
+
 def judge_number(paper: str, ours: float) -> tuple[str, str]:
     """Verdict on a number and the tolerance that it rests on."""
     printed = float(paper)
@@ -72,7 +77,7 @@ def judge_number(paper: str, ours: float) -> tuple[str, str]:
         return REPRODUCED, f"within {SAME_PERCENT:g} %"
     if deviation <= rounding:
         return REPRODUCED, f"within the printed rounding, +-{rounding:g}"
-    if deviation <= CLOSE_PERCENT / 100 * abs(printed):
+    if deviation <= close_to(paper):
         return CLOSE, f"within {CLOSE_PERCENT:g} %"
     return NOT_REPRODUCED, f"beyond {CLOSE_PERCENT:g} %"
 

@@ -6,13 +6,8 @@ Voigt's damping: three numbers (ramp, relaxation time, t_3 factor) for all three
 point of a grid each of the article's rows is judged as the ledger judges it.
 """
 
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
-from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -34,7 +29,9 @@ FACTORS = (6.6e-5, 6.8e-5, 7.0e-5, 7.2e-5, 7.4e-5, 7.6e-5, 7.8e-5)  # N m a prin
 NUMERICS = ("finger.elements=10", "solver.hcm.estimate=false", *DEFAULTS)
 # Postures are kept about the contact, over these shares of the printed arrival, s apart.
 WINDOW, POSTURE_STEP = (0.95, 1.4), 2e-5
-FILE = "ramp_experiment.json"
+Choice = tuple[float, float, float]  # ramp (s), relaxation time (s), factor
+Values = Mapping[str, float | bool]
+Solved = dict[Choice, Values]
 
 
 @dataclass(frozen=True)
@@ -64,74 +61,33 @@ def ramped(scene: str, ramp_s: float, relaxation_time_s: float, factor: float) -
     return Case(scene, scene, tuple(overrides), times)
 
 
-def solve_point(ramp_s: float, relaxation_time_s: float, factor: float) -> Point:
-    """Solve the three cases and judge every row."""
+def solve_choice(choice: Choice) -> Values:
+    """What the three cases say for each row; nothing where one has no tap."""
     runs: dict[str, CaseRun] = {
-        scene: solve_case(ramped(scene, ramp_s, relaxation_time_s, factor))
-        for scene in PRINTED_TORQUES
+        scene: solve_case(ramped(scene, *choice)) for scene in PRINTED_TORQUES
     }
-    found: tuple[str, ...] = ()
-    late = None
-    if all(run.record.ok for run in runs.values()):
-        claims, values = read_claims(), driven_values(runs)
-        judged = [judge(claims[id_], Finding(value)) for id_, value in values.items()]
-        found = tuple(row.claim.id for row in judged if row.verdict in (REPRODUCED, CLOSE))
-        late = max(
-            abs(row.deviation or 0.0) for row in judged if row.claim.id in ARRIVAL_CLAIMS.values()
-        )
-    return Point(ramp_s, relaxation_time_s, factor, found, late)
+    return driven_values(runs) if all(run.record.ok for run in runs.values()) else {}
 
 
-def solve_grid(pool: Workers, progress: Progress) -> tuple[Point, ...]:
-    """All points."""
-    grid = list(product(RAMPS, RELAXATIONS, FACTORS))
-    jobs = [pool.submit(solve_point, *point) for point in grid]
-    points = []
-    for number, (job, point) in enumerate(zip(jobs, grid, strict=True)):
-        progress(number / len(grid), f"ramp {point[0]:g} s, relaxation {point[1]:g} s")
-        points.append(job.result())
-    return tuple(points)
+def solve_choices(choices: Sequence[Choice], pool: Workers, progress: Progress) -> Solved:
+    """All of them."""
+    jobs = [pool.submit(solve_choice, choice) for choice in choices]
+    solved = {}
+    for number, (job, choice) in enumerate(zip(jobs, choices, strict=True)):
+        progress(number / len(choices), f"ramp {choice[0]:g} s, relaxation {choice[1]:g} s")
+        solved[choice] = job.result()
+    return solved
 
 
-def to_json(points: Iterable[Point], provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """The object that ``--json`` prints and the package keeps."""
-    return {"provenance": dict(provenance), "points": [vars(point) for point in points]}
-
-
-@cache
-def kept_points() -> tuple[Point, ...]:
-    """The points that the package keeps, made by `fingertap identify ramp --json`."""
-    text = resources.files("validation").joinpath("data", FILE).read_text(encoding="utf-8")
-    return tuple(
-        Point(**{**point, "agreeing": tuple(point["agreeing"])})
-        for point in json.loads(text)["points"]
-    )
-
-
-def closest(points: Iterable[Point]) -> Point:
-    """Where most rows agree."""
-    return max(points, key=lambda point: len(point.agreeing))
-
-
-def sentence(id_: str, points: tuple[Point, ...]) -> str:
-    """What the experiment says of one row."""
-    own = sum(id_ in point.agreeing for point in points)
-    best, rows = closest(points), len(driven_ids())
-    together = sum(len(point.agreeing) == rows for point in points)
-    return (
-        f"with a ramp and damping in the jump's place it agrees to 5 % at {own} of {len(points)}"
-        f" choices of (ramp up to {1e3 * RAMPS[-1]:g} ms, relaxation time up to"
-        f" {1e3 * RELAXATIONS[-1]:g} ms, factor), all rows of figs. 13 to 16 together at"
-        f" {together or 'none'}; most, {len(best.agreeing)} of {rows}, at {place(best)}"
-        " (fingertap identify ramp)"
-    )
+def judged(choice: Choice, values: Values) -> Point:
+    """Every row judged as the ledger judges it."""
+    claims = read_claims()
+    rows = [judge(claims[id_], Finding(value)) for id_, value in values.items()]
+    late = [abs(row.deviation or 0.0) for row in rows if row.claim.id in ARRIVAL_CLAIMS.values()]
+    agreeing = tuple(row.claim.id for row in rows if row.verdict in (REPRODUCED, CLOSE))
+    return Point(*choice, agreeing, max(late, default=None))
 
 
 def driven_ids() -> tuple[str, ...]:
     """The rows that are judged."""
     return tuple(id_ for id_, claim in read_claims().items() if "driven" in claim.scene)
-
-
-def place(point: Point) -> str:
-    """A point in words."""
-    return f"({1e3 * point.ramp_s:g} ms, {1e3 * point.relaxation_time_s:g} ms, {point.factor:.3g})"

@@ -1,0 +1,98 @@
+"""What the ramp's experiment found: the file that the package keeps, and how it is told."""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from functools import cache, partial
+from importlib import resources
+from itertools import product
+from typing import Any
+
+from validation.harness.processes import Workers
+from validation.models.adapter import Progress
+from validation.studies.paper.ramp_exclusion import GRID, Exclusion, exclude, share, sides
+from validation.studies.paper.ramp_experiment import (
+    RAMPS,
+    RELAXATIONS,
+    Point,
+    driven_ids,
+    judged,
+    solve_choices,
+)
+
+FILE = "ramp_experiment.json"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Every row judged at each choice of the grid, and what lies between them."""
+
+    points: tuple[Point, ...]
+    exclusion: Exclusion
+
+
+def compute(pool: Workers, progress: Progress) -> Outcome:
+    """The grid, then the boxes between its points."""
+    solve = partial(solve_choices, pool=pool, progress=progress)
+    points = tuple(judged(*solved) for solved in solve(list(product(*GRID))).items())
+    return Outcome(points, exclude(solve))
+
+
+def to_json(outcome: Outcome, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """The object that ``--json`` prints and the package keeps."""
+    return {"provenance": dict(provenance), **asdict(outcome)}
+
+
+@cache
+def kept_outcome() -> Outcome:
+    """What the package keeps, made by `fingertap identify ramp --json`."""
+    text = resources.files("validation").joinpath("data", FILE).read_text(encoding="utf-8")
+    kept = json.loads(text)
+    points = (Point(**{**point, "agreeing": tuple(point["agreeing"])}) for point in kept["points"])
+    found = kept["exclusion"]
+    boxes = {row: tuple(mine) for row, mine in found["excluded"].items()}
+    exclusion = Exclusion(**{**found, "excluded": boxes, "left": tuple(found["left"])})
+    return Outcome(tuple(points), exclusion)
+
+
+def closest(points: Iterable[Point]) -> Point:
+    """Where most rows agree."""
+    return max(points, key=lambda point: len(point.agreeing))
+
+
+def sentence(id_: str, outcome: Outcome) -> str:
+    """What the experiment says of one row."""
+    points = outcome.points
+    own = sum(id_ in point.agreeing for point in points)
+    best, rows = closest(points), len(driven_ids())
+    together = sum(len(point.agreeing) == rows for point in points)
+    return (
+        f"with a ramp and damping in the jump's place it agrees to 5 % at {own} of {len(points)}"
+        f" choices of (ramp up to {1e3 * RAMPS[-1]:g} ms, relaxation time up to"
+        f" {1e3 * RELAXATIONS[-1]:g} ms, factor), all rows of figs. 13 to 16 together at"
+        f" {together or 'none'}; most, {len(best.agreeing)} of {rows}, at {place(best)};"
+        f" {between(outcome.exclusion)} (fingertap identify ramp)"
+    )
+
+
+def between(exclusion: Exclusion) -> str:
+    """What the search between the choices says."""
+    count = sum(len(boxes) for boxes in exclusion.excluded.values())
+    text = f"between them {count} boxes, {100 * (1 - share(exclusion.left)):.6g} % of the range,"
+    text += " are excluded by a number"
+    if exclusion.left:
+        ramp, relaxation, _ = (
+            max(high for _, high in side) for side in zip(*map(sides, exclusion.left), strict=True)
+        )
+        text += (
+            f"; what is left, relaxation below {1e6 * relaxation:.3g} us and ramp below"
+            f" {1e3 * ramp:.3g} ms, rings, and agrees"
+        )
+    else:
+        text += ", and they agree"
+    return f"{text} at {exclusion.agreeing or 'none'} of {exclusion.points} choices solved"
+
+
+def place(point: Point) -> str:
+    """A point in words."""
+    return f"({1e3 * point.ramp_s:g} ms, {1e3 * point.relaxation_time_s:g} ms, {point.factor:.3g})"

@@ -26,7 +26,10 @@ myst_heading_anchors = 3
 exclude_patterns = ["gallery/**", "plugin-example/**", "reference/generated/**"]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False}
+html_title = "Fingertap"
 html_show_sourcelink = False
+smartquotes = False  # --set is not a dash
+default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 nitpicky = False
@@ -35,7 +38,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "auto_gallery",
     "filename_pattern": r"\.py$",
-    "within_subsection_order": "ExampleTitleSortKey",
+    "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
@@ -45,20 +48,28 @@ sphinx_gallery_conf = {
 
 write_all(HERE / "reference" / "generated")
 
+ENTRY = re.compile(r"(\w[\w, ]*) : (.*)")
+
 
 def readable(app: object, what: str, name: str, of: object, options: object, lines: Any) -> None:
     """Make lists of a docstring's lines ``name : what it is``, and keep |x| what it is."""
+    if what == "attribute":
+        lines.insert(0, "")  # what is before a colon in its first line is not its type
     end = next((i - 1 for i, line in enumerate(lines) if set(line) == {"-"}), len(lines))
+    following = [*lines[1:end], ""]
     found: list[str] = []
-    for line in lines[:end]:
-        entry = re.fullmatch(r"(\w[\w, ]*) : (.*)", line)
-        if entry and not (found and found[-1].startswith(("- ", "  "))):
-            found.append("")
-        text = f"- {entry[1]}: {entry[2]}" if entry else line
-        if entry is None and line and not line[0].isspace() and found and found[-1][:1] in "- ":
-            found.append("")  # a paragraph behind the list
-        found.append(text.replace("|", r"\|"))
-    lines[:end] = found
+    listing = False
+    for line, after in zip(lines[:end], following, strict=False):
+        entry = ENTRY.fullmatch(line)
+        if entry and not (after[:1].strip() and ENTRY.fullmatch(after) is None):
+            found += [*([] if listing else [""]), f"- {entry[1]}: {entry[2]}"]
+            listing = True
+        else:
+            if listing and line[:1].strip():
+                found.append("")  # a paragraph behind the list
+                listing = False
+            found.append(line)
+    lines[:end] = [line.replace("|", r"\|") for line in found]
 
 
 def setup(app: Any) -> None:

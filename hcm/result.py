@@ -1,13 +1,14 @@
 """What a run returns: status with advice, history, events, statistics and summary."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcm.arrays import Floats
+from hcm.notebook import run_html
 from hcm.posture import Posture
 
 
@@ -240,3 +241,8 @@ class TapResult:
     cautions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
     taps: tuple[tuple[float, float], ...] = ()
+
+    def _repr_html_(self) -> str:
+        notes = (f"{self.status.name} {self.message}", *self.cautions)
+        time, force = self.history.time_s, self.history.normal_force_N
+        return run_html(notes, asdict(self.summary), self.errors, time, force)

@@ -5,11 +5,12 @@ A half model's forces, energies and areas are doubled before they get here.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Generic, TypeVar
 
 from reference_fem.arrays import Array
+from reference_fem.notebook import run_html
 
 
 class Status(Enum):
@@ -213,3 +214,8 @@ class TapResult:
     summary: Summary
     cautions: tuple[str, ...] = ()
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+
+    def _repr_html_(self) -> str:
+        notes = (f"{self.status.name} {self.message}", *self.cautions)
+        time, force = self.forces.time_s, self.forces.normal_force_N
+        return run_html(notes, asdict(self.summary), self.errors, time, force)

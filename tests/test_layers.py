@@ -115,7 +115,7 @@ def test_solvers_tests_do_not_import_the_comparison() -> None:
 def test_the_pages_name_files_that_there_are() -> None:
     """Whole paths, or their ends where the folder is said before."""
     files = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("[!.]*/**/*.py")]
-    for page in ("code_map.md", "design.md"):
-        named = re.findall(r"[\w/]+\.py\b", (ROOT / "docs" / page).read_text(encoding="utf-8"))
-        assert len(named) > 5
-        assert not [name for name in named if not any(f.endswith(f"/{name}") for f in files)]
+    pages = (page.read_text(encoding="utf-8") for page in (ROOT / "docs").rglob("*.md"))
+    named = re.findall(r"\w[\w/-]*\.py\b", "\n".join(pages))
+    assert len(named) > 50
+    assert not [name for name in named if not any(f.endswith(f"/{name}") for f in files)]

@@ -23,6 +23,7 @@ STYLE = {
     "legend.fontsize": 8,
     "lines.linewidth": 1.4,
     "savefig.dpi": 160,
+    "svg.hashsalt": "fingertap",  # the same figure, the same file
     "figure.facecolor": "white",
 }
 
@@ -37,7 +38,7 @@ def panels(
     style: dict[str, Any] | None = None,
     **subplots: Any,
 ) -> Iterator[Any]:
-    """Axes (rows, columns) of a figure that is saved as PNG when the block ends without an error.
+    """Axes (rows, columns) of a figure, saved as PNG and SVG when the block ends without an error.
 
     Parameters
     ----------
@@ -57,6 +58,8 @@ def panels(
             yield axes
             with atomic(path) as temporary:
                 figure.savefig(temporary, format="png")
+            with atomic(path.with_suffix(".svg")) as temporary:
+                figure.savefig(temporary, format="svg", metadata={"Date": None})
         finally:
             plt.close(figure)
 

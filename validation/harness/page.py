@@ -9,10 +9,16 @@ from validation.harness.files import write_text
 from validation.harness.tables import rounded
 from validation.harness.uncertainty import with_error
 
+LARGEST_VECTOR = 1_000_000
+"""Bytes of an SVG that a page holds in a PNG's place; one of many points is slow to show."""
+
 
 def inline(path: Path) -> str:
-    """A picture as a data URI."""
-    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
+    """A picture as a data URI: the SVG beside it where that is small, as lines are."""
+    drawn = path.with_suffix(".svg")
+    vector = drawn.is_file() and drawn.stat().st_size <= LARGEST_VECTOR
+    kind, data = ("svg+xml", drawn.read_bytes()) if vector else ("png", path.read_bytes())
+    return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
 def signed(value: float | None, digits: int = 1) -> str:

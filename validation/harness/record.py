@@ -99,6 +99,13 @@ class RunRecord:
             **({"accuracy": plain(self.accuracy)} if self.accuracy else {}),
         }
 
+    def _repr_html_(self) -> str:
+        from hcm.notebook import run_html
+
+        notes = (f"{self.scene}, {self.label}: {self.status} {self.message}",)
+        time, force = (self.contact_forces.get(name, np.zeros(0)) for name in FORCE_COLUMNS[:2])
+        return run_html(notes, self.summary, self.errors, time, force)
+
 
 def plain(value: Any) -> Any:
     """The value as JSON can carry it: no NaN, no infinity, no NumPy types."""

@@ -133,8 +133,8 @@ def command(plan: Plan, points: PointTable, point: int, solver: int) -> str:
 
 def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
     """Each quantity of one model over the other's, with both stated errors."""
-    with panels(path, len(COMPARED), width=3.0, height=2.9) as axes:
-        for axis, entry in zip(axes[0], COMPARED, strict=True):
+    with panels(path, 2, len(COMPARED) // 2, height=3.0) as axes:
+        for axis, entry in zip(axes.flat, COMPARED, strict=True):
             own, base = (np.abs(numbers(data, entry, p)) for p in (pair.own, pair.base))
             bars = [_bars(numbers(data, entry, p, True)) for p in (pair.own, pair.base)]
             known = np.isfinite(own) & np.isfinite(base)
@@ -148,9 +148,8 @@ def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[s
                 axis.plot(ends, ends, color=BLACK, linewidth=0.8)
                 if ends[0] > 0.0 and ends[1] > 20.0 * ends[0]:
                     axis.set(xscale="log", yscale="log")
-            axis.set_title(f"{entry.title} ({entry.unit})", fontsize=8, loc="left")
-            axis.set_xlabel(labels[pair.base])
-        axes[0, 0].set_ylabel(labels[pair.own])
+            axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9, loc="left")
+            axis.set(xlabel=labels[pair.base], ylabel=labels[pair.own])
 
 
 def _bars(errors: Floats) -> Floats:
@@ -159,8 +158,8 @@ def _bars(errors: Floats) -> Floats:
 
 def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) -> None:
     """Share of scenes whose difference is no larger, a panel a quantity, a line a pair."""
-    with panels(path, len(COMPARED), width=3.0, height=2.7, sharey=True) as axes:
-        for axis, entry in zip(axes[0], COMPARED, strict=True):
+    with panels(path, 2, len(COMPARED) // 2, height=2.8, sharey=True) as axes:
+        for axis, entry in zip(axes.flat, COMPARED, strict=True):
             for number, pair in enumerate(chosen):
                 found = np.abs(differences(data, entry, pair))
                 apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
@@ -168,10 +167,9 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 color = COLORS[number % len(COLORS)]
                 axis.step(100 * apart, 100 * share, where="post", color=color, label=pair.title)
             axis.set_xscale("log")
-            axis.set_title(entry.title, fontsize=8, loc="left")
-            axis.set_xlabel("difference, at most (%)")
-        axes[0, 0].set_ylabel("scenes (%)")
-        axes[0, 0].legend(fontsize=6)
+            axis.set_title(entry.title, fontsize=9, loc="left")
+            axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)")
+        axes[0, 0].legend()
 
 
 def variables(points: PointTable) -> dict[str, Floats]:
@@ -283,7 +281,14 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         for place, label in enumerate(labels)
         for name, count in zip(*np.unique(status[:, place], return_counts=True), strict=True)
     ])  # fmt: skip
+    lead = [f"{int((status == 'COMPLETED').sum())} of {status.size} runs completed."]
     if chosen:
+        lead += [
+            f"{row['models']}, {row['quantity']}: {row['median (%)']:.2g} % apart in the median of"
+            f" {row['scenes']} scenes, {row['largest (%)']:.2g} % at most."
+            for row in table(data, chosen)
+            if "median (%)" in row and row["quantity"] == COMPARED[0].title
+        ]
         distribution = folder / "distribution.png"
         draw_distribution(distribution, data, chosen)
         section("How far the models are apart", "differences", table(data, chosen),
@@ -310,6 +315,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
     machine = {"part": f"{len(points)} scenes, {', '.join(labels)}", "quick": False,
                "load_average_at_start": None, **provenance(plan.document)}  # fmt: skip
     path = folder / "index.html"
-    context = {"sections": sections, "machines": [machine], "heading": f"Sweep: {plan.name}"}
+    heading = f"Sweep: {plan.name}"
+    context = {"sections": sections, "machines": [machine], "heading": heading, "lead": lead}
     write_page(path, "bench.html.j2", context)
     return path

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from validation.compare.figures import mesh_figure, overlay_figure
+from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
 from validation.render.off_screen import STILL, Renders, render_run
@@ -22,18 +22,28 @@ CAPTIONS = {
 
 
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
-    """Figs. 7 and 9; returns paths and captions."""
-    forces, meshes = folder / "forces.png", folder / "elements.png"
+    """The first screen's figure, figs. 7 and 9; returns paths and captions."""
+    apart, forces, meshes = (folder / f"{n}.png" for n in ("differences", "forces", "elements"))
+    difference_figure(apart, differences(runs), runs.scenes)
     lines = [r for s in runs.scenes for r in runs.lines(s)]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
-    overlay_figure(forces, lines, band, runs.scenes)
+    compared = {
+        scene: [(reference, run) for run in runs.compared(scene)]
+        for scene in runs.scenes
+        if (reference := runs.reference(scene)) is not None
+    }
+    overlay_figure(forces, lines, band, runs.scenes, compared)
     counted = [
         (title, run)
         for scene in runs.scenes
         for variant, title in MESHES.items()
         if (run := runs.find(scene, ("hcm", variant))) is not None
     ]
-    found = [(forces, "Models and references (as the paper's fig. 9). Source: the runs below.")]
+    found = [
+        (apart, "Bars: the numerical errors that both runs state; none: one states none."),
+        (forces, "Models and references (as the paper's fig. 9), below them the models' difference"
+                 " from the reference. Source: the runs below."),
+    ]  # fmt: skip
     if runs.plan.in_full:
         mesh_figure(meshes, counted, runs.scenes)
         text = "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs."

@@ -241,9 +241,8 @@ def test_numbers_for_people(value: object, text: str) -> None:
     assert rounded(value) == text
 
 
-def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
-    validated: Callable[..., Path], make_record: Make
-) -> None:
+def ladder_of(make_record: Make) -> Ladder:
+    """A ladder with a row of every kind."""
     best = make_record("soft", "fem3d", "preset converged", peak=95.0)
     best.history["contact_area_m2"] = 1e-8 * best.history["normal_force_N"]
     best.history["peak_pressure_Pa"] = 1e6 * best.history["normal_force_N"]
@@ -252,8 +251,13 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
     row = Comparison(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
     predicted = make_record("soft", peak=81.0)
     causes = [cause, cause]
-    ladder = Ladder(True, [row], causes, references=[best], predictions=[predicted], checks=[check])
-    folder = validated(ladder=ladder)
+    return Ladder(True, [row], causes, references=[best], predictions=[predicted], checks=[check])
+
+
+def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
+    validated: Callable[..., Path], make_record: Make
+) -> None:
+    folder = validated(ladder=ladder_of(make_record))
     section = page(folder).partition('id="ladder"')[2].partition('id="efficiency"')[0]
     for part in (
         "soft: hcm, identified k",

@@ -184,16 +184,18 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
         }
         for place, (name, (found, caption)) in enumerate(tables.items())
     ]  # fmt: skip
-    machine = {"part": model, "quick": False, "load_average_at_start": None, **provenance({})}
-    page = {"sections": sections, "machines": [machine], "heading": "Stated against true errors"}
-    write_page(folder / f"{model}.html", "bench.html.j2", page)
     judged = {n.index for n in numbers}
     poor, silent = (sum(getattr(n, part) for n in numbers) for part in ("missed", "silent"))
     spoilt = len({n.index for n in numbers if n.silent})
     share = 100 * poor / max(len(numbers), 1)
     within = f"; {kept[-1]['within (%)']:.3g} % of {kept[-1]['number']} runs keep" if kept else ""
-    return (
+    line = (
         f"{model}: {len(rows)} scenes, {len(judged)} with a tight solve, {len(numbers)} numbers:"
         f" {poor} ({share:.2g} %) more than {TIMES:g} times their stated error off,"
         f" {silent} in {spoilt} scenes more than {100 * WRONG:g} % wrong and silent{within}"
     )
+    machine = {"part": model, "quick": False, "load_average_at_start": None, **provenance({})}
+    page = {"sections": sections, "machines": [machine], "heading": "Stated against true errors",
+            "lead": [line]}  # fmt: skip
+    write_page(folder / f"{model}.html", "bench.html.j2", page)
+    return line

@@ -267,7 +267,7 @@ def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> 
     assert "The skip ledger" in html
     assert "rigid flight" in html
     assert "Peers" not in html
-    assert "data:image/png;base64," in html
+    assert "data:image/svg+xml;base64," in html
     assert "http" not in html.replace("http://www.w3.org", "")
 
 

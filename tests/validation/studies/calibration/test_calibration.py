@@ -82,7 +82,7 @@ def test_the_report_names_scenes_that_can_be_run_again(tmp_path: Path) -> None:
     assert "2 numbers: 1 (50 %) more than 2 times" in line
     page = (tmp_path / "hcm.html").read_text(encoding="utf-8")
     assert "Stated against true errors" in page
-    assert "data:image/png" in page
+    assert "data:image/svg+xml" in page
     write_report(tmp_path, "hcm", [], {"peak": "peak force"})
 
 

@@ -1,0 +1,92 @@
+"""What is drawn, read back from the axes and from the notebook's line."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from matplotlib import pyplot as plt
+
+import hcm.notebook
+import reference_fem.notebook
+from tests.validation.commands import Make
+from validation.compare.differences import difference
+from validation.compare.figures import difference_figure, overlay_figure
+from validation.harness.page import LARGEST_VECTOR, inline
+from validation.harness.quantities import OF_A_TAP
+
+
+@pytest.fixture
+def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Figures stay open when they are saved."""
+    with monkeypatch.context() as patch:
+        patch.setattr(plt, "close", lambda figure: None)
+        yield
+    plt.close("all")
+
+
+@pytest.mark.usefixtures("kept")
+def test_the_residual_is_the_difference_over_the_references_peak(
+    make_record: Make, tmp_path: Path
+) -> None:
+    model, reference = make_record(peak=60.0), make_record("soft", "fem3d", "contact", 80.0)
+    pairs = {"soft": [(reference, model)]}
+    overlay_figure(tmp_path / "f.png", [model, reference], (), ("soft", "hard"), pairs)
+    below, empty = plt.gcf().axes[2:]
+    time, residual = below.lines[0].get_data()
+    # two half sines over 0.2 ms: (60 - 80)/80 sin(pi t/T); linear between 2,000 samples
+    np.testing.assert_allclose(residual, -25.0 * np.sin(np.pi * time / 0.2), atol=1e-4)
+    assert len(empty.lines) == 1  # zero
+
+
+@pytest.mark.usefixtures("kept")
+def test_points_are_differences_and_bars_their_uncertainty(
+    make_record: Make, tmp_path: Path
+) -> None:
+    stated = {"peak_normal_force_N": 1.6}  # 2 % of 80 N, of both: sqrt(8) %
+    model = replace(make_record(peak=60.0), errors=stated)
+    reference = replace(make_record("soft", "fem3d", "", 80.0), errors=stated)
+    rows = [difference("soft", "hcm", entry, model, reference) for entry in OF_A_TAP]
+    difference_figure(tmp_path / "d.png", rows, ["soft"])
+    (axis,) = plt.gcf().axes
+    points, _, (bars,) = axis.containers[0].lines
+    assert points.get_xdata() == pytest.approx([-25.0, -25.0, 0.0])
+    lengths = [np.ptp(segment[:, 0]) for segment in bars.get_segments()]
+    assert lengths == pytest.approx([2 * np.sqrt(8.0), 0.0, 0.0])
+
+
+def test_a_page_holds_small_vectors_and_large_ones_as_pixels(tmp_path: Path) -> None:
+    picture, vector = tmp_path / "f.png", tmp_path / "f.svg"
+    picture.write_bytes(b"P")
+    assert inline(picture) == "data:image/png;base64,UA=="
+    vector.write_bytes(b"V")
+    assert inline(picture) == "data:image/svg+xml;base64,Vg=="
+    vector.write_bytes(b"V" * (LARGEST_VECTOR + 1))
+    assert inline(picture) == "data:image/png;base64,UA=="
+
+
+@pytest.mark.parametrize("module", [hcm.notebook, reference_fem.notebook])
+def test_a_notebook_shows_numbers_curve_and_cautions(make_record: Make, module: ModuleType) -> None:
+    record = replace(make_record(peak=60.0), errors={"peak_normal_force_N": 0.5})
+    forces = record.contact_forces
+    shown = module.run_html(
+        ("COMPLETED", "a < b"), record.summary, record.errors,
+        forces["time_s"], forces["normal_force_N"],
+    )  # fmt: skip
+    assert "<th>peak_normal_force_N<td>60<td>0.5<" in shown
+    assert "<p>a &lt; b</p>" in shown
+    assert "elements" not in shown  # hcm has none
+    assert "peak 60 N" in shown
+    line = re.search(r"points='([^']+)'", shown)
+    assert line is not None
+    x, y = np.array([point.split(",") for point in line[1].split()], dtype=float).T
+    t, f = (forces[name][forces["normal_force_N"] > 0.0] for name in ("time_s", "normal_force_N"))
+    force = np.interp(x, 480.0 * (t - t[0]) / (t[-1] - t[0]), f)
+    # pixels have one decimal, in x as in y, where the half sine rises by 1 pixel a pixel
+    np.testing.assert_allclose(y, 140.0 * (1.0 - force / 60.0), atol=0.15)
+    assert "<svg" not in module.run_html((), {}, {}, np.zeros(3), np.zeros(3))
+    if module is hcm.notebook:
+        assert "peak 60 N" in record._repr_html_()

@@ -1,0 +1,183 @@
+"""Every page in a real browser: nothing fails, nothing is loaded, and a reader gets about."""
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.validation.commands import Make
+from tests.validation.studies.calibration.test_calibration import rows as calibrated
+from tests.validation.sweep.test_page import swept
+from tests.validation.validate.test_page import ladder_of, validated
+from validation.compare.claims import read_claims
+from validation.compare.figures import overlay_figure
+from validation.harness.figures import panels
+from validation.harness.page import write_page
+from validation.harness.provenance import provenance
+from validation.studies.bench import files as bench
+from validation.studies.calibration.report import write_report as write_calibration
+from validation.studies.paper.ledger import Finding, by_place, counts, ledger
+from validation.studies.stress.report import write_stress_page
+from validation.studies.stress.stability_map import Answer
+from validation.sweep.page import write_report as write_sweep
+
+__all__ = ["validated"]  # a fixture
+
+LAPTOP, PHONE = (1280, 800), (390, 844)
+LEAST_TEXT = 11.5  # CSS pixels
+Build = Callable[[Path, pytest.FixtureRequest], Path]
+
+
+def figure(path: Path) -> Path:
+    with panels(path, 2) as axes:
+        axes[0, 0].plot([0, 1], [0, 1])
+    return path
+
+
+def validate_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    make: Make = request.getfixturevalue("make_record")
+    return request.getfixturevalue("validated")(ladder=ladder_of(make)) / "index.html"
+
+
+def paper_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    make: Make = request.getfixturevalue("make_record")
+    claims = read_claims()
+    found = {name: Finding(None, "not run in tests") for name in claims}
+    found |= {name: Finding(c.number) for name, c in claims.items() if c.kind == "value"}
+    rows = ledger(claims.values(), found)
+    forces = folder / "fig-09.png"
+    overlay_figure(forces, [make("hard"), make("soft")], (), ("hard", "soft"))
+    factor = SimpleNamespace(factor=7e-5, uncertainty=1e-6, computed={"driven-1": 0.1},
+                             printed={"driven-1": 0.1})  # fmt: skip
+    context = {
+        "rows": rows, "counts": counts(rows), "places": by_place(rows), "settled": 48, "total": 60,
+        "found": SimpleNamespace(common=factor, by_case={}), "lasting": (1.0, 2.0),
+        "figures": [(forces, "Fig. 9: reduced model against the reference")],
+        "with_reference": False, "provenance": provenance({}),
+    }  # fmt: skip
+    write_page(folder / "index.html", "paper.html.j2", context)
+    return folder / "index.html"
+
+
+def sweep_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    return write_sweep(folder, *swept(folder))
+
+
+def stress_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    figure(folder / "plane.png")
+    row = {"map": "plane", "solver": "hcm", "cells": 2, **dict.fromkeys(Answer, 0), Answer.RIGHT: 2,
+           "what limits it": "every cell is right"}  # fmt: skip
+    write_stress_page(folder, [row], [{"cell": "a hard one", "hcm": "completed"}], [])
+    return folder / "index.html"
+
+
+def bench_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    many = [{"setting": f"step {n}", "time_s": 0.1 * n, "error": 1e-3 / n} for n in range(1, 20)]
+    bench.save(folder, "work-precision", many, "Every setting", show=False)
+    bench.save(folder, "skips", many[:3], "Shortcuts", show=False)
+    bench.save_machine(folder, "machine", {"quick": True})
+    figure(folder / "skips.png")
+    return bench.page(folder)
+
+
+def calibration_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    write_calibration(folder, "hcm", calibrated((1.0, 5.0), (1.0, 0.5)), {"peak": "peak force"})
+    return folder / "hcm.html"
+
+
+PAGES: dict[str, Build] = {
+    "validate": validate_page, "paper": paper_page, "sweep": sweep_page, "stress": stress_page,
+    "bench": bench_page, "calibration": calibration_page,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    webdriver = pytest.importorskip("selenium.webdriver", reason="pip install -e '.[dev]'")
+    paths = [shutil.which(name) for name in ("chromium", "chromedriver")]
+    if None in paths:
+        pytest.skip("no Chromium: apt-get install chromium chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = paths[0]
+    for flag in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage",
+                 "disable-background-networking", "no-first-run"):  # fmt: skip
+        options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options, webdriver.ChromeService(paths[1]))
+    yield driver
+    driver.quit()
+
+
+def opened(browser: Any, page: Path, size: tuple[int, int]) -> None:
+    """The page in a viewport of that size, all its pictures there."""
+    width, height = size
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": size == PHONE}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.get(page.as_uri())
+    broken = browser.execute_async_script("""
+        const done = arguments[0], images = [...document.images];
+        images.forEach(image => image.loading = "eager");
+        Promise.allSettled(images.map(image => image.decode()))
+            .then(() => done(images.filter(image => !image.naturalWidth).map(i => i.alt)));""")
+    assert broken == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_in_a_browser(
+    name: str, browser: Any, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    page = PAGES[name](tmp_path, request)
+    script = browser.execute_script
+
+    opened(browser, page, PHONE)
+    assert script("return document.documentElement.scrollWidth") <= PHONE[0]
+    smallest = script("""
+        const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), sizes = [99];
+        while (walk.nextNode()) if (walk.currentNode.data.trim())
+            sizes.push(parseFloat(getComputedStyle(walk.currentNode.parentElement).fontSize));
+        return Math.min(...sizes);""")
+    assert smallest >= LEAST_TEXT
+
+    opened(browser, page, LAPTOP)
+    assert script("return document.querySelectorAll('h1').length") == 1
+    bottom = "return document.querySelector('.verdict').getBoundingClientRect().bottom"
+    assert 0 < script(bottom) <= LAPTOP[1]
+
+    alts = script("return [...document.images].map(image => image.alt)")
+    assert alts
+    assert min(map(len, alts)) >= 10
+    assert len(set(alts)) == len(alts)
+    targets = script("return [...document.querySelectorAll('a')].map(a => a.getAttribute('href'))")
+    for target in targets:
+        inside = target.startswith("#") and script(f"return !!document.querySelector('{target}')")
+        assert inside or target.startswith("https://doi.org/") or (page.parent / target).is_file()
+
+    summaries = script("return document.querySelectorAll('summary').length")
+    reached, opening = set(), webdriver_keys()
+    for _ in range(3 * summaries + 60):
+        browser.switch_to.active_element.send_keys(opening.TAB)
+        place = script("return [...document.querySelectorAll('summary')]"
+                       ".indexOf(document.activeElement)")  # fmt: skip
+        if place >= 0 and place not in reached:
+            reached.add(place)
+            before = script("return document.activeElement.parentElement.open")
+            browser.switch_to.active_element.send_keys(opening.ENTER)
+            assert script("return document.activeElement.parentElement.open") != before
+    assert len(reached) == summaries
+
+    assert [line for line in browser.get_log("browser") if line["level"] != "INFO"] == []
+    asked = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    urls = [message["params"]["request"]["url"] for message in asked
+            if message["method"] == "Network.requestWillBeSent"]  # fmt: skip
+    assert urls
+    assert all(url.startswith(("data:", "file:", "about:")) for url in urls), urls
+
+
+def webdriver_keys() -> Any:
+    from selenium.webdriver.common.keys import Keys
+
+    return Keys

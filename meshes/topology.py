@@ -60,3 +60,14 @@ def renumber(cells: Ints, n_points: int) -> tuple[Ints, Ints]:
     renumbered = new[cells]
     by_mean = np.argsort(renumbered.sum(axis=1), kind="stable")
     return order, renumbered[by_mean]
+
+
+def structured(number: Ints) -> Ints:
+    """Cells in VTK's order of a block with these node numbers, (i,), (i, j) or (i, j, k)."""
+    corners = [number[:-1], number[1:]]
+    if number.ndim > 1:
+        low, high = corners
+        corners = [low[:, :-1], high[:, :-1], high[:, 1:], low[:, 1:]]
+    if number.ndim > 2:
+        corners = [n[..., :-1] for n in corners] + [n[..., 1:] for n in corners]
+    return np.stack(corners, axis=-1).reshape(-1, len(corners))

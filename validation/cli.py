@@ -65,6 +65,10 @@ app.command(
     All runs start from one impact state. Runs are kept: a study that was stopped goes on.""",
 )
 app.command(
+    "validation.studies.evidence.command:evidence",
+    help="Set others' numbers, computed or measured, beside ours, element to tap; judge each.",
+)
+app.command(
     "validation.studies.bench.command:bench",
     help="Measure time against error; with --skips what each shortcut saves; with --peers others.",
 )

@@ -3,18 +3,8 @@
 import numpy as np
 
 from meshes import FingerMesh
+from meshes.topology import structured
 from tests.reference_fem.conftest import one_thread  # noqa: F401 - tests import it from here too
-
-
-def structured(number: np.ndarray) -> np.ndarray:
-    """Cells in VTK's order of a block with these node numbers, (i,), (i, j) or (i, j, k)."""
-    corners = [number[:-1], number[1:]]
-    if number.ndim > 1:
-        low, high = corners
-        corners = [low[:, :-1], high[:, :-1], high[:, 1:], low[:, 1:]]
-    if number.ndim > 2:
-        corners = [n[..., :-1] for n in corners] + [n[..., 1:] for n in corners]
-    return np.stack(corners, axis=-1).reshape(-1, len(corners))
 
 
 def boxes(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from meshes.ball import half_ball
 from reference_fem import Material, Settings, Status, Surface, TapResult
-from tests.reference_fem.balls import half_ball
 from tests.reference_fem.taps import body, throw
 
 RADIUS = 0.0075

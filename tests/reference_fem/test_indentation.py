@@ -8,10 +8,10 @@ import pytest
 
 import meshes
 import reference_fem as rf
+from meshes.topology import structured
 from reference_fem.hertz import hertz_indentation, hertz_stiffness
 from reference_fem.statics.indentation import ContactArea, contact_area, indent, mindlin_ratio
 from reference_fem.statics.tip import TipCompliance, tip_compliance
-from tests.reference_fem.boxes import structured
 
 RADIUS = 0.0075
 MATERIAL = rf.Material(1e9, 0.4, 1400.0)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from meshes import FingerMesh
+from meshes.ball import half_ball
 from meshes.topology import orient, outer_facets
 from reference_fem import Material, Settings, Status, Surface
 from reference_fem import model as modelling
-from tests.reference_fem.balls import half_ball
 from tests.reference_fem.taps import body, throw
 
 RADIUS, THICKNESS = 0.0075, 0.002

@@ -10,13 +10,13 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from meshes.ball import half_ball
 from reference_fem import Material, Settings, Status, Surface
 from reference_fem import model as modelling
 from reference_fem.dynamics.central_difference import leapfrog
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.elements.hexahedron.eight_point import hex8
 from reference_fem.elements.quadrilateral.plane_stress import quad4_plane_stress
-from tests.reference_fem.balls import half_ball
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import body, throw
 

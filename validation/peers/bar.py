@@ -18,6 +18,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.topology import structured
+
 SIZE_M = 1e-3  # edge of a cube
 YOUNG, DENSITY = 1e9, 1400.0  # E, Pa; rho, kg/m^3
 WAVE_SPEED = math.sqrt(YOUNG / DENSITY)  # c, m/s
@@ -36,15 +38,10 @@ def box(counts: tuple[int, ...]) -> tuple[Floats, Integers]:
 
     Numbered section by section along x, as a finger's mesh is.
     """
-    nodes = np.array([n + 1 for n in counts])
-    grid = np.meshgrid(*map(np.arange, nodes), indexing="ij")
-    points = (np.stack([axis.ravel() for axis in grid], axis=1) * SIZE_M).astype(np.float64)
-    stride = [int(nodes[axis + 1 :].prod()) for axis in range(len(counts))]
-    corner = np.meshgrid(*map(np.arange, counts), indexing="ij")
-    first = sum(c.ravel() * s for c, s in zip(corner, stride, strict=True))
-    face = [0, stride[0], stride[0] + stride[1], stride[1]]
-    offsets = face if len(counts) == 2 else [*face, *(stride[2] + o for o in face)]
-    return points, (np.asarray(first)[:, None] + np.array(offsets)).astype(np.int64)
+    number = np.arange(math.prod(n + 1 for n in counts)).reshape([n + 1 for n in counts])
+    grid = np.meshgrid(*map(np.arange, number.shape), indexing="ij")
+    points = np.stack([axis.ravel() for axis in grid], axis=1) * SIZE_M
+    return points.astype(np.float64), structured(number)
 
 
 @dataclass(frozen=True)

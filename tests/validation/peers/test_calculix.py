@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.validation.commands import Patch
-from validation.peers import calculix, calculix_block
+from validation.peers import calculix, calculix_impact
 from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT
 
 # As version 2.20 prints two increments of a block of two nodes.
@@ -31,17 +31,17 @@ PRINTED = """
 
 
 def test_what_it_prints_is_read() -> None:
-    times, forces = calculix_block.floor_forces(PRINTED)
+    times, forces = calculix_impact.floor_forces(PRINTED)
     assert times.tolist() == [1e-5, 3e-5]
     assert forces.tolist() == [0.0, 1.622533]
-    velocity = calculix_block.last_velocities(PRINTED)
+    velocity = calculix_impact.last_velocities(PRINTED)
     assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
 
 
 def test_nothing_printed_is_no_force() -> None:
-    times, forces = calculix_block.floor_forces("")
+    times, forces = calculix_impact.floor_forces("")
     assert times.size == forces.size == 0
-    assert calculix_block.last_velocities("") is None
+    assert calculix_impact.last_velocities("") is None
 
 
 @pytest.mark.parametrize(
@@ -72,4 +72,4 @@ def test_a_run_that_takes_too_long_is_killed(tmp_path: Path, monkeypatch: Patch)
     program(tmp_path, f"/bin/cp {tmp_path}/printed job.dat\nexec /bin/sleep 60")
     monkeypatch.setenv("PATH", str(tmp_path))
     ran = calculix.run_calculix("", timeout_s=0.5)
-    assert (ran.answer, calculix_block.floor_forces(ran.printed)[0].size) == (TIMED_OUT, 2)
+    assert (ran.answer, calculix_impact.floor_forces(ran.printed)[0].size) == (TIMED_OUT, 2)

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 import meshes
-from meshes.topology import outer_facets
+from meshes.topology import outer_facets, structured
 
 SIDE = 0.02  # m, of the block
 FINGER_LENGTH, FINGER_DIAMETER = 0.03, 0.015  # m
@@ -25,10 +25,7 @@ def block(dim: int, divisions: int, distortion: float = 0.0, seed: int = 0) -> m
         axes = [*axes, np.linspace(0.0, SIDE / 2, divisions // 2 + 1)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     number = np.arange(grid[..., 0].size).reshape(grid.shape[:-1])
-    low = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
-    if dim == 3:
-        low = [n[..., :-1] for n in low] + [n[..., 1:] for n in low]
-    cells = np.stack(low, axis=-1).reshape(-1, 2**dim)
+    cells = structured(number)
     points = grid.reshape(-1, dim)
     limits = [(axis[0], axis[-1]) for axis in axes]
     inside = np.all(

@@ -1,6 +1,6 @@
 """``fingertap stress --peers``: hard cells of the reference, and CalculiX' automatic step on them.
 
-The same mesh, law, contact pressure and friction (see `validation.peers.calculix_block`). An
+The same mesh, law, contact pressure and friction (see `validation.peers.calculix_impact`). An
 impulse is the time integral of the normal force until the reference's run ends; it is checked by
 the momentum that the body gained, which the force did not produce, by the kinetic energy that is
 left, and by 2 m v where a block falls flat without bulging.
@@ -23,7 +23,7 @@ import reference_fem as rf
 from reference_fem.model import Model
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Progress
-from validation.peers import calculix, calculix_block
+from validation.peers import calculix, calculix_impact
 from validation.studies.stress.reference.bodies import SIDE
 from validation.studies.stress.reference.judge import bar_impulse, judge
 from validation.studies.stress.reference.scene import ReferenceScene
@@ -98,18 +98,18 @@ def impulse_balance(
 
 def calculix_deck(scene: ReferenceScene, model: Model, displacement: Array, end_s: float) -> str:
     """The cell's block as CalculiX' input, from its start to `end_s`."""
-    speeds = scene.slide * scene.speed, -scene.speed
-    return calculix_block.deck(model, scene.material, displacement, speeds, end_s)
+    velocity = np.tile([scene.slide * scene.speed, -scene.speed, 0.0], (len(model.points), 1))
+    return calculix_impact.deck(model, scene.material, displacement, velocity, end_s)
 
 
 def calculix_balance(
     scene: ReferenceScene, ran: calculix.CalculixRun, model: Model
 ) -> ImpulseBalance | None:
     """None of an unfinished run: an impulse of a part of the motion is no impulse of the tap."""
-    velocity = calculix_block.last_velocities(ran.printed)
+    velocity = calculix_impact.last_velocities(ran.printed)
     if ran.answer != calculix.COMPLETED or velocity is None:
         return None
-    time_s, half = calculix_block.floor_forces(ran.printed)
+    time_s, half = calculix_impact.floor_forces(ran.printed)
     force = np.append(0.0, model.copies * half)
     return impulse_balance(force, np.append(0.0, time_s), velocity, scene, model)
 
@@ -144,7 +144,7 @@ def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
     ours = {"answer": answer, **(_own_columns(scene, result, model) if completed else nothing),
             "wall (s)": f"{seconds:.2g}"}  # fmt: skip
     theirs = {"answer": ran.answer, **(balance.columns() if balance else nothing),
-              "increments": len(calculix_block.floor_forces(ran.printed)[0]),
+              "increments": len(calculix_impact.floor_forces(ran.printed)[0]),
               "wall (s)": f"{ran.wall_time_s:.2g}"}  # fmt: skip
     return {
         "cell": name,

@@ -9,7 +9,7 @@ import pytest
 
 from tests.validation.commands import Capture, Patch
 from tests.validation.peers.test_calculix import PRINTED
-from validation.peers import calculix, calculix_block
+from validation.peers import calculix, calculix_impact
 from validation.peers.calculix import COMPLETED, TIMED_OUT, CalculixRun
 from validation.studies.stress.command import run_peers
 from validation.studies.stress.hcm import peers
@@ -84,7 +84,7 @@ def test_a_short_fall_of_it_meets_ours() -> None:
     deck = calculix_deck(EASY, model, result.snapshots[0].displacement, end)
     ran = calculix.run_calculix(deck, 30.0)
     assert ran.answer == COMPLETED
-    velocity = calculix_block.last_velocities(ran.printed)
+    velocity = calculix_impact.last_velocities(ran.printed)
     assert velocity is not None
     assert len(velocity) == len(model.points)
     found = calculix_balance(EASY, ran, model)

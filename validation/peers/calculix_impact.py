@@ -1,24 +1,29 @@
-"""A block that hits the ground, in CalculiX: the reference's mesh, law and contact, own steps.
+"""A body that hits the ground, in CalculiX: the reference's mesh, law and contact, own steps.
 
-CalculiX solves the same equations implicitly: St. Venant-Kirchhoff (``*ELASTIC`` with NLGEOM), C3D8
-elements on our mesh, surface-to-surface contact with a linear pressure of the same modulus on a
-fixed floor, ``*DYNAMIC`` with automatic increments. Its mass is consistent where the reference's is
-lumped, and its contact has no dashpots.
+CalculiX solves the same equations implicitly: St. Venant-Kirchhoff (``*ELASTIC`` with NLGEOM),
+its own hexahedra on our mesh, hinges as ``*EQUATION`` with the reference's mean weights,
+surface-to-surface contact with a linear pressure of the same modulus on a fixed floor.
+Its mass is consistent where the reference's is lumped, its contact has no dashpots and acts on the
+facets, not on the round surface that they mesh.
 """
 
 import re
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reference_fem import Material
 from reference_fem.contact.surface import SurfaceContact
+from reference_fem.joints.hinges import Hinges
 from reference_fem.model import Model
 from validation.peers import calculix
 
 # Increments that its first step would make of the tap; it refines and coarsens from there.
 INCREMENTS = 200
 MOST_INCREMENTS = 20_000
+ALPHA = -0.05  # of Hilber, Hughes and Taylor, where increments are prescribed
+TERMS_A_LINE = 4  # of an equation; more are not read
 Floats = NDArray[np.float64]
 _FORCE = re.compile(
     r"total force \(fx,fy,fz\) for set FLOOR and time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)"
@@ -31,17 +36,21 @@ def deck(
     model: Model,
     material: Material,
     displacement: Floats,
-    velocity: tuple[float, float],
+    velocity: Floats,
     end_s: float,
+    element: str = "C3D8",
+    step_s: float | None = None,
+    fields: str = "V",
 ) -> str:
-    """Its input file: the block where it starts, a floor under it, `end_s` of motion.
+    """Its input file: the body where it starts, unstrained, a floor under it, `end_s` of motion.
 
-    It prints the floor's force and the block's velocities after every increment.
+    It prints the floor's force after every increment, and `fields`: CalculiX knows one frequency.
 
     Parameters
     ----------
-    displacement : (n_points, 3), m, at the start.
-    velocity : along X and Y, m/s, of all nodes at the start.
+    displacement, velocity : (n_points, 3), m and m/s, at the start.
+    step_s : of every increment; None: automatic ones.
+    fields : what is printed of the body's nodes.
 
     Raises
     ------
@@ -51,11 +60,12 @@ def deck(
     if not isinstance(model.contact, SurfaceContact):
         raise ValueError(f"{type(model.contact).__name__}: only 'surface' is a law of CalculiX too")
     points, cells, friction = model.points + displacement, model.cells, model.surface.friction
-    floor = _floor(model.surface.height, float(np.ptp(model.points[:, 0])))
+    outside = points[model.contact.nodes, 0]
+    floor = _floor(model.surface.height, float(outside.mean()), float(np.ptp(outside)))
     plate = len(points) + np.arange(1, 9)[None, :]
     modulus, last = f"{model.contact.modulus:.9g}", len(cells) + 1
     lines = [*calculix.nodes("BODY", points), *calculix.nodes("FLOOR", floor, len(points) + 1)]
-    lines += calculix.elements("C3D8", "BLOCK", cells + 1)
+    lines += calculix.elements(element, "BLOCK", cells + 1)
     lines += calculix.elements("C3D8", "PLATE", plate, last)
     lines += ["*NSET,NSET=MIDDLE", *(f"{i + 1}," for i in model.symmetry)]
     lines += ["*SURFACE,NAME=OUTSIDE", *_outside(model.contact, model.cells)]
@@ -66,16 +76,34 @@ def deck(
               modulus]  # fmt: skip
     if friction:
         lines += ["*FRICTION", f"{friction},{modulus}"]
+    scheme = "*DYNAMIC" if step_s is None else f"*DYNAMIC,DIRECT,ALPHA={ALPHA}"
     lines += ["*CONTACT PAIR,INTERACTION=I,TYPE=SURFACE TO SURFACE", "OUTSIDE,TOP",
+              *_equations(model.hinges),
               "*BOUNDARY", "FLOOR,1,3", "MIDDLE,3,3",
               "*INITIAL CONDITIONS,TYPE=VELOCITY",
-              *(f"BODY,{axis},{speed:.9g}" for axis, speed in enumerate(velocity, 1)),
-              f"*STEP,NLGEOM,INC={MOST_INCREMENTS}", "*DYNAMIC",
-              f"{end_s / INCREMENTS:.6g},{end_s:.6g}",
+              *(f"{n},{axis},{speed:.9g}" for n, row in enumerate(velocity[:, :2].tolist(), 1)
+                for axis, speed in enumerate(row, 1)),
+              f"*STEP,NLGEOM,INC={MOST_INCREMENTS}", scheme,
+              f"{step_s or end_s / INCREMENTS:.6g},{end_s:.6g}",
               "*DLOAD", f"BLOCK,GRAV,{-model.fall[1]},0,-1,0",
               "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
-              "*NODE PRINT,NSET=BODY", "V", "*END STEP"]  # fmt: skip
+              "*NODE PRINT,NSET=BODY", fields, "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"
+
+
+def _equations(hinges: Hinges) -> list[str]:
+    """Σ c_i u_i = 0 along X and Y of each hinge; the node of the largest weight is dependent."""
+    lines = []
+    for first, last in pairwise(hinges.starts.tolist()):
+        nodes, weights = hinges.nodes[first:last], hinges.weights[first:last]
+        order = np.argsort(-np.abs(weights), kind="stable")
+        for axis in (1, 2):
+            terms = [f"{nodes[i] + 1},{axis},{weights[i]:.12g}" for i in order]
+            lines += ["*EQUATION", str(len(terms))]
+            lines += [
+                ",".join(terms[i : i + TERMS_A_LINE]) for i in range(0, len(terms), TERMS_A_LINE)
+            ]
+    return lines
 
 
 def _outside(contact: SurfaceContact, cells: NDArray[np.int64]) -> list[str]:
@@ -89,12 +117,12 @@ def _outside(contact: SurfaceContact, cells: NDArray[np.int64]) -> list[str]:
     ]
 
 
-def _floor(height: float, side: float) -> Floats:
-    """Corners of a plate below the surface, wide enough for the block to slide on, in VTK order."""
+def _floor(height: float, middle: float, side: float) -> Floats:
+    """Corners of a plate below the surface, wide enough for a body to slide on, in VTK order."""
     wide, low = 4.0 * side, -height - 0.5 * side
     square = [(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)]
     # Local Z of the element is up: its second face, S2, is the top.
-    return np.array([(x, y, -z) for y in (low, -height) for x, z in square])
+    return np.array([(middle + x, y, -z) for y in (low, -height) for x, z in square])
 
 
 def floor_forces(printed: str) -> tuple[Floats, Floats]:

@@ -4,16 +4,15 @@ import math
 
 import numpy as np
 
-from meshes import FingerMesh
 from meshes.grading import Grading
-from meshes.topology import outer_facets
-from tests.reference_fem.boxes import structured
+from meshes.mesh import FingerMesh, Floats, Ints
+from meshes.topology import outer_facets, structured
 
 CORE = 0.5  # half side of the inner cube over the radius
 BULGE = 0.3  # how far the cube is blown up towards a ball: 0 not at all, 1 entirely
 
 
-def graded(length: float, first: float, growth: float, even: float) -> np.ndarray:
+def graded(length: float, first: float, growth: float, even: float) -> Floats:
     """Positions from 0 to length: edges `first` up to `even`, then growing, scaled to fit."""
     grading = Grading(first, growth, even, length)
     nodes = grading.divide(0.0, length, max(2, grading.count(0.0, length))).nodes
@@ -77,11 +76,11 @@ def half_ball(
     )
 
 
-def _bent(a: np.ndarray) -> np.ndarray:
+def _bent(a: Floats) -> Floats:
     return np.tan(0.25 * math.pi * a)
 
 
-def _blown_up(cube: np.ndarray) -> np.ndarray:
+def _blown_up(cube: Floats) -> Floats:
     """Points of the cube [-1, 1]^3, shrunk to the core and blown up a little."""
     reach = np.abs(cube).max(axis=-1, keepdims=True)
     length = np.linalg.norm(_bent(cube), axis=-1, keepdims=True)
@@ -89,7 +88,7 @@ def _blown_up(cube: np.ndarray) -> np.ndarray:
     return CORE * ((1 - BULGE) * cube + BULGE * math.sqrt(2.0) * ball)
 
 
-def _merged(blocks: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def _merged(blocks: list[Floats]) -> tuple[Floats, Ints]:
     """Nodes and cells of structured blocks (i, j, k, 3) whose common faces coincide."""
     cells, offset = [], 0
     for block in blocks:

@@ -1,0 +1,174 @@
+"""Evidence from outside: the theories beside it, what a piece's rows become, and the page."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.validation.commands import Patch, Run
+from validation.harness.store import Store
+from validation.models.adapter import Progress
+from validation.studies.evidence import command, pendulum, taps
+from validation.studies.evidence.ball import by_elements, by_reduced_model, hertz
+from validation.studies.evidence.command import PIECES, look
+from validation.studies.evidence.mindlin import spin
+from validation.studies.evidence.report import told, word
+from validation.studies.evidence.rows import LEVELS, Piece, Row
+from validation.studies.evidence.static_beam import PIECES as BEAMS
+from validation.studies.evidence.static_beam import ClampedBeam
+
+ROW = Row("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
+
+
+def quiet(share: float, text: str) -> None:
+    """Progress that nobody watches."""
+
+
+def piece(solve: Callable[[Progress, Store], list[Row]], **changes: object) -> Piece:
+    """One of this module's own."""
+    plain = Piece("own", "One", "tap", "somebody", "a problem", (__name__,), solve)
+    return replace(plain, modules=("validation.studies.evidence.rows",), **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+@pytest.mark.parametrize("inertia", [0.4, 0.41])
+def test_a_ball_slides_throughout_from_mindlins_angle_on(poisson: float, inertia: float) -> None:
+    # Maw, Barber and Fawcett 1976: no part of the patch sticks where psi >= 4 chi - 1
+    least = 2 * (1 + 1 / inertia) - (2 - poisson) / (2 * (1 - poisson))
+    whole = 2 / inertia  # J_t = mu J_n = 2 mu m v_n
+    assert spin(1.02 * least, poisson, inertia) == pytest.approx(whole, rel=1e-6)
+    assert spin(0.9 * least, poisson, inertia) < 0.998 * whole
+
+
+def test_hcms_ball_is_mindlins_where_its_patch_is_small() -> None:
+    for x in (0.5, 1.5, 4.0):
+        # 22 springs under the patch: 2e-3
+        assert by_reduced_model(1e-5, x, 0.3).spin == pytest.approx(spin(x, 0.3), rel=2e-3)
+
+
+def test_hcms_ball_is_hertzs() -> None:
+    bounce, (depth, duration) = by_reduced_model(1e-3, 0.0, 0.3), hertz(1e-3, 0.3)
+    assert bounce.approach.max() == pytest.approx(depth, rel=1e-6)
+    assert bounce.time[-1] == pytest.approx(duration, rel=5e-4)  # two of its steps
+    # an elastic tap turns the momentum round
+    impulse = np.trapezoid(bounce.force, bounce.time)
+    assert impulse == pytest.approx(2 * 4 / 3 * math.pi * 1e-3, rel=1e-5)
+
+
+def test_a_beam_under_a_small_load_bends_as_euler_says() -> None:
+    beam = ClampedBeam(2.0, 1e6, 800.0, force=1e-3)
+    sag = -1e-3 * 2.0**3 / (3 * 800.0)
+    for tip in (beam.by_elements(4), beam.by_energy(own=True), beam.by_energy(own=False)):
+        assert tip[1] == pytest.approx(sag, rel=1e-5)
+
+
+def test_exudyns_energy_gives_exudyns_number() -> None:
+    stated = np.array([-0.508537304326, -1.207239854550])
+    beam = ClampedBeam(2.0, 2.07e9, 1.725e6, force=3 * 1.725e6 / 4)
+    np.testing.assert_allclose(beam.by_energy(own=False), stated, atol=1e-11)
+    # 32 elements: 1.3e-7 m, falling with the fourth power
+    np.testing.assert_allclose(beam.by_elements(32), beam.by_energy(own=True), atol=2e-7)
+    assert np.abs(beam.by_energy(own=True) - stated).max() > 7e-4
+
+
+def test_what_is_predicted_of_exudyns_beams_is_found() -> None:
+    for one in BEAMS:
+        words = [word(row) for row in one.solve(quiet, Store(None))]
+        assert words == ["differs", "agrees"] * (len(words) // 2)
+
+
+def test_a_verdict_in_words() -> None:
+    assert told(ROW) == "+5.0 ± 2.5 %: differs"
+    assert told(replace(ROW, ours=2.02)) == "+1.0 ± 2.5 %: agrees"
+    assert told(replace(ROW, outside_error=math.inf)) == "cannot tell"
+
+
+def test_rows_are_kept_and_read_back(tmp_path: Path) -> None:
+    asked = []
+
+    def solve(progress: Progress, store: Store) -> list[Row]:
+        asked.append(1)
+        return [ROW]
+
+    one, store = piece(solve), Store(tmp_path)
+    assert look(one, False, store, quiet).rows == look(one, True, store, quiet).rows == (ROW,)
+    assert len(asked) == 1
+    look(one, False, Store(tmp_path, fresh=True), quiet)
+    data = tmp_path / "data"
+    data.write_text("other", encoding="utf-8")
+    look(replace(one, data=(data,)), False, store, quiet)
+    assert len(asked) == 3
+
+
+def test_what_is_absent_left_out_or_failed_says_so(tmp_path: Path) -> None:
+    def fail(progress: Progress, store: Store) -> list[Row]:
+        raise ArithmeticError("no equilibrium")
+
+    store = Store(tmp_path)
+    assert look(piece(fail), False, store, quiet).why == "failed: no equilibrium"
+    assert look(piece(fail, slow=True), True, store, quiet).why == "left out by --quick"
+    gone = piece(fail, absent=lambda: "X is not installed: pip install x")
+    assert look(gone, False, store, quiet).why == "X is not installed: pip install x"
+
+
+def test_pyelastica_is_named_where_it_is_absent(monkeypatch: Patch) -> None:
+    monkeypatch.setattr(pendulum.importlib.util, "find_spec", lambda name: None)
+    assert "pip install 'fingertap[bench]'" in pendulum.absent()
+
+
+def test_the_command_leaves_a_page_and_a_table(
+    tmp_path: Path, monkeypatch: Patch, fingertap: Run
+) -> None:
+    def solve(progress: Progress, store: Store) -> list[Row]:
+        return [ROW, replace(ROW, ours=2.0)]
+
+    pieces = piece(solve), piece(solve, name="other", slow=True)
+    monkeypatch.setattr(command, "PIECES", pieces)
+    monkeypatch.setattr(taps, "TAPS", {"tap-soft-penalty": taps.TAPS["tap-soft"]})
+    ended = fingertap("evidence", "--quick", "--out", tmp_path)
+    assert ended.code == 0
+    page = (tmp_path / "evidence" / "index.html").read_text(encoding="utf-8")
+    assert "<b>1 agree</b>" in page
+    assert "<b>1 differ</b>" in page
+    assert "left out by --quick" in page
+    assert "+5.0 ± 2.5 %: differs" in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+    table = (tmp_path / "evidence" / "evidence.csv").read_text(encoding="utf-8").splitlines()
+    assert len(table) == 3
+    assert table[1].startswith("tap,own,a number,m,hcm,2,0.03,2.1,0.04,5,2.5,differs,as told")
+
+
+def test_pieces_have_names_levels_sources_and_reasons() -> None:
+    assert len({one.name for one in PIECES}) == len(PIECES)
+    assert [LEVELS.index(one.level) for one in PIECES] == sorted(
+        LEVELS.index(one.level) for one in PIECES
+    )
+    assert all(one.source and one.what for one in PIECES)
+
+
+def test_calculixs_taps_are_kept_with_date_and_machine() -> None:
+    kept = taps.kept()
+    assert set(taps.TAPS.values()) <= set(kept)
+    for one in kept.values():
+        force, time = np.array(one.normal_force_N), np.array(one.time_s)
+        assert force[0] == force[-1] == 0.0
+        assert (np.diff(time) > 0).all()
+        assert one.program.startswith("CalculiX")
+        assert one.date
+        assert one.machine
+
+
+def test_a_triangles_duration() -> None:
+    time, force = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 0.0, 100.0, 0.0, 0.0])
+    assert taps.duration(time, force) == pytest.approx(2 * 0.99)
+
+
+@pytest.mark.slow
+def test_the_meshed_ball_is_hertzs_to_its_patch() -> None:
+    bounce, (depth, _) = by_elements(3e-3, 0.0, 0.3), hertz(3e-3, 0.3)
+    largest = 4 / 3 / (1 - 0.3**2) * depth**1.5
+    # a/R is 0.13: a ball is stiffer than its half-space by some 0.25 a/R, to the power 2/5
+    assert bounce.force.max() == pytest.approx(largest, rel=0.04)

@@ -1,0 +1,1 @@
+"""Evidence from outside: published numbers and other programs beside ours, element to tap."""

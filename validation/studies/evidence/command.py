@@ -1,0 +1,69 @@
+"""``fingertap evidence``: what others computed or measured, beside what we compute."""
+
+import hashlib
+from pathlib import Path
+
+from validation.harness import identity
+from validation.harness.command_line import Flag, Fresh
+from validation.harness.console import output, progress_bar
+from validation.harness.files import output_folder
+from validation.harness.store import Store, json_format
+from validation.models.adapter import Progress
+from validation.studies.evidence import hertz_ball, oblique_ball, pendulum, static_beam, taps
+from validation.studies.evidence.report import Shown, told, write_evidence
+from validation.studies.evidence.rows import LEVELS, Piece, Row
+
+ROOMS = (static_beam, pendulum, hertz_ball, oblique_ball, taps)
+PIECES: tuple[Piece, ...] = tuple(
+    sorted((p for room in ROOMS for p in room.PIECES), key=lambda p: LEVELS.index(p.level))
+)
+
+
+def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = False) -> None:
+    """Solve what others have solved or measured, element to tap, and judge each number.
+
+    A piece whose program is absent is named with what to install. CalculiX' taps, ten minutes each
+    and more, are shown as they were kept, with date and machine; --fresh runs them too.
+
+    Parameters
+    ----------
+    quick
+        What takes seconds, and no other program: three minutes.
+    out
+        Folder for evidence/: index.html, evidence.csv, hierarchy.png, taps.png.
+
+    Raises
+    ------
+    UserError
+        The output folder cannot be written: nothing was run.
+    """
+    folder, store = output_folder(out / "evidence"), Store(out / "store", fresh)
+    with progress_bar("evidence") as progress:
+        shown = [look(piece, quick, store, progress) for piece in PIECES]
+        taps.draw(folder / "taps.png", Store(out / "store"))
+        write_evidence(folder, shown)
+    for one in shown:
+        output(f"{one.piece.level}: {one.piece.title} {one.why}")
+        for row in one.rows:
+            numbers = f"{row.outside:>13.6g}{row.ours:>13.6g} {row.unit:<4}"
+            output(f"  {row.quantity:<54}{row.model:<6}{numbers}{told(row)}")
+    output(f"files in {folder}")
+
+
+def look(piece: Piece, quick: bool, store: Store, progress: Progress) -> Shown:
+    """A piece's rows, stored or new, or why there are none."""
+    inputs = {
+        "result": "evidence", "piece": piece.name, "program": identity.program(*piece.modules),
+        "data": [hashlib.sha256(path.read_bytes()).hexdigest() for path in piece.data],
+    }  # fmt: skip
+    form = json_format(list[Row])
+    found = store.load(inputs, form.read)
+    if found is None:
+        why = "left out by --quick" if quick and piece.slow else piece.absent()
+        if why:
+            return Shown(piece, (), why)
+        try:
+            found = store.obtain(inputs, form, lambda: piece.solve(progress, store))
+        except ArithmeticError as error:
+            return Shown(piece, (), f"failed: {error}")
+    return Shown(piece, tuple(found))

@@ -1,0 +1,76 @@
+"""PyElastica's swinging flexible pendulum: a hinged rod, let go from the horizontal.
+
+hcm's beam is integrated by `hcm.reference_solution`, whose steps err by 1e-8: what is left is its
+elements. PyElastica's staggered grid is of second order (40, 80, 160 elements: 4.3 to 1); two are
+extrapolated.
+"""
+
+import importlib.util
+
+import numpy as np
+
+import hcm
+from hcm.beam.chain import build_chain
+from hcm.reference_solution import Start, solve_chain
+from validation.harness.store import Store
+from validation.models.adapter import Progress
+from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.static_beam import NOWHERE, Floats
+
+LENGTH, RADIUS, DENSITY, POISSON, GRAVITY = 1.0, 5e-3, 1100.0, 0.5, 9.80665
+YOUNGS = (5e6, 5e7)  # Pa; the example's, and a rod of a tenth of its axial strain
+TIMES = np.array([0.5, 1.0])
+OURS, THEIRS = (20, 40), (80, 160)  # elements; the coarser's error bounds our finer's
+RTOL, ATOL = 1e-8, 1e-12
+
+
+def by_hcm(young: float, elements: int) -> Floats:
+    """Tip position (n, 2) at `TIMES`, m."""
+    rod = hcm.Phalanx(LENGTH, 2.0 * RADIUS, young, DENSITY, elements)
+    chain, rest = build_chain(hcm.Finger((rod,)), hcm.Drive(gravity=GRAVITY))
+    now, found = Start(rest, np.zeros_like(rest)), []
+    for time in TIMES.tolist():
+        now = solve_chain(chain, NOWHERE, now, RTOL, ATOL, end_time=time).end
+        found.append(now.coordinates[chain.tip : chain.tip + 2])
+    return np.array(found)
+
+
+def rows(progress: Progress, _: Store) -> list[Row]:
+    """Both coordinates of the tip at both times, for both stiffnesses."""
+    from validation.peers.pyelastica_pendulum import swing
+
+    found = []
+    for young in YOUNGS:
+        progress(0.0, f"PyElastica's pendulum, E {young:g} Pa")
+        body = LENGTH, RADIUS, DENSITY, young, POISSON, GRAVITY
+        half, whole = (swing(*body, elements, TIMES) for elements in THEIRS)
+        last = (whole - half) / 3.0  # of an error that falls with the square of an edge
+        progress(0.5, f"the pendulum by hcm, E {young:g} Pa")
+        coarse, ours = (by_hcm(young, n) for n in OURS)
+        error, outside = np.abs(ours - coarse), whole + last
+        for i, time in enumerate(TIMES.tolist()):
+            for axis in range(2):
+                at = i, axis
+                found.append(Row(
+                    f"{'xy'[axis]} of the tip at {time:g} s, E {young:g} Pa", "m", "hcm",
+                    float(outside[at]), abs(float(last[at])), float(ours[at]), float(error[at]),
+                    f"{1e3 * float(ours[at] - outside[at]):+.2g} mm",
+                ))  # fmt: skip
+    return found
+
+
+def absent() -> str:
+    """Why it cannot be run."""
+    here = importlib.util.find_spec("elastica") is not None
+    return "" if here else "PyElastica is not installed: pip install 'fingertap[bench]'"
+
+
+PIECES = (
+    Piece("pendulum", "PyElastica's swinging flexible pendulum", "beam",
+          "PyElastica 1 (Gazzola Lab), its example FlexibleSwingingPendulumCase, run here",
+          "L 1 m, r 5 mm, 1100 kg/m³, E 5e6 Pa, hinged at one end. Its Cosserat rods have shear and"
+          " rotary inertia, thin where they are stretched, and the true strains; hcm's have the"
+          " paper's. Stretched by some per cent they differ by that share in stiffness: a rod ten"
+          " times as stiff shows what is left of it.",
+          (__name__, "validation.peers.pyelastica_pendulum"), rows, absent, slow=True),
+)  # fmt: skip

@@ -1,0 +1,58 @@
+"""The contract of a piece of evidence: one problem that somebody else solved or measured.
+
+Its `solve` returns rows, each an outside number beside ours; `compare.verdict` judges them. Levels
+are those of a validation hierarchy (ASME V&V 10): a tap is believed as far as what it is made of.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from validation.compare.verdict import Verdict, judge
+from validation.harness.store import Store
+from validation.models.adapter import Progress
+
+Level = Literal["element", "beam", "contact", "impact", "tap"]
+LEVELS: tuple[Level, ...] = ("element", "beam", "contact", "impact", "tap")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number by others and by our model, in `unit`, with the error that either is known to."""
+
+    quantity: str
+    unit: str
+    model: str
+    outside: float
+    outside_error: float
+    ours: float
+    ours_error: float
+    remark: str = ""
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The difference over the outside number, percent, against both errors."""
+        return judge(self.ours, self.outside, self.ours_error, self.outside_error)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One problem, of which `name` is the key.
+
+    source : whose numbers, where from, who read them off a figure. what : the problem, and why they
+    differ where that is known. modules, data : code and files that make the rows. solve : takes a
+    store for what of it takes minutes. absent : why it cannot be run now, "" if it can. slow :
+    whether ``--quick`` leaves it out.
+    """
+
+    name: str
+    title: str
+    level: Level
+    source: str
+    what: str
+    modules: tuple[str, ...]
+    solve: Callable[[Progress, Store], list[Row]]
+    absent: Callable[[], str] = lambda: ""
+    slow: bool = False
+    data: tuple[Path, ...] = ()

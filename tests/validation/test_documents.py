@@ -69,6 +69,13 @@ def test_every_command_shown_is_one() -> None:
             assert len(words) <= 2, (page, words)
 
 
+def test_every_option_named_alone_is_one() -> None:
+    known = app.generate_docs(output_format="markdown", recursive=True)
+    for page in PAGES:
+        for option in re.findall(r"`(--[a-z-]+)", page.read_text(encoding="utf-8")):
+            assert option in known, (page.name, option)
+
+
 def test_the_tutorials_commands_run(fingertap: Run, monkeypatch: Patch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     ran = [words for words in commands(DOCS / "tutorial.md") if words != ["validate"]]

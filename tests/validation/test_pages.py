@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,6 +21,8 @@ from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.studies.bench import files as bench
 from validation.studies.calibration.report import write_report as write_calibration
+from validation.studies.evidence.report import Shown, write_evidence
+from validation.studies.evidence.rows import Piece, Row
 from validation.studies.paper.ledger import Finding, by_place, counts, ledger
 from validation.studies.stress.report import write_stress_page
 from validation.studies.stress.stability_map import Answer
@@ -89,9 +92,17 @@ def calibration_page(folder: Path, request: pytest.FixtureRequest) -> Path:
     return folder / "hcm.html"
 
 
+def evidence_page(folder: Path, request: pytest.FixtureRequest) -> Path:
+    figure(folder / "taps.png")
+    ball = Piece("ball", "A ball on a wall", "contact", "a book", "Hertz", (), lambda *given: [])
+    rows = (Row("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, "stiffer"),)
+    write_evidence(folder, [Shown(ball, rows), Shown(replace(ball, name="b"), (), "left out")])
+    return folder / "index.html"
+
+
 PAGES: dict[str, Build] = {
     "validate": validate_page, "paper": paper_page, "sweep": sweep_page, "stress": stress_page,
-    "bench": bench_page, "calibration": calibration_page,
+    "bench": bench_page, "calibration": calibration_page, "evidence": evidence_page,
 }  # fmt: skip
 
 

@@ -67,7 +67,7 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
         ticks = (-10, -1, -0.1, -0.01, 0, 0.01, 0.1, 1, 10)
         axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         names = [f"{piece.name}: {row.quantity} ({row.model})" for piece, row in rows]
-        axis.set_yticks(range(len(rows)), names, fontsize=6.5)
+        axis.set_yticks(range(len(rows)), names, fontsize=8)
         axis.set_ylim(-0.5, len(rows) - 0.5)
         axis.set_xlabel("ours less theirs, % of theirs; bars: both errors")
         for name, color in COLORS.items():

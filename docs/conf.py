@@ -53,8 +53,8 @@ ENTRY = re.compile(r"(\w[\w, ]*) : (.*)")
 
 def readable(app: object, what: str, name: str, of: object, options: object, lines: Any) -> None:
     """Make lists of a docstring's lines ``name : what it is``, and keep |x| what it is."""
-    if what == "attribute":
-        lines.insert(0, "")  # what is before a colon in its first line is not its type
+    if what == "attribute" and lines:  # what is before a colon in its first line is not its type
+        lines[0] = lines[0].replace(": ", " \N{EN DASH} ")
     end = next((i - 1 for i, line in enumerate(lines) if set(line) == {"-"}), len(lines))
     following = [*lines[1:end], ""]
     found: list[str] = []

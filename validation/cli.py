@@ -58,6 +58,10 @@ app.command(
     help="Say what each assumption of the reduced model is worth on a scene.",
 )
 app.command(
+    "validation.studies.assumptions.study_command:study",
+    help="Say what each assumption is worth over many fingers, and how often the model is right.",
+)
+app.command(
     "validation.converge.command:run_converge",
     name="converge",
     help="""Refine mesh, penalty and step of the reference, each alone; state its error bar.

@@ -3,6 +3,7 @@
 from collections import Counter
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output, progress_bar, say
@@ -16,6 +17,9 @@ from validation.sweep.page import write_report
 from validation.sweep.plan import Plan, assignment, read_plan
 from validation.sweep.points import PointTable, points_of
 from validation.sweep.runs import INTERRUPTED, PASSING, Row, Task, on_one_thread, task_of
+
+if TYPE_CHECKING:
+    import xarray
 
 
 def run_sweep(
@@ -52,6 +56,27 @@ def run_sweep(
     chosen = read_plan(plan)
     points = points_of(chosen)
     folder = output_folder(out / "sweep" / safe_name(chosen.name))
+    whole, passing = solve_plan(chosen, points, folder, (workers, dask))
+    write_report(folder, chosen, points, whole)
+    counts = Counter(whole["status"].to_numpy().ravel().tolist())
+    output(", ".join(f"{n} {status.lower().replace('_', ' ')}" for status, n in counts.items()))
+    output(f"files in {folder}")
+    if passing:
+        raise RunFailedError(
+            f"{len(passing)} runs failed or crashed, the first: {passing[0]}; the same"
+            " command tries them again"
+        )
+
+
+def solve_plan(
+    chosen: Plan, points: PointTable, folder: Path, where: tuple[int | None, str | None]
+) -> tuple["xarray.Dataset", list[str]]:
+    """Solve what is not finished and write the dataset; messages of runs that failed or crashed.
+
+    Parameters
+    ----------
+    where : processes here, None for one a core, or the address of a Dask cluster.
+    """
     finished = LineStore(folder / "results.jsonl")
     tasks = _tasks(chosen, points)
     todo = [task for task in tasks if finished.load(task.inputs) is None]
@@ -61,7 +86,7 @@ def run_sweep(
     try:
         if todo:
             with progress_bar(f"sweep {chosen.name}") as progress:
-                _solve(chosen, todo, len(tasks), finished, passing, (workers, dask), progress)
+                _solve(chosen, todo, len(tasks), finished, passing, where, progress)
     finally:
         # what there is, also of a sweep that ends here
         rows = [[dataset.Solved()] * len(chosen.solvers) for _ in range(len(points))]
@@ -70,16 +95,7 @@ def run_sweep(
             rows[task.point][task.solver] = dataset.solved(found)
         whole = dataset.build(chosen, points, rows)
         dataset.write(folder, whole)
-    write_report(folder, chosen, points, whole)
-    counts = Counter(result.status for row in rows for result in row)
-    output(", ".join(f"{n} {status.lower().replace('_', ' ')}" for status, n in counts.items()))
-    output(f"files in {folder}")
-    if passing:
-        first = next(iter(passing.values()))
-        raise RunFailedError(
-            f"{len(passing)} runs failed or crashed, the first: {first['message']}; the same"
-            " command tries them again"
-        )
+    return whole, [found["message"] for found in passing.values()]
 
 
 def _tasks(plan: Plan, points: PointTable) -> list[Task]:

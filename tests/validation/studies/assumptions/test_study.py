@@ -1,0 +1,100 @@
+"""The study of the reduced model's assumptions: its scenes, its stored dataset, its rules."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.validation.commands import Run
+from validation.models import solid
+from validation.models.variants import cumulative, left_out
+from validation.scenes.load import load_scene
+from validation.studies.assumptions.points import points
+from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
+from validation.studies.assumptions.study import BARS, COMPARED, STATUS, known, read_study
+from validation.studies.assumptions.study_command import shares_of
+from validation.sweep.plan import assignment
+
+FIRST = points(2)
+
+
+@pytest.mark.parametrize("point", FIRST, ids=lambda p: f"{p['finger.phalanges']} phalanges")
+def test_a_point_touches_with_the_wanted_angle(point: dict[str, Any]) -> None:
+    """By the reference's own rigid chain, whose masses are those of a coarse mesh."""
+    keys = [assignment(key, value) for key, value in point.items() if "." in key]
+    touch = solid.predicted_touch(load_scene("soft", keys).tables, 3)
+    # a hundredth of R above the surface, and with 2 % less mass in its ends
+    assert math.degrees(touch.angle) == pytest.approx(90.0 - point["angle_deg"], abs=0.5)
+    # the spring holds Hertz's energy, 2/5 F d, at Hertz's depth d = a^2/R
+    depth = point["patch_over_radius"] ** 2 * 0.0075
+    energy = 0.5 * point["tip.normal_stiffness"] * depth**2
+    assert energy == pytest.approx(0.5 * touch.mass * touch.speed**2, rel=1e-4)
+
+
+def test_the_stored_scenes_are_the_sequences_and_keep_their_bars() -> None:
+    stored = read_study()
+    for point, (_, row) in zip(FIRST, stored.iterrows(), strict=False):
+        assert all(row[key] == pytest.approx(value, rel=1e-12) for key, value in point.items())
+    assert len(stored) == 128
+    completed = stored[stored[STATUS] == "COMPLETED"]
+    assert len(completed) > 20
+    for entry in COMPARED:
+        assert (completed[entry.key] > 0).all()
+        assert (completed[f"{entry.key}_error"] > 0).all()
+    kept = stored[known(stored)]
+    for key, bar in BARS.items():
+        assert (kept[f"{key}_error"] <= bar * kept[key]).all()
+
+
+def test_shares_count_what_did_not_complete_as_outside() -> None:
+    errors = np.zeros((1, 4, len(COMPARED)))
+    errors[0, 1, 0] = -1.9  # inside 2 %
+    errors[0, 2, 3] = 4.9  # a stress inside 5 %
+    errors[0, 3] = np.nan
+    (row,) = shares_of(errors, cumulative()[:1]).to_dict("records")
+    assert row["all four"] == row["all within 5 %"] == 75.0
+    errors[0, 1, 0] = -2.1
+    (row,) = shares_of(errors, cumulative()[:1]).to_dict("records")
+    assert (row["all four"], row["all within 5 %"]) == (50.0, 75.0)
+
+
+def test_a_rule_is_rarely_wrong_where_it_was_fitted_and_finds_the_quantity() -> None:
+    rng = np.random.default_rng(1)
+    seen = pd.DataFrame({"x": rng.random(200), "mu": rng.random(200)})
+    moved = 10.0 * (1.0 - seen["mu"].to_numpy())
+    rule = fitted(seen, moved, 2.0)
+    assert (rule.name, rule.sign) == ("mu", -1.0)
+    assert -rule.limit == pytest.approx(0.8, abs=0.01)  # ends on one that it is right of
+    assert str(rule) == f"mu >= {-rule.limit:.3g}"
+    strewn = moved.copy()
+    strewn[seen["mu"].argmax()] = 9.0  # one that nothing known tells
+    rule = fitted(seen, strewn, 2.0)
+    wrong = strewn[rule.holds(seen)] > 2.0
+    assert (rule.name, rule.sign) == ("mu", -1.0)
+    assert 0 < wrong.mean() <= WRONG
+    assert str(fitted(seen, np.full(200, np.nan), 2.0)) == "never"
+    assert not Rule().holds(seen).any()
+
+
+def test_halves_judge_each_other() -> None:
+    """Where what moves has nothing to do with what is known, a rule is wrong on the other half."""
+    table = pd.DataFrame(points(2) * 32)
+    table["surface.friction"] = np.linspace(0.0, 1.0, len(table))
+    named = [variant.name for variant in left_out()][:2]
+    moved = np.array([10.0 * table["surface.friction"], np.where(np.arange(64) < 32, 0.0, 9.0)])
+    found = rules(table, moved, named, np.array([0.5, 1.0])).set_index(
+        ["without", "error allowed (%)"]
+    )
+    by_friction, by_chance = (found.loc[(name, 5.0)] for name in named)
+    assert by_friction["rule"].startswith("mu <= 0.492")  # 31 of 63
+    assert by_friction["of these wrongly (%)"] is not None
+    assert by_chance["of these wrongly (%)"] == 100.0  # all of the half that does not move
+
+
+@pytest.mark.slow
+def test_stored_references_are_found_again(fingertap: Run, tmp_path: Any) -> None:
+    ended = fingertap("study", "--again", 2, "--workers", 1, "--out", tmp_path)
+    assert ended.code == 0
+    assert ended.out.count("apart by") == 2

@@ -1,0 +1,92 @@
+"""The study's scenes: fingers that fall from rest, horizontal, and touch with the tip.
+
+Scrambled Sobol points over the phalanges' number, L/d, E, rho, nu, mu and the last phalanx's angle
+theta at the touch: uniform angles, for uniform heights are mostly touched by other parts. Rods of
+the true body's masses (`hcm.flight.rigid_chain`) fall until theta is reached; the surface is where
+the sphere about the end's centre then is lowest, H = sum L sin theta_i + R (1 - sin theta_P).
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hcm
+from hcm.flight.rigid_chain import build_rods, rates
+from validation.models import solid
+from validation.scenes.load import load_scene
+from validation.sweep.plan import assignment
+
+Numbers = NDArray[np.float64]
+
+DIAMETER = 0.015  # m: other sizes are other densities, for gravity alone has a length
+LONGEST_FALL_S = 1.0
+# keys of a scene, or the angle in degrees: low, high, whether even in the logarithm
+RANGES: dict[str, tuple[float, float, bool]] = {
+    "finger.phalanges": (1.0, 5.0, False),
+    "finger.length": (2 * DIAMETER, 10 * DIAMETER, False),
+    "material.youngs_modulus": (1e7, 1e11, True),
+    "material.density": (800.0, 8000.0, True),
+    "material.poisson_ratio": (0.3, 0.49, False),
+    "surface.friction": (0.0, 1.2, False),
+    "angle_deg": (15.0, 62.0, False),
+}
+
+
+def points(number: int, seed: int = 0) -> list[dict[str, Any]]:
+    """The first so many points, a power of 2, by column; numbers to six digits."""
+    from scipy.stats import qmc
+
+    cube = qmc.Sobol(len(RANGES), rng=np.random.default_rng(seed)).random_base2(
+        math.ceil(math.log2(number))
+    )
+    return [_point(shares) for shares in cube[:number]]
+
+
+def _point(shares: Numbers) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for (name, (low, high, log)), share in zip(RANGES.items(), shares, strict=True):
+        value = low * (high / low) ** share if log else low + (high - low) * share
+        found[name] = _six(value)
+    found["finger.phalanges"] = int(found["finger.phalanges"])
+    found["surface.height"] = _six(_height(found))
+    keys = {name: value for name, value in found.items() if "." in name}
+    scene = load_scene("soft", [assignment(key, value) for key, value in keys.items()])
+    touch = solid.predicted_touch(scene.tables, 3)
+    # the linear spring that holds Hertz's energy at the turn, k d^2/2 = 2/5 F d, d = a^2/R
+    radius, nu = 0.5 * DIAMETER, found["material.poisson_ratio"]
+    found["tip.normal_stiffness"] = _six(0.8 * touch.force * radius / touch.patch_radius**2)
+    found["tip.tangential_ratio"] = _six(2.0 * (1.0 - nu) / (2.0 - nu))
+    found["patch_over_radius"] = _six(touch.patch_radius / radius)
+    return found
+
+
+def _height(found: dict[str, Any]) -> float:
+    """H at which the last phalanx has the wanted angle, m."""
+    from scipy.integrate import solve_ivp
+
+    count, length, modulus, density, ratio, _, angle = (found[key] for key in RANGES)
+    phalanx = hcm.Phalanx(length, DIAMETER, modulus, density, poisson_ratio=ratio)
+    anywhere, refined = hcm.Surface(1.0, 0.0), hcm.Assumptions("refined")
+    rods = build_rods(hcm.Finger((phalanx,) * count), anywhere, hcm.Drive(), refined)
+    out = np.empty(2 * count)
+
+    def motion(time: float, state: Numbers) -> Numbers:
+        rates(time, state, rods, out)
+        return out.copy()
+
+    def beyond(time: float, state: Numbers) -> float:
+        del time
+        return float(state[count - 1]) - math.radians(angle)
+
+    beyond.terminal = True  # type: ignore[attr-defined]
+    flight = solve_ivp(
+        motion, (0.0, LONGEST_FALL_S), np.zeros(2 * count), events=beyond, rtol=1e-10, atol=1e-10
+    )
+    sines = np.sin(flight.y[:count, -1])
+    return float(length * sines.sum() + 0.5 * DIAMETER * (1.0 - sines[-1]))
+
+
+def _six(value: float) -> float:
+    return float(f"{value:.6g}")

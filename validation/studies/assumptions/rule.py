@@ -1,0 +1,105 @@
+"""Which assumptions a scene can do without, said before a run: thresholds on what is known then.
+
+An assumption may be left out where peak, impulse and duration move by at most the error allowed.
+Its rule is one inequality, x <= t or x >= t, of the quantity x that lets the most scenes do without
+it and few of them wrongly, fitted on one half of the Sobol points and judged on the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.studies.assumptions.points import DIAMETER
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Numbers = NDArray[np.float64]
+ALLOWED = (1.0, 2.0, 5.0)  # percent
+WRONG = 0.05  # of the scenes that a rule holds for, where it is fitted
+
+
+def features(table: pd.DataFrame) -> pd.DataFrame:
+    """What is known of each scene before its run: the predicted patch, slenderness, friction."""
+    import pandas as pd
+
+    return pd.DataFrame(
+        {
+            "a/R": table["patch_over_radius"],
+            "L/d": table["finger.length"] / DIAMETER,
+            "mu": table["surface.friction"],
+        }
+    )
+
+
+@dataclass(frozen=True)
+class Rule:
+    """``sign x <= limit`` of the quantity of that name; never, without one."""
+
+    name: str = ""
+    sign: float = 1.0
+    limit: float = -np.inf
+
+    def holds(self, known: pd.DataFrame) -> NDArray[np.bool_]:
+        """Of which scenes it says that they can do without."""
+        if not self.name:
+            return np.zeros(len(known), dtype=bool)
+        return np.asarray(self.sign * known[self.name] <= self.limit)
+
+    def __str__(self) -> str:
+        if not self.name:
+            return "never"
+        return f"{self.name} {'<=' if self.sign > 0 else '>='} {self.sign * self.limit:.3g}"
+
+
+def fitted(known: pd.DataFrame, moved: Numbers, allowed: float) -> Rule:
+    """The rule that holds for the most scenes and for at most a share `WRONG` of them wrongly."""
+    best, most = Rule(), 0
+    for name in known.columns:
+        for sign in (1.0, -1.0):
+            x = sign * known[name].to_numpy(dtype=float)
+            order = np.argsort(x)
+            right = moved[order] <= allowed
+            count = np.arange(1, len(x) + 1)
+            kept = right & ((~right).cumsum() <= WRONG * count)
+            if kept.any() and (inside := int(count[kept].max())) > most:
+                best, most = Rule(name, sign, float(x[order[inside - 1]])), inside
+    return best
+
+
+def rules(table: pd.DataFrame, moved: Numbers, names: list[str], cost: Numbers) -> pd.DataFrame:
+    """A row for each assumption and error: the rule of all scenes, and how halves judge each other.
+
+    Parameters
+    ----------
+    moved : (assumption, scene), percent, nan where a run did not complete.
+    cost : (assumption,), the median share of the refined model's time that a run takes without it.
+    """
+    import pandas as pd
+
+    known = features(table)
+    halves = np.array_split(np.arange(len(table)), 2)
+    rows: list[dict[str, Any]] = []
+    for name, one, share in zip(names, moved, cost, strict=True):
+        for allowed in ALLOWED:
+            said = wrong = 0
+            for own, other in (halves, halves[::-1]):
+                holds = fitted(known.iloc[own], one[own], allowed).holds(known.iloc[other])
+                said += int(holds.sum())
+                wrong += int((~(one[other][holds] <= allowed)).sum())
+            rows.append(
+                {
+                    "without": name,
+                    "error allowed (%)": allowed,
+                    "rule": str(fitted(known, one, allowed)),
+                    "scenes that could (%)": 100.0 * float((one <= allowed).mean()),
+                    "the rule says so (%)": 100.0 * said / len(table),
+                    "of these wrongly (%)": 100.0 * wrong / said if said else None,
+                    "time of the refined (%)": 100.0 * share,
+                }
+            )
+    return pd.DataFrame(rows)

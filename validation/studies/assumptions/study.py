@@ -1,0 +1,116 @@
+"""The study's dataset: scenes, and what the reference gave on each with its stated errors.
+
+A scene is solved to the first of `ACCURACIES`, and finer while the reference's own two meshes
+differ by more than `BARS`. Sweeps solve them, so that a study that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from validation.errors import RunFailedError
+from validation.harness.files import output_folder, write_text
+from validation.harness.quantities import OF_A_TAP, Quantity, quantities
+from validation.models.variants import Variant
+from validation.studies.assumptions.points import DIAMETER
+from validation.sweep.command import solve_plan
+from validation.sweep.plan import read_plan
+from validation.sweep.points import points_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
+
+FILE = "assumptions_study.csv"
+REFERENCE = "fem3d"
+COMPARED: tuple[Quantity, ...] = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
+ACCURACY = "solver.fem.accuracy"
+ACCURACIES = (5e-3, 3e-3, 2e-3)
+BARS = {"peak_normal_force_N": 0.01, "normal_impulse_N_s": 0.005}
+LONGEST_S = 0.05  # of a tap: soft fingers stay for milliseconds
+STATUS = "reference_status"
+
+
+def read_study() -> pd.DataFrame:
+    """The stored one, a row for each scene."""
+    import pandas as pd
+
+    with resources.as_file(resources.files("validation").joinpath("data", FILE)) as path:
+        return pd.read_csv(path)
+
+
+def known(table: pd.DataFrame) -> pd.Series[bool]:
+    """Of each scene whether the reference completed and keeps the bars."""
+    kept = table[STATUS] == "COMPLETED"
+    for key, bar in BARS.items():
+        kept &= table[f"{key}_error"] <= bar * table[key].abs()
+    return kept
+
+
+def by_reference(table: pd.DataFrame, name: str, workers: int | None, out: Path) -> pd.DataFrame:
+    """Scenes with the reference's numbers, each to its own accuracy."""
+    found = _swept(table, name, [{"model": REFERENCE}], (ACCURACY,), workers, out).isel(model=0)
+    table = table.assign(**{STATUS: found["status"].to_numpy()})
+    for entry in COMPARED:
+        for key in (entry.key, f"{entry.key}_error"):
+            table[key] = found[key].to_numpy()
+    return table
+
+
+def solved(points: Sequence[dict[str, Any]], workers: int | None, out: Path) -> pd.DataFrame:
+    """Points with the reference's numbers, run finer while the bars are not kept."""
+    import pandas as pd
+
+    table = pd.DataFrame(points).assign(**{ACCURACY: ACCURACIES[0]})
+    table = by_reference(table, "reference-0", workers, out)
+    for number, accuracy in enumerate(ACCURACIES[1:], 1):
+        poor = ~known(table)
+        if poor.any():
+            finer = table[poor].assign(**{ACCURACY: accuracy})
+            finer = by_reference(finer, f"reference-{number}", workers, out)
+            table.loc[poor, finer.columns] = finer
+    return table
+
+
+def by_variants(
+    table: pd.DataFrame, variants: Sequence[Variant], workers: int | None, out: Path
+) -> xarray.Dataset:
+    """The study's scenes by the reduced model: a sweep's dataset (scene, model)."""
+    models = []
+    for variant in variants:
+        keys = dict(text.split("=") for text in variant.overrides)
+        chosen = {key: value == "true" for key, value in keys.items()}
+        models.append({"model": "hcm", "variant": variant.name, "set": chosen})
+    return _swept(table, "assumptions", models, (), workers, out)
+
+
+def _swept(
+    table: pd.DataFrame, name: str, models: list[dict[str, Any]], more: tuple[str, ...],
+    workers: int | None, out: Path,
+) -> xarray.Dataset:  # fmt: skip
+    """A sweep over the table's scenes, its plan and points written beside it."""
+    import tomli_w
+
+    keys = [key for key in table.columns if "." in key and key != ACCURACY]
+    folder = output_folder(out / "study")
+    write_text(folder / f"{name}.csv", table[[*keys, *more]].to_csv(index=False))
+    plan = {
+        "scene": "soft",
+        "models": models,
+        "set": {
+            "finger.diameter": DIAMETER,
+            "solver.fem.max_contact_time": LONGEST_S,
+            "solver.hcm.estimate": False,
+        },
+        "points": {"kind": "file", "file": f"{name}.csv"},
+    }
+    write_text(folder / f"{name}.toml", tomli_w.dumps(plan))
+    chosen = read_plan(folder / f"{name}.toml")
+    own = output_folder(folder / name)
+    found, failures = solve_plan(chosen, points_of(chosen), own, (workers, None))
+    if failures:
+        raise RunFailedError(f"{len(failures)} runs failed, the first: {failures[0]}")
+    return found

@@ -1,0 +1,192 @@
+"""``fingertap study``: what each assumption of the reduced model is worth over many fingers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.errors import RunFailedError
+from validation.harness.console import output
+from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
+from validation.harness.files import output_folder, write_json, write_text
+from validation.harness.provenance import provenance
+from validation.harness.quantities import OF_A_TAP, Quantity
+from validation.harness.tables import write_table
+from validation.models.variants import Variant, cumulative, left_out
+from validation.studies.assumptions.points import points
+from validation.studies.assumptions.rule import Numbers, rules
+from validation.studies.assumptions.study import (
+    ACCURACIES,
+    BARS,
+    COMPARED,
+    FILE,
+    STATUS,
+    by_reference,
+    by_variants,
+    known,
+    read_study,
+    solved,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
+
+WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in COMPARED}  # percent
+OUTER = 5.0  # percent, that no number of any scene may be beyond
+DRAWN, EDGE = (0.1, 100.0), 8.0  # percent: what the waterfall shows, and the map
+
+
+def study(
+    *,
+    again: int = 0,
+    solve: int = 0,
+    seed: int = 0,
+    workers: int | None = None,
+    out: Path = Path("out"),
+) -> None:
+    """Compare the reduced model's assumptions with the stored reference over the study's scenes.
+
+    Parameters
+    ----------
+    again
+        So many random ones of the stored scenes are solved by the reference again, and compared.
+    solve
+        So many scenes, the first of a Sobol sequence, are solved by the reference: hours. The
+        stored dataset was made so.
+    seed
+        Of the choice of scenes.
+    workers
+        Processes; by default one a core.
+    out
+        Folder for study/.
+
+    Raises
+    ------
+    UserError
+        The output folder is refused: nothing was run.
+    RunFailedError
+        Runs failed, or the stored numbers were not found again.
+    """
+    folder = output_folder(out / "study")
+    if solve:
+        table = solved(points(solve, seed), workers, out)
+        write_text(folder / FILE, table.to_csv(index=False))
+        made = {"provenance": provenance({}), "seed": seed, "accuracies": ACCURACIES, "bars": BARS}
+        write_json((folder / FILE).with_suffix(".json"), made)
+        output(f"{known(table).sum()} of {len(table)} scenes keep the bars; {folder / FILE}")
+    elif again:
+        stored = read_study()
+        stored = stored[stored[STATUS] == "COMPLETED"]
+        _repeat(stored.sample(min(again, len(stored)), random_state=seed), workers, out)
+    else:
+        table, variants = read_study(), (*cumulative(), *left_out())
+        runs = by_variants(table, variants, workers, out)
+        numbers = numbers_of(runs)
+        ended = (table[STATUS] == "COMPLETED").to_numpy()
+        solid = table[ended]
+        errors = 100.0 * (numbers[:, ended] / solid[[e.key for e in COMPARED]].to_numpy() - 1.0)
+        shares, chosen = shares_of(errors, variants), _rules(table, numbers, runs)
+        title = f"The reduced model over {ended.sum()} scenes, assumption by assumption"
+        write_table(folder, "study", shares, title)
+        title = f"Which assumptions a scene can do without, by {len(table)} scenes"
+        write_table(folder, "rules", chosen, title)
+        _draw(folder / "study.png", solid, errors, variants)
+        for found in (shares, chosen):
+            output(found.to_string(index=False, float_format=lambda x: f"{x:.1f}"))
+        output(
+            f"of {len(table)} scenes {ended.sum()} have a reference, {known(table).sum()} keep the"
+            f" bars; files in {folder}"
+        )
+
+
+def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
+    """Solve scenes again; raises RunFailedError where a number is beyond its stored error."""
+    found = by_reference(stored, "again", workers, out)
+    keys = [entry.key for entry in COMPARED]
+    bars = stored[[f"{key}_error" for key in keys]].to_numpy()
+    shares = ((found[keys] - stored[keys]).abs() / bars).max(axis=1, skipna=False)
+    for scene, share in shares.items():
+        ended = found.loc[scene, STATUS].lower()
+        output(f"scene {scene}: {ended}, apart by {share:.1e} of the stored errors")
+    if changed := [str(scene) for scene, share in shares.items() if not share <= 1.0]:
+        raise RunFailedError(f"scenes {', '.join(changed)}: beyond the stored errors")
+
+
+def numbers_of(runs: xarray.Dataset) -> Numbers:
+    """`COMPARED` of (variant, scene, quantity); nan where a run did not complete."""
+    ended = runs["status"].to_numpy().T == "COMPLETED"
+    found = np.stack([runs[entry.key].to_numpy().T for entry in COMPARED], axis=-1)
+    return np.where(ended[..., None], found, np.nan)
+
+
+def _rules(table: pd.DataFrame, numbers: Numbers, runs: xarray.Dataset) -> pd.DataFrame:
+    """Rules for what the refined model, the last of the cumulative variants, can do without."""
+    first = len(cumulative())
+    taps = numbers[..., : len(OF_A_TAP)]
+    moved = 100.0 * np.abs(taps[first:] / taps[first - 1] - 1.0).max(axis=-1)
+    spent = runs["wall_time_s"].to_numpy().T
+    cost = np.nanmedian(spent[first:] / spent[first - 1], axis=1)
+    names = [variant.name.removeprefix("without ") for variant in left_out()]
+    return rules(table, moved, names, cost)
+
+
+def shares_of(errors: Numbers, variants: tuple[Variant, ...]) -> pd.DataFrame:
+    """Shares of scenes inside `WANTED` and `OUTER`, and medians; what has no number is outside."""
+    import pandas as pd
+
+    limits = np.array(list(WANTED.values()))
+    size = np.where(np.isnan(errors), np.inf, np.abs(errors))
+    rows = []
+    for variant, one in zip(variants, size, strict=True):
+        row: dict[str, Any] = {"assumptions": variant.name}
+        for n, entry in enumerate(COMPARED):
+            row[f"{entry.title} (%)"] = float(np.median(one[:, n]))
+            row[f"{entry.title} in {limits[n]:g} %"] = _share(one[:, n] <= limits[n])
+        row["all four"] = _share((one <= limits).all(axis=1))
+        row[f"all within {OUTER:g} %"] = _share((one <= OUTER).all(axis=1))
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _share(inside: NDArray[np.bool_]) -> float:
+    return 100.0 * float(inside.mean())
+
+
+def _draw(path: Path, table: pd.DataFrame, errors: Numbers, variants: tuple[Variant, ...]) -> None:
+    """Above the waterfall of medians and 90th percentiles, below the refined model's errors."""
+    size, steps = np.abs(errors), len(cumulative())
+    places = [-n - (n >= steps) for n in range(len(variants))]
+    with panels(path, len(COMPARED), 2, width=3.2, height=3.9) as axes:
+        for n, entry in enumerate(COMPARED):
+            axis = axes[0][n]
+            colors = [BLUE] * steps + [GREY] * (len(variants) - steps)
+            axis.barh(places, np.nanmedian(size[:, :, n], axis=1), color=colors)
+            axis.plot(np.nanpercentile(size[:, :, n], 90, axis=1), places, "|", color=ORANGE)
+            axis.axvline(WANTED[entry.key], color=BLACK, linewidth=0.6)
+            axis.set_xscale("log")
+            axis.set_xlim(*DRAWN)
+            axis.set_title(entry.title, fontsize=10, loc="left")
+            axis.set_xlabel("error (%); | 90th percentile")
+            axis.set_yticks(places, [v.name.replace("_", " ") for v in variants] if not n else [])
+            _map(axes[1][n], table, errors[steps - 1, :, n], entry)
+        axes[1][0].set_ylabel("refined model's error (%)")
+        drawn = axes[1][-1].collections[-1]
+        axes[1][-1].figure.colorbar(drawn, ax=axes[1][-1], label="friction")
+
+
+def _map(axis: Any, table: pd.DataFrame, errors: Numbers, of: Quantity) -> None:
+    """Errors over the predicted patch, with the reference's; those beyond are drawn at the edge."""
+    patch = table["patch_over_radius"]
+    bars = 100.0 * table[f"{of.key}_error"] / table[of.key].abs()
+    shown = np.clip(errors, -EDGE, EDGE)
+    axis.errorbar(patch, shown, bars, fmt="none", ecolor=GREY, elinewidth=0.5)
+    for side in (-WANTED[of.key], 0.0, WANTED[of.key]):
+        axis.axhline(side, color=BLACK, linewidth=0.6)
+    axis.scatter(patch, shown, 9, table["surface.friction"], zorder=3, clip_on=False)
+    axis.set_ylim(-EDGE, EDGE)
+    beyond = int((np.abs(errors) > EDGE).sum())
+    axis.set_xlabel("predicted a/R" + f" ({beyond} beyond the edge)" * (beyond > 0))

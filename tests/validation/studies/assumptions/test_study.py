@@ -1,16 +1,19 @@
 """The study of the reduced model's assumptions: its scenes, its stored dataset, its rules."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+import xarray
 
-from tests.validation.commands import Run
+from tests.validation.commands import Patch, Run
 from validation.models import solid
 from validation.models.variants import cumulative, left_out
 from validation.scenes.load import load_scene
+from validation.studies.assumptions import study
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
 from validation.studies.assumptions.study import BARS, COMPARED, STATUS, known, read_study
@@ -93,8 +96,48 @@ def test_halves_judge_each_other() -> None:
     assert by_chance["of these wrongly (%)"] == 100.0  # all of the half that does not move
 
 
+@pytest.fixture
+def references(monkeypatch: Patch) -> list[tuple[int, float]]:
+    """In the place of sweeps: numbers of 1, known to accuracy times mu; what was asked for."""
+    asked = []
+
+    def swept(table: pd.DataFrame, *rest: object) -> xarray.Dataset:
+        asked.append((len(table), float(table[study.ACCURACY].iloc[0])))
+        errors = (table[study.ACCURACY] * table["surface.friction"]).to_numpy()[:, None]
+        ones = np.ones_like(errors)
+        data = {"status": (("scene", "model"), np.full(ones.shape, "COMPLETED"))}
+        for entry in COMPARED:
+            data[entry.key] = (("scene", "model"), ones)
+            data[f"{entry.key}_error"] = (("scene", "model"), errors)
+        return xarray.Dataset(data)
+
+    monkeypatch.setattr(study, "_swept", swept)
+    return asked
+
+
+def test_scenes_are_run_finer_until_their_bars_are_kept(
+    references: list[tuple[int, float]], tmp_path: Path
+) -> None:
+    """The impulse's bar is 0.5 %: kept to mu = 1 at 5e-3, to 1.6 at 3e-3, to 2.5 at 2e-3."""
+    given = [{**FIRST[0], "surface.friction": mu} for mu in (0.9, 1.6, 2.4, 9.0)]
+    table = study.solved(given, 1, tmp_path)
+    assert references == [(4, 5e-3), (3, 3e-3), (2, 2e-3)]
+    assert table[study.ACCURACY].tolist() == [5e-3, 3e-3, 2e-3, 2e-3]
+    assert known(table).tolist() == [True, True, True, False]
+
+
+def test_stored_numbers_that_are_not_found_again_fail(
+    references: list[tuple[int, float]], fingertap: Run, tmp_path: Path
+) -> None:
+    ended = fingertap("study", "--again", 5, "--out", tmp_path)
+    assert [asked[0] for asked in references] == [5]
+    assert ended.code == 1
+    assert ended.out.count("of the stored errors") == 5
+    assert "beyond the stored errors" in ended.err
+
+
 @pytest.mark.slow
-def test_stored_references_are_found_again(fingertap: Run, tmp_path: Any) -> None:
+def test_stored_references_are_found_again(fingertap: Run, tmp_path: Path) -> None:
     ended = fingertap("study", "--again", 2, "--workers", 1, "--out", tmp_path)
     assert ended.code == 0
     assert ended.out.count("apart by") == 2

@@ -5,9 +5,10 @@ compression-restitution and stick-slip events, generalized-alpha in time, in fli
 collocation.
 """
 
-from hcm.accuracy import SMALLEST, Chosen, settings_for, simulate_within
+from hcm.accuracy import simulate_within
 from hcm.assumptions import Assumptions
 from hcm.batch import Outcome, simulate_each, simulate_many, vary
+from hcm.chosen import SMALLEST, Chosen, settings_for
 from hcm.model import RigidStart, Scene
 from hcm.parameters import (
     Drive,

@@ -3,6 +3,7 @@ assumption a switch of its own.
 """
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Literal
 
 from hcm.bounds import ParameterError, check_fields
@@ -53,7 +54,7 @@ class Assumptions:
         value = getattr(self, switch)
         return self.assumptions == "refined" if value is None else bool(value)
 
-    @property
+    @cached_property
     def any(self) -> bool:
         """Whether there is one that concerns the beams or their contact."""
         return any(self.has(field.name) for field in fields(self)[1:] if field.name != "whole_tap")

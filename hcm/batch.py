@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcm.accuracy import check_accuracy, simulate_within
+from hcm.accuracy import simulate_within
+from hcm.chosen import check_accuracy
 from hcm.estimate import NAMES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError

@@ -3,6 +3,7 @@
 import math
 import operator
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, Literal, get_args, get_origin
 
 
@@ -57,16 +58,28 @@ def check_fields(owner: Any) -> None:
     ParameterError
         Naming the field, its value and what is allowed.
     """
-    for field in fields(owner):
-        value = getattr(owner, field.name)
-        if value is None and field.default is None:
+    for name, default, bounds, names in _declared(owner.__class__):
+        value = getattr(owner, name)
+        if value is None and default is None:
             continue
-        if get_origin(field.type) is Literal and value not in get_args(field.type):
-            names = " or ".join(map(repr, get_args(field.type)))
-            raise ParameterError(f"{field.name} = {value!r}: must be {names}")
-        for bound in getattr(field.type, "__metadata__", ()):
+        if names and value not in names:
+            allowed = " or ".join(map(repr, names))
+            raise ParameterError(f"{name} = {value!r}: must be {allowed}")
+        for bound in bounds:
             for number in value if isinstance(value, tuple) else (value,):
                 if not bound.holds(number):
-                    raise ParameterError(f"{field.name} = {number!r}: must be {bound.allowed()}")
+                    raise ParameterError(f"{name} = {number!r}: must be {bound.allowed()}")
             if bound.integer:
-                object.__setattr__(owner, field.name, operator.index(value))
+                object.__setattr__(owner, name, operator.index(value))
+
+
+@cache
+def _declared(kind: type) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...]], ...]:
+    """Name, default, bounds and allowed values of the fields that declare any."""
+    found = []
+    for field in fields(kind):
+        names = get_args(field.type) if get_origin(field.type) is Literal else ()
+        bounds = getattr(field.type, "__metadata__", ())
+        if names or bounds:
+            found.append((field.name, field.default, bounds, names))
+    return tuple(found)

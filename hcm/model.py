@@ -77,8 +77,8 @@ class Scene:
         return dict(vars(self))
 
 
-def rigid_motion(finger: Finger, chain: Chain, start: RigidStart) -> tuple[Floats, Floats]:
-    """Bordered coordinates q and velocities v (n,) of a rigid state.
+def rods_state(finger: Finger, start: RigidStart | None) -> tuple[Floats, float]:
+    """Angles and rates (2 P,) that a run starts with, and when, s.
 
     Raises
     ------
@@ -86,14 +86,22 @@ def rigid_motion(finger: Finger, chain: Chain, start: RigidStart) -> tuple[Float
         There is not one angle and one rate per phalanx.
     """
     count = len(finger.phalanges)
+    if start is None:
+        return np.zeros(2 * count), 0.0
     if len(start.angles) != count or len(start.rates) != count:
         raise ParameterError(
             f"start has {len(start.angles)} angles and {len(start.rates)} rates:"
             f" must be one of each per phalanx ({count})"
         )
+    return np.array([*start.angles, *start.rates], dtype=float), float(start.time_s)
+
+
+def rigid_motion(finger: Finger, chain: Chain, start: RigidStart) -> tuple[Floats, Floats]:
+    """Bordered coordinates q and velocities v (n,) of a rigid state."""
+    state = rods_state(finger, start)[0]
     q, v = np.zeros(chain.weight.size), np.zeros(chain.weight.size)
     lengths = np.array([p.length for p in finger.phalanges])
-    fill_rigid_motion(np.array([*start.angles, *start.rates], dtype=float), lengths, chain, q, v)
+    fill_rigid_motion(state, lengths, chain, q, v)
     return q, v
 
 
@@ -170,10 +178,9 @@ def build_model(
     last, height = whole.phalanges[-1], touching_height(whole, surface, assumptions)
     if assumptions.any:
         chain = refine_chain(chain, whole, drive, assumptions)
-    v, angles, start_s = np.zeros(q.size), np.zeros(2 * len(finger.phalanges)), 0.0
+    v, (angles, start_s) = np.zeros(q.size), rods_state(finger, start)
     if start is not None:
         q, v = rigid_motion(finger, chain, start)
-        angles[:], start_s = [*start.angles, *start.rates], float(start.time_s)
         if (clearance := float(q[chain.tip + 1]) + height) <= 0:
             raise ParameterError(
                 f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
@@ -207,7 +214,7 @@ def build_model(
         generalized_alpha=plain,
         integrator=integrator,
         undamped=integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),
-        plan=_plan(settings, surface.height),
+        plan=plan_of(settings, surface.height),
         frames=frames,
         start_s=start_s,
         q=q,
@@ -220,7 +227,8 @@ def build_model(
     )
 
 
-def _plan(settings: Settings, height: float) -> Plan:
+def plan_of(settings: Settings, height: float) -> Plan:
+    """The settings as the compiled loop takes them; height : of the surface's depth, m."""
     endless = settings.end_time is not None
     return Plan(
         float(settings.flight_step),

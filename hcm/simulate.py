@@ -96,6 +96,7 @@ def simulate(
         np.concatenate([segment.rows for segment in segments]),
         np.concatenate([segment.reactions for segment in segments]),
     )
+    q = np.concatenate([segment.q for segment in segments])
     taps = taps_of(events, None if model.tap_ends is None else over_s)
     residual = last.imbalance_J / max(last.kinetic_J, model.roundoff_J)
     summary = summarize(history, events, taps, residual)
@@ -105,9 +106,7 @@ def simulate(
         status, doubt, cautions = judge_steps(history, events, summary, settings)
         touch = next((i for i, event in enumerate(events) if event.kind == "contact"), None)
         if touch is not None and summary.peak_normal_force_N is not None:
-            slope = np.concatenate([segment.q for segment in segments])[
-                touch, model.chain.tip + 2 :
-            ]
+            slope = q[touch, model.chain.tip + 2 :]
             angle = math.atan2(-slope[1], abs(slope[0]))
             peak = summary.peak_normal_force_N
             cautions += beyond_checks(finger.phalanges[-1], tip, assumptions, angle, peak)
@@ -138,7 +137,7 @@ def simulate(
         postures(
             model.chain,
             [event.time_s for event in events],
-            np.concatenate([segment.q for segment in segments]),
+            q,
             np.concatenate([segment.v for segment in segments]),
         ),
         postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),

@@ -60,10 +60,9 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
     taps: list[Tap] = []
     for event in events:
         if event.kind == "contact":
-            same = bool(taps) and over_s is not None
-            if same and over_s is not None:
-                same = not any(taps[-1][1] <= over <= event.time_s for over in over_s)
-            taps.append((taps.pop()[0] if same else event.time_s, math.inf))
+            now = event.time_s
+            ended = not taps or over_s is None or any(taps[-1][1] <= at <= now for at in over_s)
+            taps.append((now if ended else taps.pop()[0], math.inf))
         elif event.kind == "separation":
             taps[-1] = (taps[-1][0], event.time_s)
     return tuple(taps)

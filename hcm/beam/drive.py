@@ -30,7 +30,7 @@ class Piece(NamedTuple):
     def at(self, time_s: float) -> Floats:
         """(2, n): torques at a time and their rates."""
         value, rate = self.torques
-        return np.stack([value + max(time_s - self.begin_s, 0.0) * rate, rate])
+        return np.array([value + max(time_s - self.begin_s, 0.0) * rate, rate])
 
 
 def torque_rows(drive: Drive, count: int) -> tuple[Floats, Floats]:
@@ -42,11 +42,11 @@ def torque_rows(drive: Drive, count: int) -> tuple[Floats, Floats]:
 
 def _pieces(time: Floats, values: Floats) -> tuple[Piece, ...]:
     held = np.zeros_like(values[0])
-    found = [Piece(0.0, time[0], np.stack([values[0], held]))]
+    found = [Piece(0.0, time[0], np.array([values[0], held]))]
     for (begin, first), (end, last) in pairwise(zip(time.tolist(), values, strict=True)):
         if end > begin:
-            found.append(Piece(begin, end, np.stack([first, (last - first) / (end - begin)])))
-    found.append(Piece(time[-1], np.inf, np.stack([values[-1], held])))
+            found.append(Piece(begin, end, np.array([first, (last - first) / (end - begin)])))
+    found.append(Piece(time[-1], np.inf, np.array([values[-1], held])))
     return tuple(piece for piece in found if piece.end_s > piece.begin_s)
 
 

@@ -6,6 +6,7 @@ vibration keeps its amplitude and is out of phase by (s!)^2/((2 s)! (2 s + 1)!) 
 its angle (Hairer, Lubich and Wanner 2006, sections II.1.3 and IV.2; Hairer and Wanner 1996, IV.5).
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +48,7 @@ class Tableau(NamedTuple):
     last: Floats
 
 
+@cache
 def tableau(stages: int) -> Tableau:
     """Coefficients of `stages` stages (s >= 2)."""
     nodes, weights = legendre.leggauss(stages)

@@ -1,12 +1,19 @@
 """Settings that follow from an accuracy: the error asked for is kept, and what is stated stays."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hcm
-from hcm.accuracy import HELD, contact_frequency, rods_fall, settings_for, simulate_within
+from hcm.accuracy import HELD, simulate_within
+from hcm.chosen import (
+    contact_frequency,
+    followed_frequency,
+    rods_fall,
+    settings_for,
+)
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 NO_ESTIMATE = hcm.Settings(estimate=False)
@@ -71,9 +78,10 @@ def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
         "gauss",
     )
     skipped = {c.setting for c in (*loose.choices, *strict.choices) if "skipped" in c.reason}
-    assert skipped == {"flight", "flight_tolerance", "contact_tolerance"}
+    assert skipped == {"flight", "flight_step", "contact_tolerance"}
     # the vibration is followed at last
-    assert strictest.scene.settings.flight_tolerance < 1e-6 < strict.scene.settings.flight_tolerance
+    assert (loose.followed, strict.followed, strictest.followed) == (False, False, True)
+    assert strictest.scene.settings.flight_step < 0.1 * strict.scene.settings.flight_step
 
 
 def test_elements_and_steps_keep_the_orders_of_the_errors() -> None:
@@ -105,9 +113,49 @@ def test_the_rods_fall_as_a_rigid_flight_does() -> None:
     assert fall.ringing < fall.bending <= fall.largest
 
 
+def test_a_vibration_is_followed_as_far_as_its_spectrum_asks_for() -> None:
+    """Speeds ~ w^-p: twice the share takes 2^(1/p) times the frequency, 2^(1/(1+p)) above w_c."""
+    slowest = (math.pi / SOFT.length) ** 2 * math.sqrt(
+        SOFT.youngs_modulus * SOFT.second_moment / (SOFT.density * SOFT.area)
+    )
+    for decay in (0.5, 1.5):
+        contact = 16.0 * slowest
+        at_contact = 16.0**decay
+        for share, times in ((1.0, 1.0), (at_contact, 16.0)):
+            found = followed_frequency(SOFT_SCENE.finger, contact, share, decay)
+            assert found == pytest.approx(times * slowest, rel=1e-12)
+        above = followed_frequency(SOFT_SCENE.finger, contact, 2.0 * at_contact, decay)
+        assert above == pytest.approx(contact * 2.0 ** (1.0 / (1.0 + decay)), rel=1e-12)
+
+
+# one phalanx that a sudden torque rings: its vibration changes the tap by a tenth
+RINGING = hcm.Scene(
+    hcm.Finger((hcm.Phalanx(0.0285, 0.0114, 1.3e7, 2000.0),)), hcm.Surface(0.0124, 0.85),
+    hcm.Tip(4000.0), hcm.Drive((0.0106,)),
+)  # fmt: skip
+
+
+def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
+    """Two elements, stated, turn the vibration too far: that is found out, and said."""
+    tight = settings_for(5e-5, RINGING).scene
+    plain = replace(tight, settings=replace(tight.settings, estimate=False))
+    exact = numbers(hcm.simulate(**plain.arguments()))
+    for accuracy in (1e-2, 1e-3):
+        assert settings_for(accuracy, RINGING).followed
+        result = simulate_within(accuracy, RINGING)
+        assert np.abs(numbers(result) / exact - 1.0).max() <= accuracy
+        assert result.accuracy.expected <= accuracy
+    phalanx = replace(RINGING.finger.phalanges[0], elements=2)
+    few = simulate_within(1e-3, replace(RINGING, finger=hcm.Finger((phalanx,))), {"elements": 2})
+    wrong = np.abs(numbers(few) / exact - 1.0).max()
+    assert wrong > 5e-3
+    assert few.accuracy.expected > wrong
+    assert any("was wanted" in caution for caution in few.cautions)
+
+
 def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps five times as long as they should be are found out by the companion."""
-    monkeypatch.setattr("hcm.accuracy.STEP_SHARE", 5.0)
+    monkeypatch.setattr("hcm.chosen.STEP_SHARE", 5.0)
     result = simulate_within(1e-3, replace(SOFT_SCENE, settings=hcm.Settings()))
     assert result.accuracy is not None
     (again,) = [c for c in result.accuracy.choices if c.setting == "accuracy"]

@@ -77,6 +77,10 @@ def test_a_rule_is_rarely_wrong_where_it_was_fitted_and_finds_the_quantity() -> 
     wrong = strewn[rule.holds(seen)] > 2.0
     assert (rule.name, rule.sign) == ("mu", -1.0)
     assert 0 < wrong.mean() <= WRONG
+    rank = seen["mu"].rank().to_numpy()
+    often = np.where(rank % 8 == 0, 9.0, 0.0)  # one of eight: no long stretch is right enough
+    rule = fitted(seen[["mu"]], often, 2.0)
+    assert (often[rule.holds(seen)] > 2.0).mean() <= WRONG
     assert str(fitted(seen, np.full(200, np.nan), 2.0)) == "never"
     assert not Rule().holds(seen).any()
 

@@ -1,9 +1,14 @@
 """A run of CalculiX: what it prints, how it ended, when it is killed."""
 
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import reference_fem as rf
+from reference_fem.model import build_model
+from tests.reference_fem.boxes import boxes
 from tests.validation.commands import Patch
 from validation.peers import calculix, calculix_impact
 from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT
@@ -42,6 +47,29 @@ def test_nothing_printed_is_no_force() -> None:
     times, forces = calculix_impact.floor_forces("")
     assert times.size == forces.size == 0
     assert calculix_impact.last_velocities("") is None
+
+
+def test_hinges_are_equations_of_the_same_means() -> None:
+    mesh = boxes((0.04, 0.03), (0.01, 0.01), (3, 2, 2))
+    material = rf.Material(1e9, 0.4, 1400.0)
+    settings = rf.Settings(contact="surface")
+    model = build_model(mesh, (material,) * 2, rf.Surface(0.1, 0.5), rf.Drive(), settings)
+    u = np.random.default_rng(1).normal(size=model.points.shape)
+    text = calculix_impact.deck(model, material, 0 * u, 0 * u, 1e-3, step_s=1e-6)
+    assert "*DYNAMIC,DIRECT,ALPHA=-0.05\n1e-06,0.001\n" in text
+    blocks = [block.split("\n*")[0].split("\n", 1) for block in text.split("*EQUATION\n")[1:]]
+    rows = [",".join(rest.split()).split(",") for _, rest in blocks]
+    terms = [np.array(row, dtype=float).reshape(-1, 3) for row in rows]
+    assert [len(of) for of in terms] == [int(count) for count, _ in blocks]
+    means = [of[:, 2] @ u[of[:, 0].astype(int) - 1, of[:, 1].astype(int) - 1] for of in terms]
+    hinges = model.hinges
+    parts = (slice(*ends) for ends in pairwise(hinges.starts))
+    wanted = [hinges.weights[h] @ u[hinges.nodes[h], axis] for h in parts for axis in (0, 1)]
+    np.testing.assert_allclose(means, wanted, atol=1e-11)  # 12 digits of each weight
+    # a coordinate that depends on others does so once
+    dependent = [tuple(of[0, :2]) for of in terms]
+    assert len(set(dependent)) == len(dependent)
+    assert not any(tuple(row) in dependent for of in terms for row in of[1:, :2])
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,7 @@ class Outcome:
 
 TAPS = {
     "tap-soft": Tap("soft", 300.0),
+    "tap-hard": Tap("hard", 300.0),
     "tap-soft-penalty": Tap("soft", 1.427),
 }
 

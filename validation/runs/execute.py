@@ -17,7 +17,7 @@ from validation.harness.files import (
     write_run,
     write_text,
 )
-from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
+from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import check_run, keep_run, relabelled, restore_run
@@ -174,10 +174,11 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
     return records
 
 
-def _warm_up(name: str) -> None:
+def _warm_up(*names: str) -> None:
     """Compile what is not compiled yet; a model that cannot says so when it runs."""
-    with contextlib.suppress(Exception):
-        adapter(name).warm_up()
+    for name in names:
+        with contextlib.suppress(Exception):
+            adapter(name).warm_up()
 
 
 def compile_in_fresh_process(
@@ -185,15 +186,21 @@ def compile_in_fresh_process(
 ) -> None:
     """Fill the compiled code's cache, so that no measured run pays for a compiler's memory.
 
+    Models of one kind share kernels: each kind has a process, beside the other's.
+
     Parameters
     ----------
     models : that are to be run.
     say : told what is loaded, or compiled the first time.
     """
+    kinds: dict[str, list[str]] = {}
     for name in models:
+        kinds.setdefault(adapter(name).kind, []).append(name)
         say(f"loading the compiled code of {name}; the first time it is compiled")
-        with contextlib.suppress(CrashedError):  # the run that crashes reports it
-            call_isolated(_warm_up, name)
+    with workers(max(len(kinds), 1)) as pool:
+        for job in [pool.submit(_warm_up, *names) for names in kinds.values()]:
+            with contextlib.suppress(RunFailedError):  # the run that crashes reports it
+                job.result()
 
 
 def stored(jobs: Sequence[Job], store: Store) -> bool:

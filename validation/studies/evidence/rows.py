@@ -15,6 +15,7 @@ from validation.models.adapter import Progress
 
 Level = Literal["element", "beam", "contact", "impact", "tap"]
 LEVELS: tuple[Level, ...] = ("element", "beam", "contact", "impact", "tap")
+WIDEST = 10.0  # percent: errors beyond which agreement says nothing
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Row:
     @property
     def verdict(self) -> Verdict | None:
         """The difference over the outside number, percent, against both errors."""
-        return judge(self.ours, self.outside, self.ours_error, self.outside_error)
+        return judge(self.ours, self.outside, self.ours_error, self.outside_error, WIDEST)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ PACKAGES = ("hcm", "reference_fem", "meshes", "validation")
 # Libraries whose distribution has another name, or whose results another one decides too.
 DISTRIBUTIONS = {
     "PIL": ("pillow",),
+    "elastica": ("pyelastica",),
     "numba": ("numba", "llvmlite"),
     "pydantic_core": ("pydantic-core",),
     "skfem": ("scikit-fem",),

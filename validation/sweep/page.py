@@ -283,15 +283,16 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
     ])  # fmt: skip
     lead = [f"{int((status == 'COMPLETED').sum())} of {status.size} runs completed."]
     if chosen:
+        apart = table(data, chosen)
         lead += [
             f"{row['models']}, {row['quantity']}: {row['median (%)']:.2g} % apart in the median of"
             f" {row['scenes']} scenes, {row['largest (%)']:.2g} % at most."
-            for row in table(data, chosen)
+            for row in apart
             if "median (%)" in row and row["quantity"] == COMPARED[0].title
         ]
         distribution = folder / "distribution.png"
         draw_distribution(distribution, data, chosen)
-        section("How far the models are apart", "differences", table(data, chosen),
+        section("How far the models are apart", "differences", apart,
                 figures=[distribution])  # fmt: skip
     for number, pair in enumerate(chosen):
         parity = folder / f"parity-{number}.png"

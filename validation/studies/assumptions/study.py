@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from validation.errors import RunFailedError
 from validation.harness.files import output_folder, write_text
-from validation.harness.quantities import OF_A_TAP, Quantity, quantities
 from validation.models.variants import Variant
+from validation.studies.assumptions.command import COMPARED, REFERENCE
 from validation.studies.assumptions.points import DIAMETER
 from validation.sweep.command import solve_plan
 from validation.sweep.plan import read_plan
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     import xarray
 
 FILE = "assumptions_study.csv"
-REFERENCE = "fem3d"
-COMPARED: tuple[Quantity, ...] = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 ACCURACY = "solver.fem.accuracy"
 ACCURACIES = (5e-3, 3e-3, 2e-3)
 BARS = {"peak_normal_force_N": 0.01, "normal_impulse_N_s": 0.005}

@@ -16,12 +16,12 @@ from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, Quantity
 from validation.harness.tables import write_table
 from validation.models.variants import Variant, cumulative, left_out
+from validation.studies.assumptions.command import COMPARED
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import Numbers, rules
 from validation.studies.assumptions.study import (
     ACCURACIES,
     BARS,
-    COMPARED,
     FILE,
     STATUS,
     by_reference,

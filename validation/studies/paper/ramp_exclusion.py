@@ -83,12 +83,15 @@ def excluding_row(readings: Sequence[Values], claims: Iterable[Claim]) -> str | 
     return None
 
 
-def exclude(solve: Solve, depth: int = DEPTH) -> Exclusion:
-    """Cut the range until every box is excluded, or was cut ``depth`` times."""
+def exclude(solve: Solve, solved: Mapping[Choice, Values], depth: int = DEPTH) -> Exclusion:
+    """Cut the range until every box is excluded, or was cut ``depth`` times.
+
+    solved : choices of which the readings are known.
+    """
     claims = [c for id_, c in read_claims().items() if id_ in driven_ids() and c.kind == "value"]
     cells = product(*(range(len(grid) - 1) for grid in GRID))
     boxes = ["".join(map(str, cell)) for cell in cells]
-    known: dict[Choice, Values] = {}
+    known = dict(solved)
     excluded: dict[str, tuple[str, ...]] = {claim.id: () for claim in claims}
     for cut in range(depth + 1):
         known |= solve(sorted({c for box in boxes for c in corners(box)} - set(known)))
@@ -101,5 +104,5 @@ def exclude(solve: Solve, depth: int = DEPTH) -> Exclusion:
                 excluded[row] += (box,)
         boxes = left if cut == depth else [box + digit for box in left for digit in "01234567"]
     rows = len(driven_ids())
-    agreeing = sum(len(judged(*solved).agreeing) == rows for solved in known.items())
+    agreeing = sum(len(judged(*one).agreeing) == rows for one in known.items())
     return Exclusion({k: v for k, v in excluded.items() if v}, tuple(boxes), len(known), agreeing)

@@ -34,8 +34,8 @@ class Outcome:
 def compute(pool: Workers, progress: Progress) -> Outcome:
     """The grid, then the boxes between its points."""
     solve = partial(solve_choices, pool=pool, progress=progress)
-    points = tuple(judged(*solved) for solved in solve(list(product(*GRID))).items())
-    return Outcome(points, exclude(solve))
+    grid = solve(list(product(*GRID)))
+    return Outcome(tuple(judged(*one) for one in grid.items()), exclude(solve, grid))
 
 
 def to_json(outcome: Outcome, provenance: Mapping[str, Any]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def made_up(choices: Sequence[Choice]) -> Solved:
 
 def test_what_agrees_is_never_excluded_and_what_is_far_off_is() -> None:
     """Of a linear reading a box stays exactly if it lies within its own height of what agrees."""
-    found = exclude(made_up, depth=2)
+    found = exclude(made_up, {}, depth=2)
     ends = np.linspace(GRID[2][0], GRID[2][-1], 4 * (len(GRID[2]) - 1) + 1)
     height = ends[1] - ends[0]
     expected = [

@@ -21,6 +21,7 @@ import numpy as np
 
 from hcm.accuracy import simulate_within
 from hcm.chosen import check_accuracy
+from hcm.dataset import unit_of
 from hcm.estimate import NAMES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 PART, AHEAD = 8, 8
 # Statuses of a scene without a run: it was refused, or its solver raised what it should not have.
 REFUSED, FAILED = "REFUSED", "FAILED"
-UNITS = (("_m_per_s", "m/s"), ("_N_s", "N s"), ("_Pa", "Pa"), ("_N", "N"), ("_s", "s"))
 
 
 @dataclass(frozen=True)
@@ -192,9 +192,8 @@ def table(outcomes: Sequence[Outcome]) -> xarray.Dataset:
         pair = "velocity" in name
         nothing: Any = (np.nan, np.nan) if pair else np.nan
         array = np.array([nothing if value is None else value for value in values])
-        unit = next((unit for ending, unit in UNITS if name.endswith(ending)), "1")
         array = array.reshape(len(values), 2) if pair else array
-        return ("scene", "axis")[: array.ndim], array, {"units": unit}
+        return ("scene", "axis")[: array.ndim], array, {"units": unit_of(name)}
 
     columns: dict[str, Any] = {
         "status": ("scene", np.array([o.status for o in outcomes], dtype=str)),
@@ -202,9 +201,7 @@ def table(outcomes: Sequence[Outcome]) -> xarray.Dataset:
         "cautions": ("scene", np.array(["; ".join(o.cautions) for o in outcomes], dtype=str)),
     }
     for f in fields(Summary):
-        missing = 0 if f.type in ("int", "bool") else None
-        values = [getattr(o.summary, f.name, missing) for o in outcomes]
-        columns[f.name] = column(f.name, values)
+        columns[f.name] = column(f.name, [getattr(o.summary, f.name, None) for o in outcomes])
     for name in NAMES:
         columns[f"error_{name}"] = column(name, [o.errors.get(name) for o in outcomes])
     for name in ("steps", "wall_time_s"):

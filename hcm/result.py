@@ -3,13 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcm.arrays import Floats
+from hcm.dataset import run_dataset, versions
 from hcm.notebook import run_html
 from hcm.posture import Posture
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class Status(Enum):
@@ -226,7 +231,7 @@ class TapResult:
     the summary's main numbers, by its fields, SI units; inf where nothing is known, empty where
     none were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
     accuracy : of a run that was held to one. taps : first touch and last separation of each, s; inf
-    of one that lasts.
+    of one that lasts. given : what `simulate` was given, by its parameters' names.
     """
 
     status: Status
@@ -241,6 +246,27 @@ class TapResult:
     cautions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
     taps: tuple[tuple[float, float], ...] = ()
+    given: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_dataset(self) -> "xarray.Dataset":
+        """History, events, numbers and errors with units; what was given and versions beside."""
+        events = {
+            "time_s": np.array([event.time_s for event in self.events]),
+            "kind": np.array([event.kind for event in self.events], dtype=str),
+        }
+        return run_dataset(
+            vars(self.history),
+            {"event": events},
+            asdict(self.summary),
+            self.errors,
+            title="a tap of the reduced model (hcm)",
+            status=self.status.name,
+            message=self.message,
+            cautions=self.cautions,
+            statistics=self.statistics,
+            given=self.given,
+            versions=versions(),
+        )
 
     def _repr_html_(self) -> str:
         notes = (f"{self.status.name} {self.message}", *self.cautions)

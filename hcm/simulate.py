@@ -143,7 +143,11 @@ def simulate(
         postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),
         cautions=cautions,
         taps=taps,
-    )
+        given={
+            "finger": finger, "surface": surface, "tip": tip, "drive": drive,
+            "settings": settings, "start": start, "assumptions": assumptions,
+        },
+    )  # fmt: skip
     if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
         return result
 

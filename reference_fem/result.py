@@ -7,10 +7,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from reference_fem.arrays import Array
+from reference_fem.dataset import run_dataset, versions
 from reference_fem.notebook import run_html
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class Status(Enum):
@@ -204,6 +208,7 @@ class TapResult:
     cautions : what the numbers should not be trusted for, one sentence each; see `cautions`.
     errors : estimated absolute errors by the summary's names; inf where there is none to be had,
         empty where none were asked for or the run is not complete.
+    given : what `simulate` was given, by its parameters' names; of the mesh its SHA-256.
     """
 
     status: Status
@@ -214,6 +219,25 @@ class TapResult:
     summary: Summary
     cautions: tuple[str, ...] = ()
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+    given: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_dataset(self) -> "xarray.Dataset":
+        """History, forces of every step (``step_*``), numbers and errors with units.
+
+        What was given and the versions stand in the attributes; fields are left out.
+        """
+        return run_dataset(
+            vars(self.history),
+            {"step": vars(self.forces)},
+            asdict(self.summary),
+            self.errors,
+            title="a tap of the finite elements (reference_fem)",
+            status=self.status.name,
+            message=self.message,
+            cautions=self.cautions,
+            given=self.given,
+            versions=versions(),
+        )
 
     def _repr_html_(self) -> str:
         notes = (f"{self.status.name} {self.message}", *self.cautions)

@@ -14,7 +14,7 @@ from reference_fem.dynamics.archive_check import check_archive
 from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
-from reference_fem.dynamics.restart import Restart, RestartFile, identity
+from reference_fem.dynamics.restart import Restart, RestartFile, digest, identity
 from reference_fem.estimate import Companion, Given, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, Summary, TapResult
@@ -66,7 +66,13 @@ def simulate(
     """
     settings = Settings() if settings is None else settings
     solved = _solve(mesh, materials, surface, drive, settings, progress, start, restart)
-    run = solved.result
+    run = replace(
+        solved.result,
+        given={
+            "mesh": digest(mesh), "materials": materials, "surface": surface, "drive": drive,
+            "settings": settings, "start": start,
+        },
+    )  # fmt: skip
     if not settings.estimate or run.status is not Status.COMPLETED:
         return run
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)

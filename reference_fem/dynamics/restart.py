@@ -53,7 +53,7 @@ def identity(**parts: object) -> dict[str, str]:
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):
         code.update(source.read_bytes())
     run = {"program": code.hexdigest(), "processor or BLAS": arithmetic()}
-    return run | {name: _digest(part) for name, part in parts.items()}
+    return run | {name: digest(part) for name, part in parts.items()}
 
 
 def arithmetic() -> str:
@@ -75,10 +75,10 @@ def arithmetic() -> str:
         np.linalg.pinv(long[:40, :2].copy()),
     )
     processor = numba.config.CPU_NAME or llvmlite.binding.get_host_cpu_name()
-    return _digest([processor, *map(np.asarray, results)])
+    return digest([processor, *map(np.asarray, results)])
 
 
-def _digest(value: object) -> str:
+def digest(value: object) -> str:
     """SHA-256 of a value made of dataclasses, mappings, sequences, arrays and plain values."""
     if isinstance(value, np.ndarray):
         head = f"{value.dtype.str}{value.shape}".encode()
@@ -86,9 +86,9 @@ def _digest(value: object) -> str:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        text = repr(sorted((str(key), _digest(item)) for key, item in value.items()))
+        text = repr(sorted((str(key), digest(item)) for key, item in value.items()))
     elif isinstance(value, tuple | list):
-        text = repr([_digest(item) for item in value])
+        text = repr([digest(item) for item in value])
     else:
         text = repr(value)
     return hashlib.sha256(text.encode()).hexdigest()
@@ -130,7 +130,7 @@ class RestartFile:
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         content = dict(arrays) | {
             IDENTITY: np.array(json.dumps(self._run)),
-            CHECKSUM: np.array(_digest(dict(arrays))),
+            CHECKSUM: np.array(digest(dict(arrays))),
         }
         try:
             with partial.open("wb") as file:
@@ -170,7 +170,7 @@ class RestartFile:
         except Exception as error:  # numpy, zipfile and zlib raise whatever their parsing hits
             reason = " ".join(str(error).split())[:100] or type(error).__name__
             raise self.refused(f"is truncated or no restart file ({reason})") from error
-        if checksum != _digest(content):
+        if checksum != digest(content):
             raise self.refused("was altered after it was written")
         differing = [name for name in self._run if run.get(name) != self._run[name]]
         if differing:

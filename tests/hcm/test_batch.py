@@ -1,13 +1,16 @@
 """Batches: the bits of single runs, whatever becomes of the scenes beside them."""
 
 import itertools
+import json
 import sys
 import threading
-from dataclasses import replace
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 
 import hcm
 from hcm import batch, loop
@@ -43,6 +46,30 @@ def test_each_scene_has_the_bits_of_its_own_run() -> None:
         assert outcome.steps == alone.statistics.steps
     assert many[-1].errors
     assert len({outcome.summary for outcome in many}) == len(many) - 1
+
+
+def test_a_run_as_a_dataset_comes_back_from_a_file_with_units_and_origin(tmp_path: Path) -> None:
+    run = hcm.simulate(**replace(SCENE, settings=replace(CHEAP, estimate=True)).arguments())
+    run.to_dataset().to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as data:
+        for name, array in vars(run.history).items():
+            np.testing.assert_array_equal(data[name], array)
+        for name, value in asdict(run.summary).items():
+            np.testing.assert_array_equal(data[name], np.nan if value is None else value)
+        for name, error in run.errors.items():
+            np.testing.assert_array_equal(data[f"{name}_error"], error)
+            assert data[f"{name}_error"].attrs["units"] == data[name].attrs["units"]
+        assert list(data.event_kind.values) == [event.kind for event in run.events]
+        assert list(data.event_time_s.values) == [event.time_s for event in run.events]
+        assert data.normal_force_N.time_s.attrs["units"] == "s"
+        units = {"normal_impulse_N_s": "N s", "tip_velocity_m_per_s": "m/s", "mode": "1"}
+        assert {name: data[name].attrs["units"] for name in units} == units
+        given = json.loads(data.attrs["given_json"])
+        assert given["finger"]["phalanges"][0] == asdict(SCENE.finger.phalanges[0])
+        assert given["settings"]["contact_step"] == CHEAP.contact_step
+        assert given["start"] is None
+        assert json.loads(data.attrs["versions_json"])["numpy"] == np.__version__
+        assert data.attrs["status"] == "COMPLETED"
 
 
 def test_an_accuracy_chooses_each_scenes_settings() -> None:

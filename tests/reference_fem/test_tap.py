@@ -1,14 +1,18 @@
 """The whole tap on small finger meshes: outcome, audit, guards, bad input."""
 
 import dataclasses
+import json
+from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
 import pytest
+import xarray
 
 import meshes
 import reference_fem as rf
+from reference_fem.dynamics.restart import digest
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import build_chain, chain_and_start, pose
 from reference_fem.rigid_flight import descent
@@ -48,6 +52,28 @@ def test_soft_finger_taps(soft: rf.TapResult, mesh: meshes.FingerMesh) -> None:
     assert s.elements == 2 * len(mesh.cells)
     # 1 % is asked for; central differences at 0.9 of the stable step show 1e-6 here.
     assert s.energy_residual < 1e-4
+
+
+def test_a_tap_as_a_dataset_comes_back_from_a_file_with_units_and_origin(
+    soft: rf.TapResult, mesh: meshes.FingerMesh, tmp_path: Path
+) -> None:
+    soft.to_dataset().to_netcdf(tmp_path / "tap.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "tap.nc", engine="h5netcdf") as data:
+        for name, array in vars(soft.history).items():
+            np.testing.assert_array_equal(data[name], array)
+        for name, array in vars(soft.forces).items():
+            np.testing.assert_array_equal(data[f"step_{name}"], array)
+        for name, value in dataclasses.asdict(soft.summary).items():
+            np.testing.assert_array_equal(data[name], np.nan if value is None else value)
+        assert set(soft.errors) <= {name.removesuffix("_error") for name in data}
+        assert data.contact_area_m2.attrs["units"] == "m2"
+        assert data.step_normal_force_N.step_time_s.attrs["units"] == "s"
+        given = json.loads(data.attrs["given_json"])
+        assert given["materials"] == [dataclasses.asdict(m) for m in SOFT]
+        assert given["surface"] == dataclasses.asdict(SURFACE)
+        moved = dataclasses.replace(mesh, points=mesh.points * (1.0 + 1e-15))
+        assert given["mesh"] == digest(mesh) != digest(moved)
+        assert json.loads(data.attrs["versions_json"])["numpy"] == np.__version__
 
 
 def test_soft_finger_history_is_whole(soft: rf.TapResult) -> None:

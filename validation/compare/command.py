@@ -10,8 +10,9 @@ from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities
 from validation.harness.record import RunRecord
+from validation.models import without_estimate
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, load_scene, without_estimate
+from validation.scenes.load import NamedScene, load_scene
 
 if TYPE_CHECKING:
     import pandas

@@ -9,7 +9,7 @@ import numpy as np
 
 from validation.compare.differences import Difference
 from validation.compare.force_curves import FORCES, contact_curve, first_tap
-from validation.harness.figures import BLACK, BLUE, COLORS, GREEN, GREY, ORANGE, panels
+from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.record import RunRecord
 
 Draw = Callable[[Any, str], None]
@@ -75,24 +75,75 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = 
             axes[0][0].figure.legend(handles, labels, loc="outside lower center", ncols=4)
 
 
-def difference_figure(path: Path, rows: Sequence[Difference], scenes: Sequence[str]) -> None:
-    """E of every model, with u as a bar where both runs state errors; a panel a scene."""
-    models = list(dict.fromkeys(row.model for row in rows))
-    titles = list(dict.fromkeys(row.quantity.title for row in rows))
-    with panels(path, len(scenes), height=0.9 + 0.25 * len(titles), sharey=True) as axes:
-        for axis, scene in zip(axes[0], scenes, strict=True):
-            for number, model in enumerate(models):
-                mine = [r for r in rows if (r.scene, r.model) == (scene, model) and r.verdict]
-                places = [titles.index(r.quantity.title) + 0.2 * number for r in mine]
-                bars = [(r.verdict and r.verdict.uncertainty) or 0.0 for r in mine]
-                color = COLORS[number % len(COLORS)]
-                errors = [r.error_percent for r in mine]
-                axis.errorbar(errors, places, None, bars, "o", color=color, capsize=3, label=model)
-            axis.axvline(0, color=BLACK, linewidth=0.8)
-            axis.set_title(f"{scene} finger: difference from the reference", fontsize=9, loc="left")
-            axis.set(xlabel="%", yticks=range(len(titles)), yticklabels=titles)
-        axes[0, 0].invert_yaxis()
-        axes[0, -1].legend()
+def assumption_bars(
+    axes: Sequence[Any],
+    titles: Sequence[str],
+    names: Sequence[str],
+    values: Any,
+    split: int,
+    starts: Any = 0.0,
+) -> list[int]:
+    """Horizontal bars, the first name's on top; returns their places.
+
+    Parameters
+    ----------
+    axes, titles : one for each quantity.
+    values, starts : (name, quantity), how long a bar is and where it begins; nan: none.
+    split : from this name on bars are grey, and set apart.
+    """
+    places = [-n - (n >= split) for n in range(len(names))]
+    colors = [BLUE if n < split else GREY for n in range(len(names))]
+    starts = np.broadcast_to(starts, np.shape(values))
+    for number, (axis, title) in enumerate(zip(axes, titles, strict=True)):
+        axis.barh(places, np.array(values)[:, number], left=starts[:, number], color=colors)
+        axis.set_yticks(places, [])
+        axis.set_title(title, fontsize=10, loc="left")
+    axes[0].set_yticks(places, [name.replace("_", " ") for name in names])
+    return places
+
+
+def difference_figure(
+    path: Path,
+    models: Sequence[Difference],
+    stairs: Sequence[Sequence[Difference]],
+    labels: Mapping[str, str],
+) -> None:
+    """E of each model on a scene, with u as its bar; between the first two, what the steps add.
+
+    Parameters
+    ----------
+    models : the quantities of one model after another.
+    stairs : for each step those quantities after it, the first those that it starts from.
+    labels : by the model's name what it is called; by "" what it is compared with.
+    """
+    titles = list(dict.fromkeys(row.quantity.title for row in models))
+    count = len(titles)
+    rows = [models[n : n + count] for n in range(0, len(models), count)]
+    after = np.array([[_percent(one) for one in step] for step in stairs]).reshape(-1, count)
+    gained, begun = np.diff(after, axis=0), after[:-1]
+    names = [labels[row[0].model] for row in rows]
+    names[1:1] = [step[0].model for step in stairs[1:]]
+    nothing = np.full((len(rows), count), np.nan)
+    values, starts = (np.insert(nothing, 1, steps, axis=0) if len(steps) else nothing
+                      for steps in (gained, begun))  # fmt: skip
+    lines = [title.replace(" ", "\n", 1) for title in titles]
+    with panels(path, count, width=1.3, height=0.85 + 0.16 * len(names)) as axes:
+        places = assumption_bars(axes[0], lines, names, values, len(names), starts)
+        ours = places[:1] + places[1 + len(gained) :]
+        for axis, column in zip(axes[0], zip(*rows, strict=True), strict=True):
+            errors = [_percent(one) for one in column]
+            known = [(one.verdict and one.verdict.uncertainty) or 0.0 for one in column]
+            axis.errorbar(errors, ours, None, known, "o", color=BLACK, markersize=4, capsize=3)
+            axis.axvline(0, color=ORANGE, linewidth=1.2)
+            axis.use_sticky_edges = False
+            axis.margins(x=0.12)
+            axis.set_ylim(places[-1] - 0.6, 0.6)
+            axis.set_title(axis.get_title("left"), fontsize=9, loc="left")
+        axes[0][0].figure.supxlabel(f"% from {labels['']} (line)", fontsize=9)
+
+
+def _percent(one: Difference) -> float:
+    return np.nan if one.error_percent is None else one.error_percent
 
 
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:

@@ -8,16 +8,13 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from validation.errors import UserError
-from validation.harness.quantities import ESTIMATED, unit_of
+from validation.harness.quantities import ESTIMATED
 from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
-
-if TYPE_CHECKING:
-    import xarray
 
 
 @contextlib.contextmanager
@@ -69,43 +66,6 @@ def safe_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip(".") or "run"
 
 
-def history_dataset(record: RunRecord) -> "xarray.Dataset":
-    """The history with named dimensions, units and provenance.
-
-    Where the history is sampled, the contact forces of every step are there too, their names
-    with ``step_`` before them, on a dimension ``step``.
-    """
-    import xarray
-
-    time = record.history.get("time_s")
-    names = {name: array for name, array in record.history.items() if name != "time_s"}
-    data = xarray.Dataset(
-        {
-            name: (
-                ("time", *(f"{name}_axis{axis}" for axis in range(1, array.ndim))),
-                array,
-                {"units": unit_of(name)},
-            )
-            for name, array in names.items()
-        }
-        | {
-            f"step_{name}": ("step", array, {"units": unit_of(name)})
-            for name, array in record.forces.items()
-        },
-        attrs={
-            "title": f"fingertap: {record.scene}, {record.label}",
-            "status": record.status,
-            "message": record.message,
-            "summary_json": json.dumps(record.to_json()),
-            "events_json": json.dumps([[event.time_s, event.kind] for event in record.events]),
-            "provenance_json": json.dumps(plain(record.provenance)),
-        },
-    )
-    if time is not None:
-        data = data.assign_coords(time_s=("time", time, {"units": "s"}))
-    return data.set_coords("step_time_s") if record.forces else data
-
-
 def clear_run(folder: Path) -> None:
     """Remove what says that a run is complete: a kill must not leave two runs mixed in a folder."""
     names = ("error.txt", "summary.json", "history.nc", "curves.csv", "curves.csv.toml")
@@ -145,7 +105,7 @@ def write_history(folder: Path, record: RunRecord) -> None:
     """Write ``history.nc`` of a run that has a history, ``curves.csv`` of one that completed."""
     if record.history:
         # made in memory: HDF5 crashes the process where a disk fills up under it
-        content = history_dataset(record).to_netcdf(engine="h5netcdf")
+        content = record.to_dataset().to_netcdf(engine="h5netcdf")
         with atomic(folder / "history.nc") as temporary:
             temporary.write_bytes(content)
     if record.ok:

@@ -3,12 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS, finite
+
+if TYPE_CHECKING:
+    import xarray
 
 Scalar = float | int | bool | str | None
 FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
@@ -98,6 +101,27 @@ class RunRecord:
             "error_estimates": plain(self.errors),
             **({"accuracy": plain(self.accuracy)} if self.accuracy else {}),
         }
+
+    def to_dataset(self) -> "xarray.Dataset":
+        """What ``history.nc`` holds: curves, numbers and errors, with units and provenance.
+
+        Where the history is sampled, the contact forces of every step are there too, their names
+        with ``step_`` before them, on a dimension ``step``.
+        """
+        from hcm.dataset import run_dataset
+
+        return run_dataset(
+            self.history,
+            {"step": self.forces},
+            self.summary,
+            self.errors,
+            title=f"fingertap: {self.scene}, {self.label}",
+            status=self.status,
+            message=self.message,
+            summary=self.to_json(),
+            events=[[event.time_s, event.kind] for event in self.events],
+            provenance=plain(self.provenance),
+        )
 
     def _repr_html_(self) -> str:
         from hcm.notebook import run_html

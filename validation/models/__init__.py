@@ -61,3 +61,15 @@ def adapter(name: str) -> Adapter:
         raise RunFailedError(f"model {name} ({door.value}): is no adapter: it {what}")
     model: Adapter = found
     return model
+
+
+def without_estimate(model: str, wanted: bool = True) -> tuple[str, ...]:
+    """The override that switches the estimates of a model's errors off, where that is wanted.
+
+    Raises
+    ------
+    UserError, RunFailedError
+        As `adapter`.
+    """
+    table = adapter(model).settings if wanted else ""
+    return (f"solver.{table}.estimate=false",) if table else ()

@@ -8,7 +8,7 @@ from typing import Any
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
-from validation.scenes.load import NamedScene, load_scene, without_estimate
+from validation.scenes.load import NamedScene, load_scene
 
 name = "hcm"
 kind: Kind = "reduced"
@@ -18,7 +18,7 @@ sources: tuple[str, ...] = (__name__,)
 independent_of: tuple[str, ...] = ("reference_fem", "meshes")
 
 WARM_UP = (
-    *without_estimate(name),
+    "solver.hcm.estimate=false",
     "finger.phalanges=1",
     "finger.elements=2",
     "surface.height=0.01",

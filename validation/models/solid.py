@@ -10,7 +10,7 @@ from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
 from validation.models.solid_accuracy import held
-from validation.scenes.load import NamedScene, load_scene, without_estimate
+from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.tables import Scene
 
 Dimension = Literal[2, 3]
@@ -29,7 +29,7 @@ FEW = 600  # elements
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
 WARM_UP = (  # once for each law that a preset takes
-    *without_estimate("fem3d"),
+    "solver.fem.estimate=false",
     "surface.height=0.06",
     "solver.fem.section_size=5e-3",
     "solver.fem.axial_size=1e-2",

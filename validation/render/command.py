@@ -10,10 +10,11 @@ from validation.harness.command_line import Overrides
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
+from validation.models import without_estimate
 from validation.render.off_screen import PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
 from validation.runs.execute import keep, solve
-from validation.scenes.load import load_scene, without_estimate
+from validation.scenes.load import load_scene
 
 
 def render(

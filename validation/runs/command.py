@@ -21,12 +21,12 @@ from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
-from validation.models import adapter
+from validation.models import adapter, without_estimate
 from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, load_scene, without_estimate
+from validation.scenes.load import NamedScene, load_scene
 
 DEFAULT_OUT = Path("out")
 

@@ -20,14 +20,6 @@ BUILT_IN = ("hard", "soft", "driven-1", "driven-2", "driven-3")
 MAX_BYTES = 1_000_000  # a scene is a page of text: anything longer is another kind of file
 
 
-NO_ESTIMATE = ("solver.hcm.estimate=false", "solver.fem.estimate=false")
-
-
-def without_estimate(model: str, wanted: bool = True) -> tuple[str, ...]:
-    """The override that switches the estimates of a model's errors off, where that is wanted."""
-    return (NO_ESTIMATE[not model.startswith("hcm")],) if wanted else ()
-
-
 @dataclass(frozen=True)
 class NamedScene:
     """A validated scene, what to call it, and the tables as they were read."""

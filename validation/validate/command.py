@@ -16,7 +16,7 @@ from validation.runs.execute import compile_in_fresh_process, in_fresh_process, 
 from validation.validate.check import plan_of, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
-from validation.validate.page import draw_fields, draw_figures, page_context
+from validation.validate.page import draw_differences, draw_fields, draw_figures, page_context
 from validation.validate.plan import PAPER, REDUCED, REFINED, Plan, Runs, work
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
@@ -69,8 +69,9 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
     rungs = ladder_rows(ladder, runs)
     write_ladder(folder, rungs)
     figures = draw_figures(folder / "figures", runs)
+    apart = draw_differences(folder / "figures", runs)
     renders = draw_fields(folder / "renders", folder / "runs", runs)
-    context = page_context(runs, accuracy, efficiency, figures, renders)
+    context = page_context(runs, accuracy, efficiency, figures, apart, renders)
     context |= ladder_context(ladder, rungs)
     write_page(folder / "index.html", "validate.html.j2", context)
     return context

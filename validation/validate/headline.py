@@ -3,7 +3,7 @@
 from validation.compare.differences import Difference, difference
 from validation.compare.verdict import unit_slip
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
-from validation.models.variants import left_out
+from validation.models.variants import cumulative, left_out
 from validation.validate.plan import REDUCED, REFINED, Runs
 
 MATTERS = 1.0  # percent of peak, impulse or duration
@@ -21,6 +21,35 @@ def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Dif
                 asked = runs.plan.tolerances.get(entry.key)
                 rows.append(difference(scene, model, entry, reduced, reference, asked))
     return rows
+
+
+def staircase(runs: Runs, scene: str) -> list[list[Difference]]:
+    """A scene's differences with the paper's assumptions, then with one refined after the other.
+
+    Empty where the two models between which it leads are not both compared.
+    """
+    reference = runs.reference(scene)
+    if not {REDUCED[0], REFINED} <= set(runs.plan.models):
+        return []
+    return [
+        [difference(scene, variant.name, entry, run, reference) for entry in OF_A_TAP]
+        for variant in cumulative()
+        for run in [runs.find(scene, (REDUCED[0], variant.name))]
+    ]
+
+
+def labels(runs: Runs, scene: str) -> dict[str, str]:
+    """Names of a scene's compared models and of what they are compared with, with their times."""
+    found = [*((model, runs.of_model(scene, model)) for model in runs.plan.models)]
+    found += [("", runs.reference(scene))]
+    named = {}
+    for model, run in found:
+        time = None if run is None else run.value("wall_time_s")
+        if time is not None:
+            time = float(f"{time:.2g}")
+        cost = "" if time is None else f", {time:g} s" if time >= 1 else f", {1e3 * time:g} ms"
+        named[model] = (model or (run.label if run else "")) + cost
+    return named
 
 
 def unit_notes(runs: Runs) -> list[str]:
@@ -65,7 +94,7 @@ def what_matters(runs: Runs) -> list[str]:
         whole = runs.of_model(scene, REFINED)
         moved = {}
         for variant in left_out():
-            run = runs.find(scene, (REFINED, variant.name))
+            run = runs.find(scene, (REDUCED[0], variant.name))
             if whole is None or run is None:
                 continue
             rows = [difference(scene, REFINED, entry, run, whole) for entry in OF_A_TAP]

@@ -7,12 +7,24 @@ from validation.compare.figures import difference_figure, mesh_figure, overlay_f
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
 from validation.render.off_screen import STILL, Renders, render_run
-from validation.validate.headline import differences, sentences, unit_notes, what_matters
-from validation.validate.plan import MESHES, PENALTIES, REFERENCE, Runs
+from validation.validate.headline import (
+    differences,
+    labels,
+    sentences,
+    staircase,
+    unit_notes,
+    what_matters,
+)
+from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
 PAPERS = " ".join(REFERENCE)  # the reference whose tables hold what the paper prints
 HIDDEN = ("reference_model", "scene")  # said once above the page's table
+CAPTION = (
+    "Points: each model's difference from the reference; bars: what both runs state as numerical "
+    "errors (none: one states none); times are of the solve."
+)
+STEPS = " Blue: what each refined assumption adds to the paper's, one after the other."
 CAPTIONS = {
     "stress": "von Mises stress at peak force, cut along the plane of motion",
     "velocity": "Speed at peak force",
@@ -21,10 +33,20 @@ CAPTIONS = {
 }
 
 
+def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
+    """The first screen's figure, a part for each scene; returns paths and what they show."""
+    found = []
+    for scene in runs.scenes:
+        path = folder / f"differences-{safe_name(scene)}.png"
+        rows = [row for row in differences(runs) if row.scene == scene]
+        difference_figure(path, rows, staircase(runs, scene), labels(runs, scene))
+        found.append((path, f"{scene} finger: how far each model lies from the reference, and why"))
+    return found
+
+
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
-    """The first screen's figure, figs. 7 and 9; returns paths and captions."""
-    apart, forces, meshes = (folder / f"{n}.png" for n in ("differences", "forces", "elements"))
-    difference_figure(apart, differences(runs), runs.scenes)
+    """Figs. 7 and 9; returns paths and captions."""
+    forces, meshes = (folder / f"{name}.png" for name in ("forces", "elements"))
     lines = [r for s in runs.scenes for r in runs.lines(s)]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
     compared = {
@@ -40,7 +62,6 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         if (run := runs.find(scene, ("hcm", variant))) is not None
     ]
     found = [
-        (apart, "Bars: the numerical errors that both runs state; none: one states none."),
         (forces, "Models and references (as the paper's fig. 9), below them the models' difference"
                  " from the reference. Source: the runs below."),
     ]  # fmt: skip
@@ -80,6 +101,7 @@ def page_context(
     accuracy: list[dict[str, Any]],
     efficiency: list[dict[str, Any]],
     figures: list[tuple[Path, str]],
+    apart: list[tuple[Path, str]],
     renders: dict[str, Renders],
 ) -> dict[str, Any]:
     """What the page's template names."""
@@ -106,6 +128,8 @@ def page_context(
         "spread_text": f"penalty factors {factors}",
         "read_back": read_back_note(runs),
         "figures": figures,
+        "apart": apart,
+        "apart_caption": CAPTION + (STEPS if REFINED in runs.plan.models else ""),
         "accuracy": tables,
         "accuracy_columns": [c for c in ACCURACY_COLUMNS if c not in HIDDEN],
         "efficiency": efficiency,

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
-from validation.models.variants import left_out
+from validation.models import without_estimate
+from validation.models.variants import every
 from validation.runs.execute import Job
-from validation.scenes.load import load_scene, without_estimate
+from validation.scenes.load import load_scene
 
 DEFAULT = ("fem3d", "contact")  # the reference by default: the first screen's
 REFERENCE = ("fem3d", "ls-dyna-like")  # in the place of the paper's
@@ -68,14 +69,14 @@ def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
             if model not in done
         ]
         if REFINED in plan.models:
-            jobs += [without_each(source)]
+            jobs += [by_assumption(source)]
     return jobs
 
 
-def without_each(scene: str) -> list[Job]:
-    """The refined model without each of its assumptions: which of them matter to a scene."""
-    beams = without_estimate(REFINED)
-    return [Job(scene, REFINED, (*v.overrides, *beams), v.name) for v in left_out()]
+def by_assumption(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
+    """The reduced model between the paper's assumptions and the refined ones."""
+    beams = without_estimate(REDUCED[0])
+    return [Job(scene, REDUCED[0], (*overrides, *beams, *v.overrides), v.name) for v in every()]
 
 
 def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
@@ -173,5 +174,5 @@ class Runs:
 
     def failures(self) -> list[RunRecord]:
         """The runs that did not complete; but for those that only say what matters."""
-        own = {v.name for v in left_out()}
+        own = {v.name for v in every()}
         return [run for run in self.records if not run.ok and run.variant not in own]

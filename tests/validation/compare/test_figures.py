@@ -14,7 +14,7 @@ import hcm.notebook
 import reference_fem.notebook
 from tests.validation.commands import Make
 from validation.compare.differences import difference
-from validation.compare.figures import difference_figure, overlay_figure
+from validation.compare.figures import assumption_bars, difference_figure, overlay_figure
 from validation.harness.page import LARGEST_VECTOR, inline
 from validation.harness.quantities import OF_A_TAP
 
@@ -50,12 +50,35 @@ def test_points_are_differences_and_bars_their_uncertainty(
     model = replace(make_record(peak=60.0), errors=stated)
     reference = replace(make_record("soft", "fem3d", "", 80.0), errors=stated)
     rows = [difference("soft", "hcm", entry, model, reference) for entry in OF_A_TAP]
-    difference_figure(tmp_path / "d.png", rows, ["soft"])
-    (axis,) = plt.gcf().axes
-    points, _, (bars,) = axis.containers[0].lines
-    assert points.get_xdata() == pytest.approx([-25.0, -25.0, 0.0])
-    lengths = [np.ptp(segment[:, 0]) for segment in bars.get_segments()]
-    assert lengths == pytest.approx([2 * np.sqrt(8.0), 0.0, 0.0])
+    refined = [replace(row, model="hcm-refined", reduced=row.reference) for row in rows]
+    middle = [replace(row, model="+ shear", reduced=0.9 * row.reference) for row in rows]
+    stairs = [[replace(row, model="paper") for row in rows], middle]
+    names = {"hcm": "hcm, 5 ms", "hcm-refined": "refined", "": "fem3d"}
+    difference_figure(tmp_path / "d.png", [*rows, *refined], stairs, names)
+    for axis, apart, known in zip(
+        plt.gcf().axes, (-25.0, -25.0, 0.0), (np.sqrt(8.0), 0.0, 0.0), strict=True
+    ):
+        (errors,) = (found for found in axis.containers if hasattr(found, "has_xerr"))
+        points, _, (bars,) = errors.lines
+        assert points.get_xdata() == pytest.approx([apart, 0.0])
+        assert list(points.get_ydata()) == [0, -2]  # the step stands between them
+        lengths = [np.ptp(segment[:, 0]) for segment in bars.get_segments()]
+        assert lengths[0] == pytest.approx(2 * known)
+        _, step, _ = axis.patches
+        assert (step.get_x(), step.get_width()) == pytest.approx((apart, -10.0 - apart))
+    names_shown = [label.get_text() for label in plt.gcf().axes[0].get_yticklabels()]
+    assert names_shown == ["hcm, 5 ms", "+ shear", "refined"]
+
+
+@pytest.mark.usefixtures("kept")
+def test_bars_left_out_are_set_apart(tmp_path: Path) -> None:
+    _, axes = plt.subplots(1, 2)
+    values = [[1.0, 2.0], [3.0, np.nan], [5.0, 6.0]]
+    assert assumption_bars(axes, ["a", "b"], ["x", "y_z", "w"], values, 2) == [0, -1, -3]
+    assert [bar.get_width() for bar in axes[0].patches] == [1.0, 3.0, 5.0]
+    first, second, apart = (bar.get_facecolor() for bar in axes[0].patches)
+    assert first == second != apart
+    assert [label.get_text() for label in axes[0].get_yticklabels()] == ["x", "y z", "w"]
 
 
 def test_a_page_holds_small_vectors_and_large_ones_as_pixels(tmp_path: Path) -> None:

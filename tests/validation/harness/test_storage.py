@@ -35,6 +35,8 @@ def test_history_round_trip_keeps_values_units_and_origin(
         assert data.attrs["status"] == "COMPLETED"
         origin = json.loads(data.attrs["provenance_json"])
         assert json.loads(data.attrs["summary_json"]) == plain(run.to_json())
+        assert (data.peak_normal_force_N, data.peak_normal_force_N.attrs["units"]) == (64, "N")
+        assert data.identical(run.to_dataset())
     assert "youngs_modulus = 1000000000.0" in origin["scene_toml"]
     assert set(origin["versions"]) >= {"fingertap", "numpy", "numba"}
     summary = json.loads((tmp_path / "summary.json").read_text())

@@ -14,13 +14,13 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import rounded
 from validation.models.adapter import Outcome
-from validation.models.variants import left_out
+from validation.models.variants import cumulative, left_out
 from validation.render import off_screen as renders
 from validation.render.off_screen import Renders
 from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
-from validation.validate.headline import differences, sentences, what_matters
+from validation.validate.headline import differences, labels, sentences, staircase, what_matters
 from validation.validate.ladder.causes import Cause
 from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
@@ -277,8 +277,7 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
 def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
     peaks = {"without shear": 103.0, "without half_ball": 80.0}
     variants = [
-        make_record("soft", "hcm-refined", v.name, peak=peaks.get(v.name, 100.5))
-        for v in left_out()
+        make_record("soft", "hcm", v.name, peak=peaks.get(v.name, 100.5)) for v in left_out()
     ]
     failed_one = replace(variants[-1], ok=False)
     plan = Plan(models=("hcm-refined",))
@@ -289,3 +288,21 @@ def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
     assert "within 1 %: rotary inertia, lowest point" in said
     assert "tip compliance." not in said  # that run is missing
     assert runs.failures() == []
+    assert staircase(runs, "soft") == []  # where it leads from is not compared
+
+
+def test_the_staircase_leads_from_the_papers_assumptions_to_the_refined(make_record: Make) -> None:
+    peaks = (60.0, 61.0, 70.0, 75.0, 80.0, 81.0, 82.0, 79.0)
+    steps = [
+        make_record("soft", "hcm", v.name, peak=peak)
+        for v, peak in zip(cumulative(), peaks, strict=True)
+    ]
+    steps[2] = replace(steps[2], ok=False)
+    own = make_record("soft", "hcm"), make_record("soft", "hcm-refined")
+    reference = make_record("soft", "fem3d", "contact", peak=80.0)
+    runs = Runs((*own, *steps, reference), Plan({"soft": "soft"}, ("hcm", "hcm-refined")))
+    found = [step[0].error_percent for step in staircase(runs, "soft")]
+    assert found == [-25.0, -23.75, None, -6.25, 0.0, 1.25, 2.5, -1.25]
+    assert labels(runs, "soft") == {
+        "hcm": "hcm, 250 ms", "hcm-refined": "hcm-refined, 50 s", "": "fem3d contact, 50 s",
+    }  # fmt: skip

@@ -4,18 +4,20 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from validation.compare.differences import Difference, difference
+from validation.compare.figures import assumption_bars
 from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar
-from validation.harness.figures import BLUE, GREY, panels
+from validation.harness.figures import GREY, panels
 from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import OF_A_TAP, Quantity, quantities
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
-from validation.models.variants import Variant, cumulative, left_out
+from validation.models.variants import Variant, cumulative, every
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
+from validation.validate.plan import by_assumption
 
 COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 REFERENCE = "fem3d"
@@ -41,11 +43,7 @@ def waterfall(
     named = load_scene(scene, overrides)
     folder = output_folder(out / "waterfall" / safe_name(named.name))
     store = Store(out / "store", fresh)
-    variants = (*cumulative(), *left_out())
-    jobs = [
-        Job(scene, "hcm", (*overrides, "solver.hcm.estimate=false", *v.overrides), v.name)
-        for v in variants
-    ]
+    variants, jobs = every(), by_assumption(scene, overrides)
     with progress_bar(f"waterfall {named.name}") as progress:
         progress(0.0, REFERENCE)
         job = Job(scene, REFERENCE, tuple(overrides))
@@ -93,16 +91,11 @@ def _write(
     caption = f"{scene}: the reduced model against {reference.label}, assumption by assumption"
     write_table(folder, "waterfall", table, caption)
     with panels(folder / "waterfall.png", len(COMPARED), width=2.8, height=4.4) as axes:
-        for axis, of, column in zip(axes[0], COMPARED, zip(*rows, strict=True), strict=True):
-            errors = [one.error_percent or 0.0 for one in column]
-            steps = len(cumulative())
-            colors = [BLUE] * steps + [GREY] * (len(variants) - steps)
-            places = [-n - (n >= steps) for n in range(len(variants))]
-            axis.barh(places, errors, color=colors)
+        errors = [[one.error_percent or 0.0 for one in found] for found in rows]
+        titles, names = [of.title for of in COMPARED], [variant.name for variant in variants]
+        assumption_bars(axes[0], titles, names, errors, len(cumulative()))
+        for axis, of in zip(axes[0], COMPARED, strict=True):
             if (u := _uncertainty(of, reference)) is not None:
                 axis.axvspan(-u, u, color=GREY, alpha=0.3, linewidth=0)
             axis.axvline(0, color="black", linewidth=0.6)
-            axis.set_yticks(places, [])
-            axis.set_title(of.title, fontsize=10, loc="left")
             axis.set_xlabel("error (%)")
-        axes[0][0].set_yticks(places, [v.name.replace("_", " ") for v in variants])

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.compare.figures import assumption_bars
 from validation.errors import RunFailedError
 from validation.harness.console import output
-from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
+from validation.harness.figures import BLACK, GREY, ORANGE, panels
 from validation.harness.files import output_folder, write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, Quantity
 from validation.harness.tables import write_table
-from validation.models.variants import Variant, cumulative, left_out
+from validation.models.variants import Variant, cumulative, every, left_out
 from validation.studies.assumptions.command import COMPARED
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import Numbers, rules
@@ -83,7 +84,7 @@ def study(
         stored = stored[stored[STATUS] == "COMPLETED"]
         _repeat(stored.sample(min(again, len(stored)), random_state=seed), workers, out)
     else:
-        table, variants = read_study(), (*cumulative(), *left_out())
+        table, variants = read_study(), every()
         runs = by_variants(table, variants, workers, out)
         numbers = numbers_of(runs)
         ended = (table[STATUS] == "COMPLETED").to_numpy()
@@ -159,19 +160,16 @@ def _share(inside: NDArray[np.bool_]) -> float:
 def _draw(path: Path, table: pd.DataFrame, errors: Numbers, variants: tuple[Variant, ...]) -> None:
     """Above the waterfall of medians and 90th percentiles, below the refined model's errors."""
     size, steps = np.abs(errors), len(cumulative())
-    places = [-n - (n >= steps) for n in range(len(variants))]
     with panels(path, len(COMPARED), 2, width=3.2, height=3.9) as axes:
+        names, titles = [v.name for v in variants], [entry.title for entry in COMPARED]
+        places = assumption_bars(axes[0], titles, names, np.nanmedian(size, axis=1), steps)
         for n, entry in enumerate(COMPARED):
             axis = axes[0][n]
-            colors = [BLUE] * steps + [GREY] * (len(variants) - steps)
-            axis.barh(places, np.nanmedian(size[:, :, n], axis=1), color=colors)
             axis.plot(np.nanpercentile(size[:, :, n], 90, axis=1), places, "|", color=ORANGE)
             axis.axvline(WANTED[entry.key], color=BLACK, linewidth=0.6)
             axis.set_xscale("log")
             axis.set_xlim(*DRAWN)
-            axis.set_title(entry.title, fontsize=10, loc="left")
             axis.set_xlabel("error (%); | 90th percentile")
-            axis.set_yticks(places, [v.name.replace("_", " ") for v in variants] if not n else [])
             _map(axes[1][n], table, errors[steps - 1, :, n], entry)
         axes[1][0].set_ylabel("refined model's error (%)")
         drawn = axes[1][-1].collections[-1]

@@ -11,9 +11,9 @@ from typing import Any
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
-from validation.models import adapter
+from validation.models import adapter, without_estimate
 from validation.models.adapter import to_record
-from validation.scenes.load import NamedScene, load_scene, without_estimate
+from validation.scenes.load import NamedScene, load_scene
 from validation.studies.calibration.scenes import Case
 from validation.studies.stated_errors import Compared, compare
 

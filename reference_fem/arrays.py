@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
 Flags = NDArray[np.bool_]
 
 Progress = Callable[[float, str], None]  # share done, from 0 to 1, and what is going on

@@ -5,12 +5,12 @@ explicit run which takes over has the same momentum and energy.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from reference_fem.arrays import Array, Index
+from reference_fem.arrays import Array, ComplexArray, Index
 from reference_fem.torques import Torques
 
 
@@ -33,6 +33,8 @@ class RigidChain:
     origins : (P, 2), rest position of each body's first hinge
     torques : on each body, reactions included
     fall : (2,), f, acceleration of a free fall
+    arm_products : (P, P), Σ_w m_w conj(a_wj) a_wk of the arms a as complex numbers X + iY
+    moments : (P,), Σ_w m_w a_wj
     """
 
     mass: Array
@@ -41,6 +43,13 @@ class RigidChain:
     origins: Array
     torques: Torques
     fall: Array
+    arm_products: ComplexArray = field(init=False)
+    moments: ComplexArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        arms = self.arms[..., 0] + 1j * self.arms[..., 1]
+        object.__setattr__(self, "arm_products", arms.conj().T @ (self.mass[:, None] * arms))
+        object.__setattr__(self, "moments", self.mass @ arms)
 
     @property
     def links(self) -> int:
@@ -56,16 +65,19 @@ class RigidChain:
         with b_wj = R(θ_j) arms[w, j] and e the unit vector along Z.
         """
         angles, rates = state[: self.links], state[self.links :]
-        b = _rotate(angles, self.arms)
-        turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)
-        pull = np.einsum("k,wkd->wd", rates**2, b)
-        pull += self.fall
-        load = torques + np.einsum("w,wjd,wd->j", self.mass, turned, pull)
-        return np.concatenate([rates, np.linalg.solve(self._joint_inertia(b), load)])
+        products, turns = self._products(angles)
+        fall = (np.conj(self.moments * turns) * complex(*self.fall)).imag
+        load = torques + fall + products.imag @ rates**2
+        return np.concatenate([rates, np.linalg.solve(self._joint_inertia(products), load)])
 
-    def _joint_inertia(self, b: Array) -> Array:
+    def _products(self, angles: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Σ_w m_w conj(b_wj) b_wk, (P, P): real part b_j·b_k, imaginary (e x b_j)·b_k; and e^iθ."""
+        turns = np.exp(1j * angles)
+        return self.arm_products * np.outer(turns.conj(), turns), turns
+
+    def _joint_inertia(self, products: ComplexArray) -> Array:
         """Σ_w m_w b_wj·b_wk + δ_jk J_j, (P, P)."""
-        return np.einsum("w,wjd,wkd->jk", self.mass, b, b) + np.diag(self.inertia)
+        return products.real + np.diag(self.inertia)
 
     def mobility(self, state: ChainState, place: Array) -> tuple[Array, Array]:
         """What an impulse p at `place` (2,) of the last body adds to its velocity: G p.
@@ -83,7 +95,7 @@ class RigidChain:
         hinges, _ = self.hinges_at(state.angles, state.rates)
         links = np.diff(np.vstack([hinges, place]), axis=0)
         turned = np.stack([-links[:, 1], links[:, 0]])
-        inertia = self._joint_inertia(_rotate(state.angles, self.arms))
+        inertia = self._joint_inertia(self._products(state.angles)[0])
         return turned @ np.linalg.solve(inertia, turned.T), turned @ state.rates
 
     def energy(self, state: ChainState) -> float:

@@ -11,6 +11,8 @@ from reference_fem.settings import Drive, Material
 
 POINTS = 64
 """Of each quadrature rule: exact for round shafts and balls, to 1e-6 for holes and discs."""
+LEGENDRE = np.polynomial.legendre.leggauss(POINTS)
+"""Nodes and weights on -1..1; an eigenvalue problem, solved once."""
 
 
 def true_chain(
@@ -56,7 +58,7 @@ def true_chain(
 
 
 def _gauss(low: float, high: float) -> tuple[Array, Array]:
-    x, weights = np.polynomial.legendre.leggauss(POINTS)
+    x, weights = LEGENDRE
     return low + 0.5 * (high - low) * (x + 1.0), 0.5 * (high - low) * weights
 
 

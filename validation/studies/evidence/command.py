@@ -9,11 +9,18 @@ from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.store import Store, json_format
 from validation.models.adapter import Progress
-from validation.studies.evidence import hertz_ball, oblique_ball, pendulum, static_beam, taps
+from validation.studies.evidence import (
+    hertz_ball,
+    measured_ball,
+    oblique_ball,
+    pendulum,
+    static_beam,
+    taps,
+)
 from validation.studies.evidence.report import Shown, told, write_evidence
 from validation.studies.evidence.rows import LEVELS, Piece, Row
 
-ROOMS = (static_beam, pendulum, hertz_ball, oblique_ball, taps)
+ROOMS = (static_beam, pendulum, hertz_ball, oblique_ball, measured_ball, taps)
 PIECES: tuple[Piece, ...] = tuple(
     sorted((p for room in ROOMS for p in room.PIECES), key=lambda p: LEVELS.index(p.level))
 )

@@ -62,7 +62,8 @@ PIECES = tuple(
     Piece(
         f"hertz-{level}-{model}", f"Hertz's ball on a rigid wall, {level}: {model}", level,
         "Chung and Ooi (2011), Granular Matter 13, 643-656, test 2: largest values printed, loading"
-        " points of finite elements read off their figure by a third party who is not known",
+        " points of finite elements read off their figure by the authors of Kratos' DEMApplication"
+        " (benchmark2_graph1.dat)",
         "Aluminium, R 0.1 m, 0.2 m/s; a/R is 0.022. Their points lie 3 % below Hertz where the"
         " loading starts and 1 % where it ends; what is printed is Hertz's.",
         (__name__,), partial(rows, model, level == "contact"), slow=model == "fem3d",

@@ -81,7 +81,7 @@ def limit_rows(progress: Progress, _: Store) -> list[Row]:
 
 FIGURE = (
     "Chung and Ooi (2011), Granular Matter 13, 643-656, test 5, finite elements; read off their"
-    " figure by a third party who is not known"
+    " figure by the authors of Kratos' DEMApplication (benchmark5_graph2.dat)"
 )
 WHY = (
     "A ball is no half-space: outside of its patch it yields too, by a share of a/R, and the spin"

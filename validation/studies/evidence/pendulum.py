@@ -12,10 +12,11 @@ import numpy as np
 import hcm
 from hcm.beam.chain import build_chain
 from hcm.reference_solution import Start, solve_chain
+from hcm.statics import NOWHERE
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.rows import Piece, Row
-from validation.studies.evidence.static_beam import NOWHERE, Floats
+from validation.studies.evidence.static_beam import Floats
 
 LENGTH, RADIUS, DENSITY, POISSON, GRAVITY = 1.0, 5e-3, 1100.0, 0.5, 9.80665
 YOUNGS = (5e6, 5e7)  # Pa; the example's, and a rod of a tenth of its axial strain

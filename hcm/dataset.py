@@ -1,11 +1,8 @@
 """A run as an xarray dataset: every name with its unit, the run's origin in the attributes."""
 
-from __future__ import annotations
-
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, is_dataclass
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +16,6 @@ UNITS = (  # endings of names, longest first, and the unit that they stand for
     ("_m_per_s", "m/s"), ("_N_s", "N s"), ("_Pa", "Pa"), ("_MB", "MB"), ("_m2", "m2"),
     ("_N", "N"), ("_J", "J"), ("_m", "m"), ("_s", "s"),
 )  # fmt: skip
-PACKAGES = ("fingertap", "numpy", "numba")
 
 
 def unit_of(name: str) -> str:
@@ -28,14 +24,13 @@ def unit_of(name: str) -> str:
 
 
 def run_dataset(
-    history: Named, others: Mapping[str, Named], numbers: Named, errors: Named, **attributes: Any
-) -> xarray.Dataset:
+    curves: Mapping[str, Named], numbers: Named, errors: Named, **attributes: Any
+) -> "xarray.Dataset":
     """The run's curves and numbers.
 
-    history : arrays over time, ``time_s`` among them, which becomes the coordinate. others : arrays
-    over further dimensions, by the dimension's name, which is set before theirs. numbers : scalars
-    and pairs; None is nan. errors : of the numbers, named ``NAME_error``. attributes : what is no
-    text becomes JSON, under a name that says so.
+    curves : arrays by the dimension they run over; but for those over "time" it begins their name.
+    numbers : scalars and pairs; None is nan. errors : of the numbers, named ``NAME_error``.
+    attributes : what is no text becomes JSON, under a name that says so.
     """
     import xarray
 
@@ -44,36 +39,23 @@ def run_dataset(
         axes = (f"{name}_axis{axis}" for axis in range(len(over), array.ndim))
         return (*over, *axes), array, {"units": unit_of(name)}
 
-    found = {name: variable(name, array, "time") for name, array in history.items()}
-    for over, arrays in others.items():
-        found |= {f"{over}_{name}": variable(name, array, over) for name, array in arrays.items()}
-    found |= {name: variable(name, value) for name, value in numbers.items()}
-    for name, error in errors.items():
-        over, array, attribute = variable(name, error)
-        found[f"{name}_error"] = over, array, attribute
-    told = {
-        name if isinstance(value, str) else f"{name}_json": value
-        if isinstance(value, str)
-        else json.dumps(value, default=_plain)
-        for name, value in attributes.items()
-    }
+    found = {name: variable(name, value) for name, value in numbers.items()}
+    found |= {f"{name}_error": variable(name, error) for name, error in errors.items()}
+    for over, arrays in curves.items():
+        named = {name if over == "time" else f"{over}_{name}": a for name, a in arrays.items()}
+        found |= {name: variable(name, array, over) for name, array in named.items()}
+    told = {name: value for name, value in attributes.items() if isinstance(value, str)}
+    for name in attributes.keys() - told:
+        told[f"{name}_json"] = json.dumps(attributes[name], default=_members)
     times = [name for name in found if name.endswith("time_s") and found[name][0]]
-    return xarray.Dataset(found, attrs=told).set_coords(times)
+    return xarray.Dataset(found, attrs=dict(sorted(told.items()))).set_coords(times)
 
 
-def versions() -> dict[str, str]:
-    """Of the program, of Python and of what computes."""
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            found[package] = "source tree"
-    return found
+def versions(*packages: str) -> dict[str, str]:
+    """Of Python and of these; empty of what is not installed."""
+    found = {name: [d.version for d in metadata.distributions(name=name)] for name in packages}
+    return {"python": platform.python_version(), **{k: " ".join(v) for k, v in found.items()}}
 
 
-def _plain(value: Any) -> Any:
-    """What JSON lacks."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return asdict(value)
-    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)
+def _members(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else vars(value)

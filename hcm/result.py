@@ -255,8 +255,7 @@ class TapResult:
             "kind": np.array([event.kind for event in self.events], dtype=str),
         }
         return run_dataset(
-            vars(self.history),
-            {"event": events},
+            {"time": vars(self.history), "event": events},
             asdict(self.summary),
             self.errors,
             title="a tap of the reduced model (hcm)",
@@ -265,7 +264,7 @@ class TapResult:
             cautions=self.cautions,
             statistics=self.statistics,
             given=self.given,
-            versions=versions(),
+            versions=versions("fingertap", "numpy", "numba"),
         )
 
     def _repr_html_(self) -> str:

@@ -227,8 +227,7 @@ class TapResult:
         What was given and the versions stand in the attributes; fields are left out.
         """
         return run_dataset(
-            vars(self.history),
-            {"step": vars(self.forces)},
+            {"time": vars(self.history), "step": vars(self.forces)},
             asdict(self.summary),
             self.errors,
             title="a tap of the finite elements (reference_fem)",
@@ -236,7 +235,7 @@ class TapResult:
             message=self.message,
             cautions=self.cautions,
             given=self.given,
-            versions=versions(),
+            versions=versions("fingertap", "numpy", "numba", "scikit-fem"),
         )
 
     def _repr_html_(self) -> str:

@@ -111,8 +111,7 @@ class RunRecord:
         from hcm.dataset import run_dataset
 
         return run_dataset(
-            self.history,
-            {"step": self.forces},
+            {"time": self.history, "step": self.forces},
             self.summary,
             self.errors,
             title=f"fingertap: {self.scene}, {self.label}",

@@ -1,6 +1,8 @@
 """Every page in a real browser: nothing fails, nothing is loaded, and a reader gets about."""
 
+import base64
 import json
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -32,6 +34,7 @@ __all__ = ["validated"]  # a fixture
 
 LAPTOP, PHONE = (1280, 800), (390, 844)
 LEAST_TEXT = 11.5  # CSS pixels
+PAPER = 980, 740  # CSS pixels within a margin of 1 cm: letter, landscape
 Build = Callable[[Path, pytest.FixtureRequest], Path]
 
 
@@ -115,7 +118,8 @@ def browser() -> Iterator[Any]:
     options = webdriver.ChromeOptions()
     options.binary_location = paths[0]
     for flag in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage",
-                 "disable-background-networking", "no-first-run"):  # fmt: skip
+                 "disable-background-networking", "no-first-run", "use-angle=swiftshader",
+                 "enable-unsafe-swiftshader"):  # fmt: skip
         options.add_argument(f"--{flag}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(options, webdriver.ChromeService(paths[1]))
@@ -180,12 +184,38 @@ def test_a_page_in_a_browser(
             assert script("return document.activeElement.parentElement.open") != before
     assert len(reached) == summaries
 
+    check_print(browser)
     assert [line for line in browser.get_log("browser") if line["level"] != "INFO"] == []
+    check_requests(browser)
+
+
+def check_requests(browser: Any) -> None:
+    """Nothing was asked of any other machine."""
     asked = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     urls = [message["params"]["request"]["url"] for message in asked
             if message["method"] == "Network.requestWillBeSent"]  # fmt: skip
     assert urls
-    assert all(url.startswith(("data:", "file:", "about:")) for url in urls), urls
+    assert all(url.startswith(("data:", "file:", "about:", "blob:file:")) for url in urls), urls
+
+
+def check_print(browser: Any) -> None:
+    """On paper nothing reaches beyond the margin, what is folded is there, and all has its page."""
+    metrics = {"width": PAPER[0], "height": PAPER[1], "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    beyond, hidden, whole = browser.execute_script("""
+        const all = [...document.querySelectorAll("body *")], width = arguments[0];
+        const right = one => one.getBoundingClientRect().right;
+        return [all.filter(one => right(one) > width + 1).map(one => one.outerHTML.slice(0, 200)),
+                all.filter(one => !one.checkVisibility()).map(one => one.tagName),
+                document.documentElement.scrollHeight];""", PAPER[0])  # fmt: skip
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    assert beyond == []
+    assert hidden == []
+    printed = browser.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"]
+    pages = len(re.findall(rb"/Type\s*/Page\b", base64.b64decode(printed)))
+    # a figure or a row that does not fit moves to the next page, and leaves half a page at most
+    assert whole / PAPER[1] <= pages <= 1 + 2.0 * whole / PAPER[1]
 
 
 def webdriver_keys() -> Any:

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Literal
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import Overrides
+from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
 from validation.models import without_estimate
-from validation.render.off_screen import PICTURES, missing_libraries, render_run
+from validation.render.interactive import check_interactive
+from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
 from validation.runs.execute import keep, solve
 from validation.scenes.load import load_scene
@@ -23,6 +24,7 @@ def render(
     *,
     model: Literal["fem3d", "fem2d"] | None = None,
     overrides: Overrides = (),
+    interactive: Flag = False,
     out: Path = Path("out"),
 ) -> None:
     """Draw a finished run's fields, or run a scene and draw its.
@@ -33,8 +35,10 @@ def render(
         The folder of a finished solid run, or a scene, which is run first.
     model
         The model to run a scene with: fem3d (default) or fem2d.
+    interactive
+        Write a page as well, to turn and step through (the extra interactive).
     out
-        Folder for render/NAME-WHAT.png and .gif, and for run/SCENE-MODEL/ of a scene.
+        Folder for render/NAME-WHAT.png, .gif and .html, and for run/SCENE-MODEL/ of a scene.
 
     Raises
     ------
@@ -43,6 +47,7 @@ def render(
     RunFailedError
         The scene's run gave no fields, or the drawing failed; what there is, is kept.
     """
+    check_interactive(interactive)
     problem = missing_libraries()
     if problem:
         raise UserError(f"cannot draw: {problem}")
@@ -57,7 +62,7 @@ def render(
     else:
         folder = _run(run_or_scene, model or "fem3d", overrides, out)
     name = safe_name(folder.resolve().name)
-    drawn = render_run(folder, pictures, name, PICTURES)
+    drawn = render_run(folder, pictures, name, (*PICTURES, *[INTERACTIVE] * interactive))
     if drawn.refused:
         raise UserError(drawn.problem)
     if drawn.problem:

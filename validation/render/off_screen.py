@@ -13,7 +13,9 @@ from validation.errors import UserError
 LIBRARIES = "libgl1 libegl1 libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1"
 TIMEOUT_S = 300
 
+INTERACTIVE = "interactive"
 STILL = ("stress", "velocity", "sequence")
+SUFFIXES = {"animation": "gif", INTERACTIVE: "html"}
 PICTURES = ("stress", "velocity", "pressure", "shape", "sequence", "animation")
 
 
@@ -50,22 +52,29 @@ def missing_libraries() -> str:
     return f"{' and '.join(lacking)} cannot be loaded; on Debian or Ubuntu: apt install {LIBRARIES}"
 
 
-def render_run(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str] = STILL) -> Renders:
+def render_run(
+    run_folder: Path,
+    out: Path,
+    prefix: str,
+    wanted: Sequence[str] = STILL,
+    beside: Sequence[Path] = (),
+) -> Renders:
     """Draw pictures of one run from its ``fields`` folder.
 
     Parameters
     ----------
     run_folder : holds summary.json and fields/tap.pvd.
-    out : folder for the pictures, named ``<prefix>-<what>.png`` (the animation: ``.gif``).
-    wanted : which of `PICTURES`; a pressure is drawn where the fields hold one.
+    out : folder for the pictures, named ``<prefix>-<what>.png`` (see `SUFFIXES`).
+    wanted : which of `PICTURES`, or interactive; a pressure is drawn where the fields hold one.
+    beside : folders of other runs, whose forces an interactive page shows.
     """
     problem = missing_libraries()
     if problem:
         return Renders({}, problem)
     out.mkdir(parents=True, exist_ok=True)
-    problem, refused = _draw([str(run_folder), str(out), prefix, *wanted])
-    suffixes = {what: "gif" if what == "animation" else "png" for what in wanted}
-    files = {what: out / f"{prefix}-{what}.{suffix}" for what, suffix in suffixes.items()}
+    folders = map(str, (run_folder, *beside))
+    problem, refused = _draw([str(out), prefix, ",".join(wanted), *folders])
+    files = {what: out / f"{prefix}-{what}.{SUFFIXES.get(what, 'png')}" for what in wanted}
     return Renders({what: path for what, path in files.items() if path.is_file()}, problem, refused)
 
 

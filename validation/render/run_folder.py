@@ -11,6 +11,10 @@ from typing import Any
 from validation.errors import UserError
 
 FIELDS = Path("fields")
+DAMAGED = (  # whatever parsing hits: no JSON, no table, no number, no key, nested without end
+    ValueError, TypeError, OverflowError, LookupError, AttributeError, OSError, RecursionError,
+    ElementTree.ParseError,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -53,15 +57,38 @@ def read_run(folder: Path) -> DrawnRun:
         title = f"{summary['scene']} finger, {summary['model']} {summary['variant']}"
         part = "fields/tap.pvd"
         steps = read_steps(folder / FIELDS)
-    # whatever parsing hits: no JSON, no table, no number, no key, nested without end
-    except (ValueError, TypeError, OverflowError, LookupError, AttributeError, OSError,
-            RecursionError, ElementTree.ParseError) as error:  # fmt: skip
-        why = " ".join(str(error).split())[:100]
-        raise UserError(
-            f"render {folder}: {part} is damaged or no run's ({type(error).__name__}: {why}); "
-            "make the run again with fingertap run, or give its scene"
-        ) from error
+    except DAMAGED as error:
+        raise _damaged(folder, part, error) from error
     return DrawnRun(steps, contact, contact + after, height, title)
+
+
+def read_curves(folder: Path) -> tuple[str, Any]:
+    """A run's name, and its time since the first touch (s), F_n and F_t (N) of every step.
+
+    Raises
+    ------
+    UserError
+        As `read_run`.
+    """
+    import numpy as np
+
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        name = " ".join(filter(None, (str(summary["model"]), str(summary["variant"]))))
+        table = np.loadtxt(folder / "curves.csv", delimiter=",", skiprows=1, ndmin=2)
+        time, normal, *tangential = table.T
+        known = tangential[0] if tangential else np.full_like(time, np.nan)
+        return name, np.array([time - _finite(summary["contact_time_s"]), normal, known])
+    except DAMAGED as error:
+        raise _damaged(folder, "curves.csv", error) from error
+
+
+def _damaged(folder: Path, part: str, error: Exception) -> UserError:
+    why = " ".join(str(error).split())[:100]
+    return UserError(
+        f"render {folder}: {part} is damaged or no run's ({type(error).__name__}: {why}); "
+        "make the run again with fingertap run, or give its scene"
+    )
 
 
 def read_steps(folder: Path) -> list[tuple[float, Path]]:

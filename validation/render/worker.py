@@ -1,6 +1,7 @@
-"""Draws one run: ``python -m validation.render.worker RUN_FOLDER OUT PREFIX WHAT...``.
+"""Draws one run: ``python -m validation.render.worker OUT PREFIX WHAT,WHAT RUN_FOLDER [OTHER...]``.
 
-WHAT is any of `off_screen.PICTURES`, each a method of `Drawing`.
+WHAT is any of `off_screen.PICTURES` or ``interactive``, each a method of `Drawing`. Of the OTHER
+runs' folders an interactive page shows the forces.
 """
 
 import sys
@@ -15,7 +16,8 @@ import numpy as np
 
 from validation.errors import UserError
 from validation.render.details import draw_patch, draw_shape, write_gif
-from validation.render.run_folder import DrawnRun, read_run
+from validation.render.interactive import write_interactive
+from validation.render.run_folder import DrawnRun, read_curves, read_run
 from validation.render.views import PRESSURE, SPEED, STRESS, contact_sheet, deformed, draw, lowest_x
 
 FRAMES = 6
@@ -26,9 +28,14 @@ SCALE_PERCENTILE = 99.7
 class Drawing:
     """A run, and what its pictures share."""
 
-    run: DrawnRun
+    folders: Sequence[Path]
     out: Path
     prefix: str
+
+    @cached_property
+    def run(self) -> DrawnRun:
+        """What the first folder holds."""
+        return read_run(self.folders[0])
 
     def path(self, what: str, suffix: str = "png") -> Path:
         """Where a picture goes."""
@@ -97,6 +104,13 @@ class Drawing:
         with self._frames(self.run.steps, "animation", bar_on_each=True) as frames:
             write_gif(self.path("animation", "gif"), frames)
 
+    def interactive(self) -> None:
+        """The tap to turn and step through, its forces beside those of the other runs."""
+        steps = [(t - self.run.contact_s, deformed(file, cut=True)) for t, file in self.run.steps]
+        curves = dict(read_curves(folder) for folder in self.folders)
+        shown = steps, STRESS, self.stress_limits, self.run.height_m, curves
+        write_interactive(self.path("interactive", "html"), self.run.title, *shown)
+
     @contextmanager
     def _frames(
         self, steps: Sequence[tuple[float, Path]], what: str, bar_on_each: bool
@@ -121,16 +135,16 @@ class Drawing:
             frame.unlink()
 
 
-def main(run_folder: Path, out: Path, prefix: str, wanted: Sequence[str]) -> None:
-    """Draw the wanted pictures of a run."""
-    drawing = Drawing(read_run(run_folder), out, prefix)
-    for what in wanted:
+def main(out: Path, prefix: str, wanted: str, *folders: str) -> None:
+    """Draw the wanted pictures of a run, and of other runs."""
+    drawing = Drawing([Path(folder) for folder in folders], out, prefix)
+    for what in wanted.split(","):
         getattr(drawing, what)()
 
 
 if __name__ == "__main__":
     try:
-        main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], sys.argv[4:])
+        main(Path(sys.argv[1]), *sys.argv[2:])
     except UserError as error:
         sys.stderr.write(f"{error}\n")  # read by the command, which says it
         sys.exit(error.exit_code)

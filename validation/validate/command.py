@@ -12,6 +12,7 @@ from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import Progress
+from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
 from validation.validate.check import plan_of, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
@@ -51,7 +52,7 @@ def isolated_ladder(plan: Plan, out: Path, full: bool, store: Store) -> Ladder:
     return ladder
 
 
-def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
+def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) -> dict[str, Any]:
     """Write all tables, figures, renders and the page; returns what the page names."""
     accuracy = [
         row
@@ -70,7 +71,7 @@ def report(folder: Path, runs: Runs, ladder: Ladder) -> dict[str, Any]:
     write_ladder(folder, rungs)
     figures = draw_figures(folder / "figures", runs)
     apart = draw_differences(folder / "figures", runs)
-    renders = draw_fields(folder / "renders", folder / "runs", runs)
+    renders = draw_fields(folder / "renders", folder / "runs", runs, interactive)
     context = page_context(runs, accuracy, efficiency, figures, apart, renders)
     context |= ladder_context(ladder, rungs)
     write_page(folder / "index.html", "validate.html.j2", context)
@@ -84,6 +85,7 @@ def run_validation(
     tolerance: str = "",
     out: Path = Path("out"),
     ladder: Flag = False,
+    interactive: Flag = False,
     fresh: Fresh = False,
     no_estimate: NoEstimate = False,
 ) -> None:
@@ -109,6 +111,8 @@ def run_validation(
         junit.xml, figures, renders, runs.
     ladder
         Compare with the converged reference on the ladder's third rung: minutes longer.
+    interactive
+        Draw fields and curves also as pages to turn and step through (the extra interactive).
 
     Raises
     ------
@@ -119,6 +123,7 @@ def run_validation(
     OutsideToleranceError
         A difference is not inside its tolerance.
     """
+    check_interactive(interactive)
     plan = plan_of(scenes, models, reference, tolerance)
     folder = output_folder(out / "validate")
     for name in ("runs", "figures", "renders"):
@@ -129,7 +134,7 @@ def run_validation(
         progress(0.8, "ladder: structure and contact")
         rungs = isolated_ladder(plan, out, ladder, store)
         progress(0.95, "tables, figures, renders")
-        context = report(folder, runs, rungs)
+        context = report(folder, runs, rungs, interactive)
     failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
     failures += rungs.failures
     checks = write_checks(folder, runs, failures)

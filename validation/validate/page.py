@@ -6,7 +6,7 @@ from typing import Any
 from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
-from validation.render.off_screen import STILL, Renders, render_run
+from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
 from validation.validate.headline import (
     differences,
     labels,
@@ -72,7 +72,9 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     return found
 
 
-def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Renders]:
+def draw_fields(
+    folder: Path, runs_folder: Path, runs: Runs, interactive: bool = False
+) -> dict[str, Renders]:
     """Renders of the reference on every scene that it completed."""
     result = {}
     for scene in runs.scenes:
@@ -80,8 +82,9 @@ def draw_fields(folder: Path, runs_folder: Path, runs: Runs) -> dict[str, Render
             continue
         result[scene] = Renders({}, "no completed run to draw")
         if (run := runs.reference(scene)) is not None:
-            source = runs_folder / safe_name(run.folder_name)
-            result[scene] = render_run(source, folder, scene, (*STILL, "pressure"))
+            wanted = (*STILL, "pressure", *[INTERACTIVE] * interactive)
+            sources = [runs_folder / safe_name(r.folder_name) for r in (run, *runs.compared(scene))]
+            result[scene] = render_run(sources[0], folder, scene, wanted, sources[1:])
     return result
 
 
@@ -110,6 +113,7 @@ def page_context(
         (what, path, f"{scene} finger: {CAPTIONS[what]}")
         for scene, pictures in renders.items()
         for what, path in pictures.pictures.items()
+        if what != INTERACTIVE
     ]
     factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *PENALTIES))
     tables = {}
@@ -136,6 +140,11 @@ def page_context(
         "efficiency_columns": [c for c in EFFICIENCY_COLUMNS if c != "processor"],
         "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
         "small_renders": [(path, text) for what, path, text in drawn if what != "sequence"],
+        "interactive": [
+            (scene, f"{r.pictures[INTERACTIVE].parent.name}/{r.pictures[INTERACTIVE].name}")
+            for scene, r in renders.items()
+            if INTERACTIVE in r.pictures
+        ],
         "wide_renders": [(path, text) for what, path, text in drawn if what == "sequence"],
         "provenance": provenance({}),
     }

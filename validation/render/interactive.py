@@ -1,0 +1,111 @@
+"""A tap to turn, zoom and step through: its fields in 3D, the forces of runs below them.
+
+One HTML file with plotly's script inside, of some 5 MB: it loads nothing. The extra `EXTRA` brings
+plotly; pictures do without.
+"""
+
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.errors import UserError
+from validation.harness.figures import BLACK, COLORS, GREY
+from validation.harness.files import write_text
+
+EXTRA = "interactive"
+Curves = Mapping[str, NDArray[Any]]  # by label: time since the first touch (s), F_n, F_t (N)
+
+
+def check_interactive(wanted: bool) -> None:
+    """Refuse, before anything is run, what the missing extra would have to draw."""
+    if wanted and find_spec("plotly") is None:
+        raise UserError(f"--interactive: needs plotly; pip install 'fingertap[{EXTRA}]'")
+
+
+def write_interactive(
+    path: Path,
+    title: str,
+    steps: Sequence[tuple[float, Any]],
+    field: str,
+    limits: tuple[float, float],
+    height: float,
+    curves: Curves,
+) -> None:
+    """Write the file.
+
+    Parameters
+    ----------
+    steps : times since the first touch, s, and the body's surface of quadrilaterals, m, of the same
+        cells at each, with the field on its cells.
+    limits : of the field's colours.
+    height : H, m.
+    """
+    import plotly.graph_objects as go
+
+    a, b, c, d = np.asarray(steps[0][1].regular_faces).T
+    triangles = {"i": np.append(a, a), "j": np.append(b, c), "k": np.append(c, d)}
+    forces = np.concatenate([curve[1:].ravel() for curve in curves.values()])
+    low, top = float(np.nanmin(forces)), float(np.nanmax(forces))
+
+    def moving(time: float, mesh: Any) -> list[Any]:
+        x, y, z = 1e3 * np.asarray(mesh.points, dtype=np.float32).T
+        shown = np.tile(np.asarray(mesh[field], dtype=np.float32), 2)
+        now = go.Scatter(x=[1e3 * time] * 2, y=[low, top])
+        return [go.Mesh3d(x=x, y=y, z=z, intensity=shown), now]
+
+    middle = len(steps) // 2
+    first, now = moving(*steps[middle])
+    first.update(triangles, intensitymode="cell", cmin=limits[0], cmax=limits[1], flatshading=True)
+    bar = {"title": {"text": field, "side": "right"}, "y": 0.7, "len": 0.6}
+    first.update(colorscale="Inferno", colorbar=bar)
+    now.update(mode="lines", line={"color": GREY, "width": 1}, showlegend=False)
+    x, _, z = (np.array([np.min(part), np.max(part)]) for part in (first.x, first.y, first.z))
+    floor = go.Mesh3d(
+        x=[x[0], x[1], x[1], x[0]], y=[-1e3 * height] * 4, z=[z[0], z[0], z[1], z[1]],
+        i=[0, 0], j=[1, 2], k=[2, 3], color=GREY, opacity=0.4, hoverinfo="skip",
+    )  # fmt: skip
+    lines = []
+    for number, (label, (time, normal, tangential)) in enumerate(curves.items()):
+        look = {"x": 1e3 * time, "mode": "lines", "legendgroup": label}
+        color = COLORS[number % len(COLORS)]
+        lines.append(go.Scatter(look, y=normal, name=label, line={"color": color}))
+        dotted = {"color": color, "dash": "dot"}
+        lines.append(go.Scatter(look, y=tangential, name=label, line=dotted, showlegend=False))
+    names = [f"{1e6 * time:.0f}" for time, _ in steps]
+    frames = [
+        go.Frame(data=moving(*step), traces=[0, 1], name=name)
+        for name, step in zip(names, steps, strict=True)
+    ]
+    at_once = {"mode": "immediate", "frame": {"duration": 0, "redraw": True}}
+    slider = [{"label": name, "method": "animate", "args": [[name], at_once]} for name in names]
+    figure = go.Figure([first, now, floor, *lines], frames=frames)
+    figure.update_layout(
+        title={"text": title, "font": {"size": 15}},
+        template="plotly_white",
+        font={"color": BLACK},
+        scene={
+            "aspectmode": "data",
+            "domain": {"x": [0, 1], "y": [0.4, 1]},
+            "camera": {"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.3, "z": 3}},
+            **{f"{axis}axis": {"title": {"text": f"{axis.upper()} (mm)"}} for axis in "xy"},
+            "zaxis": {"title": {"text": ""}, "showticklabels": False},
+        },
+        xaxis={"title": {"text": "t - t_c (ms)"}, "range": [1e3 * steps[0][0], 1e3 * steps[-1][0]]},
+        yaxis={"domain": [0, 0.32], "title": {"text": "F_n, dotted F_t (N)"}},
+        legend={"orientation": "h", "y": 0.33, "yanchor": "bottom"},
+        sliders=[
+            {
+                "active": middle,
+                "currentvalue": {"prefix": "t - t_c (µs) = "},
+                "steps": slider,
+                "pad": {"t": 45},
+            }
+        ],
+        margin={"l": 60, "r": 20, "t": 50, "b": 40},
+    )
+    shown = {"config": {"displaylogo": False, "responsive": True}, "default_height": "95vh"}
+    write_text(path, figure.to_html(auto_play=False, **shown))

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.validation.commands import Make
@@ -21,6 +22,7 @@ from validation.compare.figures import overlay_figure
 from validation.harness.figures import panels
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
+from validation.render.interactive import write_interactive
 from validation.studies.bench import files as bench
 from validation.studies.calibration.report import write_report as write_calibration
 from validation.studies.evidence.report import Shown, write_evidence
@@ -186,6 +188,44 @@ def test_a_page_in_a_browser(
 
     check_print(browser)
     assert [line for line in browser.get_log("browser") if line["level"] != "INFO"] == []
+    check_requests(browser)
+
+
+class Plate(SimpleNamespace):
+    """The surface of a body as PyVista gives it: two quadrilaterals."""
+
+    def __getitem__(self, field: str) -> Any:
+        return np.array([1.0, 2.0])
+
+
+def test_a_tap_to_turn_and_step_through_loads_nothing(browser: Any, tmp_path: Path) -> None:
+    pytest.importorskip("plotly", reason="pip install -e '.[interactive]'")
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 1], [2, 1, 1]]) * 1e-3
+    faces = np.array([[0, 1, 2, 3], [1, 4, 5, 2]])
+    steps = [(t, Plate(points=points + [0, 0, t], regular_faces=faces)) for t in (0.0, 1e-4, 2e-4)]
+    time = np.linspace(0.0, 2e-4, 50)
+    curves = {
+        "hcm": np.array([time, 10.0 * time, -time]),
+        "data": np.array([time, 20.0 * time, np.full(50, np.nan)]),
+    }
+    page = tmp_path / "tap.html"
+    write_interactive(page, "soft finger", steps, "stress", (0.0, 2.0), 1e-3, curves)
+    opened(browser, page, LAPTOP)
+    read = """
+        const [body, now] = document.querySelector(".js-plotly-plot")._fullData;
+        return [[...body.z], [...body.intensity], [...body.i], now.x[0],
+                document.querySelectorAll("canvas").length];"""
+    z, shown, corners, now, canvases = browser.execute_script(read)
+    assert z == pytest.approx(1e3 * (points[:, 2] + 1e-4))  # mm, of the middle step
+    assert (shown, corners, now) == ([1.0, 2.0, 1.0, 2.0], [0, 1, 0, 1], pytest.approx(0.1))
+    assert canvases
+    browser.execute_async_script("""
+        const plot = document.querySelector(".js-plotly-plot"), done = arguments[0];
+        const step = plot._fullLayout.sliders[0].steps[2];
+        Plotly[step.method](plot, ...step.args).then(() => done());""")
+    z, _, _, now, _ = browser.execute_script(read)
+    assert (z, now) == (pytest.approx(1e3 * (points[:, 2] + 2e-4)), pytest.approx(0.2))
+    assert [line for line in browser.get_log("browser") if line["level"] == "SEVERE"] == []
     check_requests(browser)
 
 

@@ -1,6 +1,7 @@
 """``fingertap render``: pictures of a run or a scene, and the mathematics of what they show."""
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +9,14 @@ import meshio
 import numpy as np
 import pytest
 
-from tests.validation.commands import Patch, Run
+from tests.validation.commands import Make, Patch, Run
 from validation.errors import UserError
+from validation.harness.files import write_run
 from validation.render import command as render_command
+from validation.render import interactive
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
-from validation.render.run_folder import read_steps
+from validation.render.run_folder import read_curves, read_steps
 from validation.render.views import read_fields
 
 COARSE = (
@@ -32,8 +35,15 @@ def test_a_scene_is_run_and_drawn(
     from PIL import Image
 
     monkeypatch.setattr(render_command, "PICTURES", wanted)
-    ended = fingertap("render", "soft", "--model", model, *COARSE, "--out", tmp_path)
+    whole = wanted is PICTURES and find_spec("plotly") is not None
+    more = ["--interactive"] * whole
+    ended = fingertap("render", "soft", "--model", model, *COARSE, *more, "--out", tmp_path)
     assert ended.code == 0
+    page = tmp_path / "render" / f"soft-{model}-interactive.html"
+    if whole:
+        assert str(page) in ended.out
+        assert "fem3d contact" in page.read_text()
+        page.unlink()
     run = tmp_path / "run" / f"soft-{model}"
     for what in wanted:
         suffix = "gif" if what == "animation" else "png"
@@ -65,6 +75,7 @@ def test_a_scene_is_run_and_drawn(
         (["{folder}", "--model", "fem2d"], "", "a finished run takes neither --model nor --set"),
         (["soft", "--model", "hcm"], "", "--model"),
         (["soft"], "libGL cannot be loaded", "cannot draw: libGL cannot be loaded"),
+        (["soft", "--interactive"], "plotly", "needs plotly; pip install 'fingertap[interactive]'"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_before_anything_runs(
@@ -72,6 +83,7 @@ def test_what_cannot_be_drawn_is_refused_before_anything_runs(
     fingertap: Run,
 ) -> None:  # fmt: skip
     monkeypatch.setattr(render_command, "missing_libraries", lambda: missing)
+    monkeypatch.setattr(interactive, "find_spec", lambda name: None)
     given = [argument.format(folder=tmp_path) for argument in arguments]
     assert message in fingertap("render", *given, "--out", tmp_path / "out").refusal
     if missing:
@@ -121,6 +133,23 @@ def test_a_forged_run_is_refused_by_its_file(
         (run / "fields" / "tap.pvd").write_text(text)
         line = fingertap("render", run, "--out", tmp_path / "out").refusal
         assert f"render {run}: fields/tap.pvd is damaged or no run's" in line, text
+
+
+def test_forces_are_read_back_from_the_first_touch_and_refused_where_damaged(
+    make_record: Make, tmp_path: Path
+) -> None:
+    record = make_record("soft", "fem3d", "contact")
+    write_run(tmp_path, record)
+    name, (time, normal, tangential) = read_curves(tmp_path)
+    assert name == "fem3d contact"
+    history = record.history
+    np.testing.assert_array_equal(time, history["time_s"] - record.value("contact_time_s"))
+    np.testing.assert_array_equal(normal, history["normal_force_N"])
+    np.testing.assert_array_equal(tangential, history["tangential_force_N"])
+    for text in ("", "time_s\n1.0\n", "time_s,normal_force_N\n1,x\n"):
+        (tmp_path / "curves.csv").write_text(text)
+        with pytest.raises(UserError, match=r"curves\.csv is damaged or no run's"):
+            read_curves(tmp_path)
 
 
 def test_forged_fields_are_refused_by_their_file(tmp_path: Path) -> None:

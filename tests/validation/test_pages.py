@@ -202,7 +202,8 @@ def test_a_tap_to_turn_and_step_through_loads_nothing(browser: Any, tmp_path: Pa
     pytest.importorskip("plotly", reason="pip install -e '.[interactive]'")
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 1], [2, 1, 1]]) * 1e-3
     faces = np.array([[0, 1, 2, 3], [1, 4, 5, 2]])
-    steps = [(t, Plate(points=points + [0, 0, t], regular_faces=faces)) for t in (0.0, 1e-4, 2e-4)]
+    up = np.array([0.0, 0.0, 1.0])
+    steps = [(t, Plate(points=points + t * up, regular_faces=faces)) for t in (0.0, 1e-4, 2e-4)]
     time = np.linspace(0.0, 2e-4, 50)
     curves = {
         "hcm": np.array([time, 10.0 * time, -time]),

@@ -15,8 +15,9 @@ from types import ModuleType
 
 import numpy as np
 
+from meshes.errors import MeshError
 from meshes.grading import Division
-from meshes.mesh import Floats, Ints, MeshError
+from meshes.mesh import Floats, Ints
 
 _OPTIONS = {
     "General.Terminal": 0,

@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 
-from meshes.mesh import FingerMesh, MeshError
+from meshes.errors import MeshError
+from meshes.mesh import FingerMesh
 from meshes.quality import scaled_jacobians
 
 _DEGENERATE = 1e-6

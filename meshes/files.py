@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from meshes.check import check
-from meshes.mesh import FingerMesh, Floats, Ints, MeshError
+from meshes.errors import MeshError
+from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.topology import local_facets
 
 _CELL_TYPES = {"hexahedron": 3, "quad": 2}

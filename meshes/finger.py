@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
-from meshes.mesh import FingerMesh, Floats, Ints, MeshError
+from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.phalanx import PhalanxBlocks, mesh_phalanx
 from meshes.plan import PhalanxPlan, plan_finger
 from meshes.sizing import Sizing
@@ -78,7 +79,8 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
         n_cells += len(phalanx.cells)
     if dim == 3:
         node_sets["symmetry"] = np.concatenate(symmetry)
-    return FingerMesh(np.vstack(points), np.vstack(cells), node_sets, facet_sets, cell_sets)
+    nodes, elements = np.vstack(points), np.vstack(cells)
+    return FingerMesh(nodes, elements, node_sets, facet_sets, cell_sets, geometry)
 
 
 def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:

@@ -12,8 +12,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
-from meshes.mesh import FingerMesh, Floats, Ints, MeshError
+from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.quality import volumes
 from meshes.topology import local_facets, outer_facets
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from meshes.bounds import Bound, check_fields
-from meshes.mesh import MeshError
+from meshes.errors import MeshError
 
 LARGEST_SHAFT = 0.45
 """Largest radius of a shaft over that of its phalanx: the hole stays inside the O-grid's core."""

@@ -1,4 +1,4 @@
-"""The mesh that everything else receives, the package's array types and its one exception."""
+"""The mesh that everything else receives, and the package's array types."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,12 +8,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.geometry import FingerGeometry
+
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
-
-
-class MeshError(ValueError):
-    """A mesh cannot be built, written or read; the message is one line meant for users."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +29,8 @@ class FingerMesh:
     facet_sets : nodes of outer facets by name, (k, 4 or 2), outward oriented: ``surface`` (all of
         the last phalanx that can touch), ``tip``
     cell_sets : sorted element numbers by name: ``phalanx_w``
+    shape : of the finger that this is a mesh of, where that is known: flat facets leave some of it
+        out
     """
 
     points: Floats
@@ -38,6 +38,7 @@ class FingerMesh:
     node_sets: Mapping[str, Ints]
     facet_sets: Mapping[str, Ints]
     cell_sets: Mapping[str, Ints]
+    shape: FingerGeometry | None = None
 
     def __post_init__(self) -> None:
         for name in ("node_sets", "facet_sets", "cell_sets"):

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from meshes.mesh import FingerMesh, Ints, MeshError
+from meshes.errors import MeshError
+from meshes.mesh import FingerMesh, Ints
 from meshes.topology import orient, renumber
 
 
@@ -55,4 +56,4 @@ def mirrored(half: FingerMesh) -> FingerMesh:
         name: new[np.vstack([sides, image[sides][:, ::-1]])]
         for name, sides in half.facet_sets.items()
     }
-    return FingerMesh(points[old], np.vstack(ordered), kept, facets, cell_sets)
+    return FingerMesh(points[old], np.vstack(ordered), kept, facets, cell_sets, half.shape)

@@ -6,9 +6,9 @@ Everything is known before gmsh starts, so that absurd requests cost nothing.
 import math
 from dataclasses import dataclass, replace
 
+from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.grading import Division, Grading, count_even
-from meshes.mesh import MeshError
 from meshes.o_grid import CONTACT_DEPTH, CORE_SIDE, HINGE_DEPTH, RING_WIDTH, contact_arc
 from meshes.sizing import Sizing, require_bearable
 

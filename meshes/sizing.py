@@ -7,8 +7,8 @@ from types import MappingProxyType
 from typing import Annotated, Self
 
 from meshes.bounds import Bound, check_fields
+from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
-from meshes.mesh import MeshError
 
 # What mesh and model of 83,000 hexahedra took beyond one of 3,700, with the fields that a run
 # keeps; the updates of one thread; and ten transits of a wave over the longest phalanx in steps of

@@ -11,7 +11,6 @@
 from reference_fem.accuracy import HELD, sizes_for
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
-from reference_fem.estimate import Companion
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
 from reference_fem.rigid_flight import impact_state
@@ -22,7 +21,6 @@ from reference_fem.touch import Touch, predicted_touch
 __all__ = [
     "HELD",
     "ChainState",
-    "Companion",
     "Drive",
     "ForceRecord",
     "History",

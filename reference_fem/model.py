@@ -21,6 +21,7 @@ from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.stable_step import coupled_step, stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
 from reference_fem.torques import Torques
+from reference_fem.true_body import mass_factors, true_chain
 
 
 @dataclass(frozen=True)
@@ -122,9 +123,13 @@ def build_model(
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radius),)
     elastic = points, cells, young, poisson, density
     kernel = _formulation(mesh.dim, settings)(*elastic, *thickness, relaxation)
-    mass = np.ascontiguousarray(kernel.lumped_mass)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     copies = 2 if symmetry.size else 1
+    if mesh.shape is not None:
+        true = true_chain(mesh.shape, materials, drive, mesh.dim)
+        masses = points, kernel.lumped_mass, body_nodes
+        kernel = kernel.with_masses(mass_factors(*masses, true, copies))
+    mass = np.ascontiguousarray(kernel.lumped_mass)
     contact = contact_law(
         TouchingBody(
             mesh=mesh,
@@ -138,12 +143,12 @@ def build_model(
         ),
         settings,
     )
+    hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry, contact.damping)
     step_s = settings.step_factor * limit
     if contact.coupled_eigenvalue:
         step_s = coupled_step(step_s, settings.step_factor, contact.coupled_eigenvalue)
-    hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     return Model(
         points=points,
         cells=cells,

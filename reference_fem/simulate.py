@@ -15,7 +15,7 @@ from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, digest, identity
-from reference_fem.estimate import Companion, Given, estimated
+from reference_fem.estimate import Given, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
@@ -36,7 +36,7 @@ def simulate(
     progress: Progress | None = None,
     start: ChainState | None = None,
     restart: Restart | None = None,
-    companion: Companion | None = None,
+    companion: meshes.FingerMesh | None = None,
 ) -> TapResult:
     """Let the finger of `mesh` fall and tap the surface.
 
@@ -50,8 +50,8 @@ def simulate(
         along -X at t = 0. An impact state starts right above the surface.
     restart : where the explicit run leaves what it needs to be resumed after a kill, and whether to
         resume; None: nowhere.
-    companion : what `Settings.estimate` takes beside the run itself; without it estimates tell
-        less.
+    companion : a mesh of other edges, which `Settings.estimate` compares the run with; without it
+        estimates tell less.
 
     Returns
     -------

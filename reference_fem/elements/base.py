@@ -11,10 +11,11 @@ else elements share is in `blocks`, `loops` and `threads`):
    workspace inside the object, so one object serves one caller at a time (it is not re-entrant).
 """
 
+import copy
 from collections.abc import Callable, Iterator
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numba
 import numpy as np
@@ -73,6 +74,13 @@ class ElementKernel:
         blocks = make_blocks(kind, self.points, self.cells, rows, scratch_rows)
         object.__setattr__(self, "lumped_mass", mass)
         object.__setattr__(self, "blocks", blocks)
+
+    def with_masses(self, factors: Array) -> Self:
+        """The same elements, the mass of each of their nodes by these factors (n_nodes,)."""
+        heavier = copy.copy(self)
+        object.__setattr__(heavier, "cell_mass", self.cell_mass * factors[self.cells])
+        object.__setattr__(heavier, "lumped_mass", self.lumped_mass * factors)
+        return heavier
 
     @property
     def n_nodes(self) -> int:

@@ -63,12 +63,43 @@ def test_meshes_converge_to_the_true_body(dim: int, hole: float | None) -> None:
     errors = []
     for size in (1.0, 0.5):
         mesh = make(geometry, meshes.Sizing(*(size * np.array([1.5e-3, 2.5e-3, 1.5e-3]))))
+        mesh = replace(mesh, shape=None)
         model = build_model(mesh, materials, SURFACE, DRIVE, rf.Settings())
         assert model.chain is not None
         of_mass = model.copies * model.chain.mass / true.mass - 1
         of_inertia = model.copies * model.chain.inertia / true.inertia - 1
         errors.append(np.abs([*of_mass, *of_inertia]))
     assert (errors[1] < errors[0] / (3.2 if dim == 3 else 2.2)).all()
+
+
+@pytest.mark.parametrize("hole", [None, 2.5e-3])
+@pytest.mark.parametrize("form", ["half", "whole", "plane"])
+def test_a_mesh_that_knows_its_shape_moves_as_that_does(form: str, hole: float | None) -> None:
+    """Masses, centres and inertias are the true body's; no node's mass changes by much."""
+    geometry = meshes.FingerGeometry((L, 0.05), (2 * R, 0.012), shaft_radius=hole)
+    materials = (HARD[0], rf.Material(1e9, 0.4, 1400.0))
+    make = meshes.finger_quadrilaterals if form == "plane" else meshes.finger_hexahedra
+    mesh = make(geometry, meshes.Sizing(3e-3, 5e-3, 3e-3))
+    if form == "whole":
+        mesh = meshes.mirrored(mesh)
+    true = true_chain(geometry, materials, DRIVE, mesh.dim)
+    model = build_model(mesh, materials, SURFACE, DRIVE, rf.Settings())
+    assert model.chain is not None
+    assert model.copies * model.chain.mass == pytest.approx(true.mass, rel=1e-12)
+    assert model.copies * model.chain.inertia == pytest.approx(true.inertia, rel=1e-12)
+    assert model.chain.arms == pytest.approx(true.arms, abs=1e-14)
+    own = build_model(replace(mesh, shape=None), materials, SURFACE, DRIVE, rf.Settings())
+    assert model.mass / own.mass == pytest.approx(1.0, abs=0.15)  # coarse: a cell is 0.25 L/5
+
+
+def test_one_element_along_a_phalanx_keeps_its_masses() -> None:
+    """Two layers of nodes a length apart have an inertia that no positive masses bring down."""
+    geometry = meshes.FingerGeometry((0.02, 0.03), (0.02, 0.02))
+    mesh = meshes.finger_hexahedra(geometry, meshes.Sizing(8e-3, 0.02, 8e-3))
+    model = build_model(mesh, HARD[:2], SURFACE, DRIVE, rf.Settings())
+    own = build_model(replace(mesh, shape=None), HARD[:2], SURFACE, DRIVE, rf.Settings())
+    first = model.body_of_point == 0
+    assert (model.mass[first] == own.mass[first]).all()
 
 
 def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:
@@ -137,9 +168,9 @@ def tap(
 ) -> Any:
     settings = rf.Settings(contact="impulse", **changes)
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
+    mesh = mesh if shape else replace(mesh, shape=None)
     other = meshes.finger_hexahedra(FINGER, meshes.Sizing(4e-3, 7e-3, 4e-3)) if finer else None
-    beside = rf.Companion(FINGER, other) if shape else None
-    return rf.simulate(mesh, HARD, SURFACE, DRIVE, settings, stop, companion=beside)
+    return rf.simulate(mesh, HARD, SURFACE, DRIVE, settings, stop, companion=other)
 
 
 @pytest.fixture(scope="module")
@@ -149,30 +180,30 @@ def estimated() -> rf.TapResult:
 
 
 def test_a_mesh_of_168_elements_is_known_to_be_wrong(estimated: rf.TapResult) -> None:
-    """It arrives 1.4 ms late, with its error stated; so is that of every number of the tap."""
+    """The error of every number of the tap is stated."""
     assert estimated.summary.elements == 336
     for name, known in KNOWN.items():
         error = estimated.errors[name]
         assert isinstance(error, float)
         assert abs(getattr(estimated.summary, name) - known) < 1.5 * error, name
-    late = estimated.summary.contact_time_s - KNOWN["contact_time_s"]  # type: ignore[operator]
-    assert estimated.errors["contact_time_s"] == pytest.approx(late, rel=0.1)
     (said,) = [text for text in estimated.cautions if "estimated errors" in text]
     assert "peak normal force" in said
-    assert "tip velocity at contact 4.7 %" in said
+
+
+def test_a_mesh_without_its_shape_has_no_errors_of_flight(estimated: rf.TapResult) -> None:
+    """168 elements with masses of their own arrive late, which nothing tells."""
+    unknown = tap(shape=False)
+    assert unknown.errors["contact_time_s"] == np.inf
+    apart = unknown.summary.contact_time_s - estimated.summary.contact_time_s
+    assert apart > 4e-4
 
 
 def test_without_companion_or_estimate_the_run_is_the_same(estimated: rf.TapResult) -> None:
-    alone, shape, none = tap(shape=False), tap(finer=False), tap(estimate=False)
+    alone, none = tap(finer=False), tap(estimate=False)
     assert none.errors == {}
-    assert alone.errors["contact_time_s"] == np.inf
     assert alone.errors[PEAK] > 0.5 * alone.summary.peak_normal_force_N
-    assert "a mesh file has no coarser one" in shape.cautions[-1]
-    v, dv = (np.array(shape_of[V]) for shape_of in (vars(shape.summary), shape.errors))
-    for name, power in ((PEAK, 1.2), ("normal_impulse_N_s", 1.0), ("contact_duration_s", 0.2)):
-        more = power * dv.max() / abs(v[1]) * getattr(shape.summary, name)
-        assert shape.errors[name] == pytest.approx(alone.errors[name] + more)
-    for other in (alone, shape, none):
+    assert "this mesh's edges alone" in alone.cautions[-1]
+    for other in (alone, none):
         np.testing.assert_array_equal(other.forces.normal_force_N, estimated.forces.normal_force_N)
         same = replace(other.summary, wall_time_s=estimated.summary.wall_time_s)
         assert same == estimated.summary
@@ -191,13 +222,14 @@ def test_an_interrupt_of_the_companion_keeps_the_run(estimated: rf.TapResult) ->
 def test_what_leads_to_the_touch_changes_the_speed_as_is_stated() -> None:
     """The tip of a rubber finger falls freely in the steps after its rigid flight."""
     rubber = (rf.Material(1e7, 0.4, 1400.0),) * 3
-    mesh, beside = meshes.finger_hexahedra(FINGER, COARSE), rf.Companion(FINGER)
+    mesh = meshes.finger_hexahedra(FINGER, COARSE)
     read, stated = [], []
     for steps in (2, 11):
         settings = rf.Settings(contact="impulse", lead_steps=steps)
-        run = rf.simulate(mesh, rubber, SURFACE, DRIVE, settings, companion=beside)
+        run = rf.simulate(mesh, rubber, SURFACE, DRIVE, settings)
         read.append(vars(run.summary)[V])
         stated.append(run.errors[V])
     apart = np.abs(np.subtract(*read))
     assert apart.max() > 5e-3
-    np.testing.assert_allclose(np.subtract(*stated[::-1]), apart, rtol=1e-6)
+    # what the tip gains between its nodes' touch and the sphere's goes with the speed read
+    np.testing.assert_allclose(np.subtract(*stated[::-1]), apart, rtol=2e-3)

@@ -56,11 +56,10 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
     one of edges so fine that it has 2^dimension as many. A mesh that is read has none.
     """
     import meshes
-    import reference_fem
 
-    geometry = finger_geometry(tables)
     if sizing is None:
-        return reference_fem.Companion(geometry)
+        return None
+    geometry = finger_geometry(tables)
     other = sizing.coarser(COARSER)
     other = replace(
         other,
@@ -73,7 +72,7 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
         other = sizing
         while meshes.count_elements(geometry, other, dimension) < 2**dimension * own:
             other = other.coarser(FINER)
-    return reference_fem.Companion(geometry, _mesh(tables, dimension, other))
+    return _mesh(tables, dimension, other)
 
 
 def sizing_of(tables: Scene, dimension: Dimension) -> Any:
@@ -216,7 +215,7 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
         meshes.check_finger(mesh, geometry)
     except meshes.MeshError as error:
         raise ValueError(f"{key}: is not the scene's finger: {error}; make them agree") from error
-    return mesh
+    return replace(mesh, shape=geometry)
 
 
 def solver_settings(tables: Scene) -> Any:

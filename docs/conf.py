@@ -15,13 +15,14 @@ from generated import write_all  # noqa: E402
 
 project, author, copyright = "Fingertap", "The Fingertap developers", "The Fingertap developers"
 extensions = [
+    "mathml",
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
 ]
-myst_enable_extensions = ["dollarmath", "deflist"]
+myst_enable_extensions = ["amsmath", "dollarmath", "deflist"]
+html_math_renderer = "mathml"
 myst_heading_anchors = 3
 exclude_patterns = ["gallery/**", "plugin-example/**", "reference/generated/**"]
 html_theme = "pydata_sphinx_theme"

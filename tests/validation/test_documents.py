@@ -121,6 +121,23 @@ def test_an_example_is_short_and_ends_in_a_figure(path: Path, monkeypatch: Patch
         plt.close("all")
 
 
+def test_equations_become_what_browsers_draw_or_are_refused() -> None:
+    pytest.importorskip("latex2mathml", reason="pip install -e '.[docs]'")
+    mathml = runpy.run_path(str(DOCS / "mathml.py"))["mathml"]
+    assert "<mi>\N{MATHEMATICAL BOLD SMALL Q}</mi>" in mathml(r"\mathbf q", "inline")
+    assert "<mi>\N{MATHEMATICAL BOLD CAPITAL PHI}</mi>" in mathml(r"\boldsymbol\Phi_q", "inline")
+    for unknown in (r"\nothing x", r"\begin{aligned} a &= b \end{aligned}"):
+        with pytest.raises(ValueError, match="no MathML for"):
+            mathml(unknown, "block")
+    found = [
+        tex
+        for page in PAGES
+        for tex in re.findall(r"\$\$(.+?)\$\$", page.read_text("utf-8"), re.DOTALL)
+    ]
+    assert len(found) > 15
+    assert all(mathml(tex, "block").startswith("<math") for tex in found)
+
+
 def test_eight_examples() -> None:
     assert len(EXAMPLES) == 8
 

@@ -30,10 +30,12 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     Raises
     ------
     MeshError
-        If the suffix is unknown or the file cannot be written.
+        If nodes hang, the suffix is unknown or the file cannot be written.
     """
     import meshio
 
+    if mesh.ties.size:
+        raise MeshError(f"{path}: nodes that hang have no place in a file; mesh with halvings = 0")
     path = Path(path)
     module = _format(path)
     points = np.zeros((len(mesh.points), 3))

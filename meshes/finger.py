@@ -1,18 +1,25 @@
 """The whole finger: phalanges meshed one by one, snapped, numbered and put in a row."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from meshes.errors import MeshError
+from meshes.full_volume import from_contact, with_full_volume
 from meshes.geometry import FingerGeometry
+from meshes.halving import Halved, halve
 from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.phalanx import PhalanxBlocks, mesh_phalanx
 from meshes.plan import PhalanxPlan, plan_finger
+from meshes.quality import volumes
 from meshes.sizing import Sizing
 from meshes.topology import orient, outer_facets, renumber
 
 _METRES_PER_MM = 1e-3
 
+LONG = 1.2
+"""A cell's size over the one asked for, from which on it is halved: halves are then 0.6 of it."""
 _TOLERANCE = 1e-6
 """Largest distance of y from 0 over the radius at which a node counts as lying on y = 0."""
 
@@ -50,6 +57,7 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
     facet_sets: dict[str, Ints] = {}
     cell_sets: dict[str, Ints] = {}
     symmetry: list[Ints] = []
+    ties: list[Ints] = []
     n_points = n_cells = 0
     ends = (*geometry.hinges, geometry.end)
     for w, plan in enumerate(plans, start=1):
@@ -73,6 +81,7 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
             node_sets["pole"] = roles["pole"]
         symmetry.append(roles.get("symmetry", np.empty(0, dtype=np.int64)))
         cell_sets[f"phalanx_{w}"] = np.arange(n_cells, n_cells + len(phalanx.cells))
+        ties.append(phalanx.ties + n_points)
         points.append(x)
         cells.append(phalanx.cells + n_points)
         n_points += len(x)
@@ -80,22 +89,55 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
     if dim == 3:
         node_sets["symmetry"] = np.concatenate(symmetry)
     nodes, elements = np.vstack(points), np.vstack(cells)
-    return FingerMesh(nodes, elements, node_sets, facet_sets, cell_sets, geometry)
+    sets = node_sets, facet_sets, cell_sets
+    return FingerMesh(nodes, elements, *sets, geometry, np.vstack(ties))
 
 
 def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
     """Snap to the analytic surfaces, orient the elements and number for locality."""
     points = snap(phalanx, plan)
-    order, cells = renumber(orient(points, phalanx.cells), len(points))
+    cells = orient(points, phalanx.cells)
+    cut = Halved(points, cells, outer_facets(cells), phalanx.roles, _none(points.shape[1]))
+    for _ in range(plan.halvings):
+        cut = _cut_long(cut, plan)
+    if plan.full_volume:
+        cut = with_full_volume(cut, plan)
+        for role in ("proximal_face", "distal_face"):
+            if role in cut.roles:
+                _make_symmetric(cut.points, cut.roles[role], 0.01 * plan.radius)
+    order, cells = renumber(cut.cells, len(cut.points))
     new = np.empty_like(order)
     new[order] = np.arange(len(order))
-    roles = {role: np.sort(new[nodes]) for role, nodes in phalanx.roles.items()}
-    return PhalanxBlocks(points[order], cells, roles)
+    roles = {role: np.sort(new[nodes]) for role, nodes in cut.roles.items()}
+    return PhalanxBlocks(cut.points[order], cells, roles, new[cut.facets], new[cut.ties])
+
+
+def _none(dim: int) -> Ints:
+    return np.empty((0, 1 + 2 ** (dim - 1)), dtype=np.int64)
+
+
+def _cut_long(mesh: Halved, plan: PhalanxPlan) -> Halved:
+    """Halve cells that are longer than asked; the outside stays round, cells at hinges whole."""
+    ends = [mesh.roles[role] for role in ("proximal_face", "distal_face") if role in mesh.roles]
+    assert plan.fine is not None
+    size = volumes(mesh.points, mesh.cells) ** (1.0 / mesh.points.shape[1])
+    depth, beside = from_contact(mesh.points, plan)
+    apart = np.hypot(depth, np.maximum(beside - plan.fine.even, 0.0))[mesh.cells].min(axis=1)
+    asked = plan.fine.fine + (plan.fine.growth - 1.0) * apart
+    long = (size > LONG * asked) & ~np.isin(mesh.cells, np.concatenate(ends)).any(axis=1)
+    cut = halve(mesh, np.flatnonzero(long))
+    hanging = cut.ties[:, 0]
+    roles = dict(cut.roles)
+    for role in ("shaft", "sphere"):
+        roles[role] = np.setdiff1d(roles[role], hanging)
+    points = snap(PhalanxBlocks(cut.points, cut.cells, roles), plan)
+    points[hanging] = points[cut.ties[:, 1:]].mean(axis=1)
+    return replace(cut, points=points, roles=roles)
 
 
 def _touching_facets(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> tuple[Ints, Ints]:
     """Facets of the last phalanx that can touch, and those within a radius of its end."""
-    facets = outer_facets(phalanx.cells)
+    facets = phalanx.facets if phalanx.ties.size else outer_facets(phalanx.cells)
     touching = np.ones(len(facets), dtype=bool)
     for role in ("proximal_face", "proximal_hole", "symmetry"):
         if role in phalanx.roles:
@@ -125,12 +167,12 @@ def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
             arm *= plan.hole / np.linalg.norm(arm, axis=1, keepdims=True)
             points[roles[hole], :2] = axis + arm
     points[roles["proximal_face"], 0] = 0.0
-    _make_symmetric(points, roles["proximal_face"], plan.radius)
+    _make_symmetric(points, roles["proximal_face"], _TOLERANCE * plan.radius)
     if plan.rounded:
         end = -plan.shaft - plan.radius
     else:
         points[roles["distal_face"], 0] = end = -plan.shaft
-        _make_symmetric(points, roles["distal_face"], plan.radius)
+        _make_symmetric(points, roles["distal_face"], _TOLERANCE * plan.radius)
     holes = [roles[name] for name in ("proximal_hole", "distal_hole") if name in roles]
     in_hole = np.isin(roles["shaft"], np.concatenate([*holes, np.empty(0, np.int64)]))
     shaft, rim = roles["shaft"][~in_hole], roles["shaft"][in_hole]
@@ -150,13 +192,13 @@ def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
     return points
 
 
-def _make_symmetric(points: Floats, face: Ints, radius: float) -> None:
+def _make_symmetric(points: Floats, face: Ints, tolerance: float) -> None:
     """Make the nodes of an end face mirror images about y = 0, in place."""
     upper = face[points[face, 1] > 0.0]
     lower = face[points[face, 1] < 0.0]
     reflected = points[lower] * np.where(np.arange(points.shape[1]) == 1, -1.0, 1.0)
     distance, nearest = cKDTree(reflected).query(points[upper])
-    if len(upper) != len(lower) or distance.max() > _TOLERANCE * radius:
+    if len(upper) != len(lower) or distance.max() > tolerance:
         raise MeshError("gmsh returned an end face that is not symmetric about the hinge axis")
     mean = 0.5 * (points[upper] + reflected[nearest])
     points[upper] = mean

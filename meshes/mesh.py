@@ -1,7 +1,7 @@
 """The mesh that everything else receives, and the package's array types."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -31,6 +31,8 @@ class FingerMesh:
     cell_sets : sorted element numbers by name: ``phalanx_w``
     shape : of the finger that this is a mesh of, where that is known: flat facets leave some of it
         out
+    ties : (h, 5 or 3), nodes that hang on their neighbours' sides, each before those whose mean it
+        is and follows; none of these hangs (see `halving`)
     """
 
     points: Floats
@@ -39,6 +41,7 @@ class FingerMesh:
     facet_sets: Mapping[str, Ints]
     cell_sets: Mapping[str, Ints]
     shape: FingerGeometry | None = None
+    ties: Ints = field(default_factory=lambda: np.empty((0, 1), dtype=np.int64))
 
     def __post_init__(self) -> None:
         for name in ("node_sets", "facet_sets", "cell_sets"):

@@ -56,4 +56,6 @@ def mirrored(half: FingerMesh) -> FingerMesh:
         name: new[np.vstack([sides, image[sides][:, ::-1]])]
         for name, sides in half.facet_sets.items()
     }
-    return FingerMesh(points[old], np.vstack(ordered), kept, facets, cell_sets, half.shape)
+    ties = np.unique(new[np.vstack([half.ties, image[half.ties]])], axis=0)
+    sets = kept, facets, cell_sets
+    return FingerMesh(points[old], np.vstack(ordered), *sets, half.shape, ties)

@@ -1,8 +1,10 @@
 """One phalanx as a block structure, in its own coordinates: proximal end at x = 0, along -x."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter
+
+import numpy as np
 
 from meshes.blocks import Blocks, gmsh_session
 from meshes.grading import Division
@@ -19,11 +21,16 @@ class PhalanxBlocks:
     Roles: ``proximal_face``, ``shaft`` (lateral surface), ``symmetry`` (3D), then ``distal_face``
     (flat end) or ``sphere`` (rounded), and ``pole``. An end with a shaft's hole has
     ``proximal_hole`` (``distal_hole``), and ``proximal_edges`` where the hole leaves the end face.
+
+    facets, ties : of the outside, and hanging nodes, as in `halving`; none before they are looked
+        for
     """
 
     points: Floats
     cells: Ints
     roles: dict[str, Ints]
+    facets: Ints = field(default_factory=lambda: np.empty((0, 0), dtype=np.int64))
+    ties: Ints = field(default_factory=lambda: np.empty((0, 0), dtype=np.int64))
 
 
 def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:

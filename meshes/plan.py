@@ -28,6 +28,8 @@ class PhalanxPlan:
     the cube's edge. ``hole`` is the radius of the shaft's hole in the first (``holes`` 1) or in
     both ends (2; 0: plane ends). Then ``axial`` spans the shaft without those ends, ``n_hole`` the
     way from the hole outwards and ``n_end`` that from the end face inwards.
+
+    Cells longer than ``fine`` asks for about the contact are halved, ``halvings`` times at most.
     """
 
     radius: float
@@ -45,9 +47,13 @@ class PhalanxPlan:
     holes: int = 0
     n_hole: int = 0
     n_end: int = 0
+    halvings: int = 0
+    contact_angle: float = 0.0
+    fine: Grading | None = None
+    full_volume: bool = False
 
     def elements(self, dim: int) -> int:
-        """Exact number of elements of this phalanx in the (half) model."""
+        """Exact number of elements of this phalanx in the (half) model, before any is cut."""
         across, halves = self.across.count, self.lower.count + self.upper.count
         ring = self.inwards.count
         section, cap, layers = halves + 2 * ring, halves * ring, 1
@@ -109,10 +115,12 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
         inwards=Division(count_even(RING_WIDTH * radius, size)),
         meridian=Division(count_even(radius * (quarter - angle), along_size, least=2)),
         axial=Division(count_even(shaft, axial_size)),
+        full_volume=sizing.full_volume,
     )
     if not rounded or tip_size >= size:
         return even
-    fine = Grading(tip_size, sizing.growth, _MM * sizing.patch_size, size)
+    asked = Grading(tip_size, sizing.growth, _MM * sizing.patch_size, size)
+    fine = replace(asked, fine=min(tip_size * 2.0**sizing.halvings, size))
     # Positions along the lower outline, the contact at 0: pole, cube's edge, equator, hinge; the
     # upper outline goes on beyond the pole.
     pole, edge, equator = (radius * (a - contact) for a in (0.0, angle, quarter))
@@ -140,6 +148,9 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
             max(even.axial.count, shank.count(equator, equator + shaft)),
         ),
         beside=contact > angle,
+        halvings=sizing.halvings,
+        contact_angle=contact,
+        fine=asked,
     )
 
 

@@ -51,6 +51,12 @@ class Sizing:
     """Radius around the contact point in which edges on the surface do not grow: a patch of contact
     whose rim crosses edges of several lengths makes the peak force noisy. 1.3 of Hertz's radius is
     enough."""
+    halvings: Annotated[int, Bound(integer=True, at_least=0, at_most=10)] = 0
+    """How often cells are halved in place on the way to `tip_size`; see `halving`. Blocks then have
+    edges of `tip_size` times 2^halvings where it touches, so that the fine ones end near there."""
+    full_volume: bool = False
+    """Whether nodes of the outside stand out until the facets between them hold the body's whole
+    volume, but for those where it touches; see `full_volume`."""
     max_elements: Annotated[int, Bound(integer=True, at_least=1)] = 2_000_000
     """Meshes with more elements (as built, that is in the half model) are refused before anything
     is allocated."""

@@ -20,6 +20,7 @@ from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.stable_step import coupled_step, stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
+from reference_fem.ties import Ties, ties_of
 from reference_fem.torques import Torques
 from reference_fem.true_body import mass_factors, true_chain
 
@@ -30,7 +31,8 @@ class Model:
 
     points, cells : of the mesh
     kernel : elements
-    mass, inverse_mass : (n_points,)
+    mass, inverse_mass : (n_points,); of hanging nodes 0 and 1, for `ties`
+    ties : hanging nodes
     copies : 2 for a half model, else 1: what sums are multiplied by for the full body
     symmetry : (k,), nodes held in the plane Z = 0
     hinges, couples, torques, contact, probe : see their classes
@@ -51,6 +53,7 @@ class Model:
     kernel: ElementKernel
     mass: Array
     inverse_mass: Array
+    ties: Ties
     copies: int
     symmetry: Index
     hinges: Hinges
@@ -125,11 +128,16 @@ def build_model(
     kernel = _formulation(mesh.dim, settings)(*elastic, *thickness, relaxation)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     copies = 2 if symmetry.size else 1
+    ties = ties_of(mesh.ties)
+    mass = ties.sums(kernel.lumped_mass)
+    factors = np.ones(mass.size)
     if mesh.shape is not None:
         true = true_chain(mesh.shape, materials, drive, mesh.dim)
-        masses = points, kernel.lumped_mass, body_nodes
-        kernel = kernel.with_masses(mass_factors(*masses, true, copies))
+        factors = mass_factors(points, mass, body_nodes, true, copies)
+    kernel = kernel.with_masses(factors, mass)
     mass = np.ascontiguousarray(kernel.lumped_mass)
+    free = mass.copy()
+    free[ties.nodes] = 1.0
     contact = contact_law(
         TouchingBody(
             mesh=mesh,
@@ -145,7 +153,8 @@ def build_model(
     )
     hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
-    limit = stable_step(kernel, contact.nodes, contact.stiffness, symmetry, contact.damping)
+    springs = contact.nodes, contact.stiffness
+    limit = stable_step(kernel, *springs, symmetry, contact.damping, ties)
     step_s = settings.step_factor * limit
     if contact.coupled_eigenvalue:
         step_s = coupled_step(step_s, settings.step_factor, contact.coupled_eigenvalue)
@@ -154,10 +163,11 @@ def build_model(
         cells=cells,
         kernel=kernel,
         mass=mass,
-        inverse_mass=1.0 / mass,
+        inverse_mass=1.0 / free,
+        ties=ties,
         copies=copies,
         symmetry=symmetry,
-        hinges=build_hinges(hinge_sides, mass),
+        hinges=build_hinges(hinge_sides, free),
         couples=tuple(_couples(mesh, drive, mass)),
         torques=drive.torques_for(count) / copies,
         contact=contact,

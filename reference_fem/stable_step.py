@@ -6,6 +6,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel
+from reference_fem.ties import NO_TIES, Ties, follow, hand_on
 
 # Lanczos steps: on the finger's meshes the largest frequency is found to 1e-3 after 20.
 ITERATIONS = 24
@@ -19,6 +20,7 @@ def stable_step(
     contact_stiffness: Array,
     symmetry: Index,
     contact_damping: Array | None = None,
+    ties: Ties = NO_TIES,
 ) -> float:
     """Δt = 2/ω_max of M⁻¹(K + K_c + 2 (C_c + τ K)/Δt), all contact nodes sticking.
 
@@ -48,13 +50,15 @@ def stable_step(
     highest_element = kernel.max_frequency()
     damping = np.zeros(contact_nodes.size) if contact_damping is None else contact_damping
     springs = np.zeros(mass.size)
+    touching = np.setdiff1d(contact_nodes, ties.nodes)
     limit = math.inf
     for _ in range(1 + DAMPED_ITERATIONS if damping.any() else 1):
         stiffness = contact_stiffness + 2.0 * damping / limit
         springs[contact_nodes] = stiffness
+        springs = ties.sums(springs)
         highest = min(
-            frequency_bound(highest_element, stiffness, mass[contact_nodes]),
-            lanczos_frequency(kernel, springs, symmetry),
+            frequency_bound(highest_element, springs[touching], mass[touching]),
+            lanczos_frequency(kernel, springs, symmetry, ties),
         )
         if not (math.isfinite(highest) and highest > 0.0):
             raise ValueError(
@@ -86,7 +90,9 @@ def frequency_bound(
     return math.sqrt(element_frequency**2 + contact)
 
 
-def lanczos_frequency(kernel: ElementKernel, springs: Array, symmetry: Index) -> float:
+def lanczos_frequency(
+    kernel: ElementKernel, springs: Array, symmetry: Index, ties: Ties = NO_TIES
+) -> float:
     """Upper estimate of ω_max from the force kernel alone, rad/s.
 
     Lanczos on A = M^-½ (K + K_c) M^-½, A q from the internal force of a displacement so small
@@ -100,7 +106,9 @@ def lanczos_frequency(kernel: ElementKernel, springs: Array, symmetry: Index) ->
     symmetry : (k,), nodes held in the plane Z = 0
     """
     shape = (kernel.n_nodes, kernel.dim)
-    root = 1.0 / np.sqrt(kernel.lumped_mass)[:, None]
+    mass = kernel.lumped_mass
+    root = 1.0 / np.sqrt(np.where(mass > 0.0, mass, np.inf))[:, None]
+    ones = np.ones(kernel.n_nodes)
     small = 1e-8 * float(np.sum(kernel.cell_volume)) ** (1.0 / 3.0)
     force = np.empty(shape)
     # The seed only chooses a start that no mode is orthogonal to; the same mesh, the same step.
@@ -112,9 +120,12 @@ def lanczos_frequency(kernel: ElementKernel, springs: Array, symmetry: Index) ->
     off_diagonal: list[float] = []
     for _ in range(ITERATIONS):
         displacement = root * vector
+        follow(displacement, ones, ties)
         scale = small / float(np.abs(displacement).max())
         kernel.internal_force(scale * displacement, force)
-        following = root * (force / scale + springs[:, None] * displacement) - beta * before
+        total = force / scale + springs[:, None] * displacement
+        hand_on(total, ties)
+        following = root * total - beta * before
         following[symmetry, 2:] = 0.0
         alpha = float(np.sum(following * vector))
         following -= alpha * vector

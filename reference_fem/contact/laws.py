@@ -1,6 +1,6 @@
 """The contact laws by name."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from reference_fem.contact.rounding import standing_out
 from reference_fem.contact.stiffness import adjoining_cells, edge_thickness, penalty_contact
 from reference_fem.contact.surface import contact_modulus, surface_contact
 from reference_fem.settings import Material, Settings
+from reference_fem.ties import ties_of
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,21 @@ class TouchingBody:
         thickness = edge_thickness(points, cells[owner], self.cell_volume[owner])
         return facet_quadrature(points, self.facets, thickness)
 
+    def free(self, nodes: Index, values: Array) -> tuple[Index, Array]:
+        """Those nodes that do not hang, and their values (k,) with what hanging ones hand on."""
+        of_all = np.zeros(len(self.mesh.points))
+        of_all[nodes] = values
+        ties = ties_of(self.mesh.ties)
+        kept = np.setdiff1d(nodes, ties.nodes)
+        return kept, ties.sums(of_all)[kept]
+
 
 def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
     """The law that `settings.contact` names, or has the constants of."""
     if isinstance(settings.contact, LumpedContact):
         return LumpedLaw.on(lumped_point(body.mesh, body.mass), body.copies, settings.contact)
     if settings.contact == "penalty":
-        return penalty_contact(
+        law = penalty_contact(
             body.mesh.points,
             body.mesh.cells,
             body.facets,
@@ -61,9 +70,13 @@ def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
             body.cell_bulk_modulus,
             settings.penalty_factor,
         )
+        nodes, area = body.free(law.nodes, law.area)
+        return replace(
+            law, nodes=nodes, area=area, stiffness=body.free(law.nodes, law.stiffness)[1]
+        )
     quadrature = body.quadrature()
     if settings.contact == "impulse":
-        nodes, area = quadrature.nodal_area()
+        nodes, area = body.free(*quadrature.nodal_area())
         return ImpulseContact(nodes, area, np.zeros(nodes.size))
     material = body.material
     modulus = contact_modulus(settings.surface_factor, material.plane_strain_modulus, body.radius)

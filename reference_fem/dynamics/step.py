@@ -11,6 +11,7 @@ from reference_fem.dynamics.central_difference import first_leapfrog, half_kick,
 from reference_fem.dynamics.state import State
 from reference_fem.joints.hinges import hinge_reactions
 from reference_fem.model import Model
+from reference_fem.ties import follow, hand_on
 
 
 @dataclass(frozen=True)
@@ -191,6 +192,7 @@ def _less_external(
     u, velocity = state.displacement, state.velocity
     for couple in model.couples:
         couple.section.apply_couple(couple.sign * torques[couple.joint], u, residual)
+    hand_on(residual, model.ties)
     if model.symmetry.size:
         _hold(residual, model.symmetry)
     if search:
@@ -209,6 +211,7 @@ def _less_external(
         model.contact.apply(motion, state.memory, residual, row)
         if pressure is not None and before is not None:
             pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
+        hand_on(residual, model.ties)
         if model.symmetry.size:
             _hold(residual, model.symmetry)
     hinges = model.hinges
@@ -227,6 +230,7 @@ def _less_external(
             hinges.inverse_schur,
             reactions,
         )
+    follow(residual, model.inverse_mass, model.ties)
     return reactions
 
 

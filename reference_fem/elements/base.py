@@ -75,11 +75,14 @@ class ElementKernel:
         object.__setattr__(self, "lumped_mass", mass)
         object.__setattr__(self, "blocks", blocks)
 
-    def with_masses(self, factors: Array) -> Self:
-        """The same elements, the mass of each of their nodes by these factors (n_nodes,)."""
+    def with_masses(self, factors: Array, lumped_mass: Array) -> Self:
+        """The same elements, the mass of each of their nodes by these factors (n_nodes,).
+
+        lumped_mass : (n_nodes,), what hanging nodes handed on in its place, kg; before the factors
+        """
         heavier = copy.copy(self)
         object.__setattr__(heavier, "cell_mass", self.cell_mass * factors[self.cells])
-        object.__setattr__(heavier, "lumped_mass", self.lumped_mass * factors)
+        object.__setattr__(heavier, "lumped_mass", lumped_mass * factors)
         return heavier
 
     @property

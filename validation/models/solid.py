@@ -92,9 +92,11 @@ def sizing_of(tables: Scene, dimension: Dimension) -> Any:
         diameter = min(tables.per_phalanx(tables.finger.diameter))
         base = meshes.Sizing(
             section_size=sizes.section * diameter,
-            axial_size=min(sizes.axial * diameter, *tables.per_phalanx(tables.finger.length)),
+            axial_size=min(sizes.section * diameter, *tables.per_phalanx(tables.finger.length)),
             tip_size=0.5 * sizes.section * diameter,
             growth=sizes.growth,
+            halvings=sizes.halvings,
+            full_volume=True,
         )
     sizing = replace(base, **stated)
     if sizing.tip_size >= sizing.section_size:

@@ -21,6 +21,7 @@ def held(tables: Scene, sizing: Any, settings: Any, record: RunRecord) -> dict[s
         "section_size": (sizing.section_size, shafts),
         "axial_size": (sizing.axial_size, shafts),
         "growth": (sizing.growth, "of the edges behind the patch"),
+        "halvings": (sizing.halvings, "skipped: fine edges away from where it touches"),
         "contact": (settings.contact, "no penetration to be resolved, no penalty to be chosen"),
         "flight": (settings.flight, "skipped: vibration on the way, 0.02 % of the soft tap"),
     }

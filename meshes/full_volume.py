@@ -1,0 +1,93 @@
+"""Outside nodes moved outwards until the facets between them hold a round body's whole volume.
+
+A section of n chords lacks a share (2 pi / n)^2 / 6 of its area, and twice as much of its second
+moment: 2.5 and 5 % of 16 chords. Where the area is right, the second moment is to 0.1 %.
+"""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from meshes.halving import Halved
+from meshes.mesh import Floats
+from meshes.plan import PhalanxPlan
+
+# Of a node's way to the surface as it is at the touch, the share that it may come nearer: a shaft
+# that lies all but flat is not to touch before the tip.
+CLEARANCE = 0.25
+FLAT = ("symmetry", "proximal_face", "distal_face", "proximal_hole", "distal_hole")
+
+
+def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
+    """Move each node by the mean height of the true surface over its facets, by area.
+
+    A facet's mean is Simpson's. Hanging nodes hand on their part and stay between their masters.
+    """
+    dim = mesh.points.shape[1]
+    flat = [np.isin(mesh.facets, mesh.roles.get(role, [])).all(axis=1) for role in FLAT]
+    facets = mesh.facets[~np.any(flat, axis=0)]
+    corners = mesh.points[facets]
+    if dim == 3:
+        across = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+        area = 0.5 * np.linalg.norm(np.cross(*across), axis=1)
+    else:
+        area = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    height = np.zeros(len(facets))
+    for place in product((0, 1, 2), repeat=dim - 1):
+        weight = float(np.prod([(1.0, 4.0, 1.0)[p] / 6.0 for p in place]))
+        height += weight * _height(np.einsum("a,fad->fd", _shape(place), corners), plan)
+    hanging, masters = mesh.ties[:, 0], mesh.ties[:, 1:]
+
+    def at_nodes(values: Floats) -> Floats:
+        count = len(mesh.points)
+        total = np.bincount(facets.ravel(), np.repeat(values, facets.shape[1]), count)
+        share = np.repeat(total[hanging] / masters.shape[1], masters.shape[1])
+        return np.asarray(total + np.bincount(masters.ravel(), share, count))
+
+    move = at_nodes(area * height) / np.maximum(at_nodes(area), np.finfo(float).tiny)
+    if plan.fine is not None:
+        lower = mesh.points.copy()
+        lower[:, 1] = -np.abs(lower[:, 1])  # what holds below holds above: hinges are symmetric
+        depth, beside = from_contact(lower, plan)
+        move = np.minimum(move, CLEARANCE * np.maximum(-depth, 0.0))
+        move[(depth > -plan.fine.even) & (beside < 2.0 * plan.fine.even)] = 0.0
+    for role in ("proximal_hole", "distal_hole", "pole"):
+        move[mesh.roles.get(role, [])] = 0.0
+    points = mesh.points + move[:, None] * _outwards(mesh.points, plan)
+    points[hanging] = points[masters].mean(axis=1)
+    return replace(mesh, points=points)
+
+
+def _shape(place: tuple[int, ...]) -> Floats:
+    """Values at a facet's corners, in VTK's order, of those that are 1 there: 0, 1, 2 of 2."""
+    far = [0.5 * p for p in place]
+    if len(far) == 1:
+        return np.array([1.0 - far[0], far[0]])
+    a, b = far
+    return np.array([(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b])
+
+
+def from_contact(points: Floats, plan: PhalanxPlan) -> tuple[Floats, Floats]:
+    """Heights (n,) of points under the surface as it is at the touch, and distances aside, mm."""
+    angle = plan.contact_angle
+    down = np.array([-np.cos(angle), -np.sin(angle), 0.0])[: points.shape[1]]
+    arm = points - plan.radius * down
+    arm[:, 0] += plan.shaft
+    depth = arm @ down
+    return depth, np.linalg.norm(arm - depth[:, None] * down, axis=1)
+
+
+def _arm(points: Floats, plan: PhalanxPlan) -> Floats:
+    """From the ball's centre or, along the shaft, from the axis, mm."""
+    arm = points.copy()
+    arm[:, 0] = np.minimum(arm[:, 0] + plan.shaft, 0.0) if plan.rounded else 0.0
+    return arm
+
+
+def _height(points: Floats, plan: PhalanxPlan) -> Floats:
+    return np.asarray(plan.radius - np.linalg.norm(_arm(points, plan), axis=1))
+
+
+def _outwards(points: Floats, plan: PhalanxPlan) -> Floats:
+    return _arm(points, plan) / plan.radius

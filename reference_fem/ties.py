@@ -1,0 +1,69 @@
+"""Nodes that hang on their neighbours' sides: they hand on their mass and force, and follow.
+
+With x_h = Σ x_m / n of the n nodes that node h follows (see `meshes.halving`), virtual work leaves
+
+    m_m += Σ_h m_h / n,   r_m += Σ_h r_h / n,   a_h = Σ_m a_m / n
+
+Mass, its first moment, linear and angular momentum and the power of forces are kept exactly. The
+step never shrinks: as (Σ v_m / n)² <= Σ v_m² / n, lumped masses are at least those of the motion
+that hanging nodes take part in, so that the highest frequency is at most that of the mesh with all
+nodes free (Rayleigh).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from reference_fem.arrays import Array, Index
+from reference_fem.compiled import njit
+
+
+class Ties(NamedTuple):
+    """Hanging nodes (h,) and those whose mean each follows, (h, n); none of these hangs."""
+
+    nodes: Index
+    of: Index
+
+    def sums(self, values: Array) -> Array:
+        """Values (n_points,) with those of hanging nodes handed on."""
+        total = values.copy()
+        share = np.repeat(values[self.nodes] / max(self.of.shape[1], 1), self.of.shape[1])
+        np.add.at(total, self.of.ravel(), share)
+        total[self.nodes] = 0.0
+        return total
+
+
+def ties_of(table: Index) -> Ties:
+    """From a mesh's table, (h, 1 + n)."""
+    table = np.asarray(table, dtype=np.int64)
+    return Ties(np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:]))
+
+
+NO_TIES = ties_of(np.empty((0, 1), dtype=np.int64))
+
+
+@njit(cache=True)
+def hand_on(values: Array, ties: Ties) -> None:
+    """Add values (n_points, dim) of hanging nodes to those that they follow; leave them zero."""
+    count = ties.of.shape[1]
+    for h in range(ties.nodes.size):
+        for d in range(values.shape[1]):
+            part = values[ties.nodes[h], d] / count
+            values[ties.nodes[h], d] = 0.0
+            for m in range(count):
+                values[ties.of[h, m], d] += part
+
+
+@njit(cache=True)
+def follow(values: Array, weight: Array, ties: Ties) -> None:
+    """Set values (n_points, dim) of hanging nodes to the means of weight (n_points,) times value.
+
+    Of residuals with inverse masses: their accelerations, where their own inverse mass is one.
+    """
+    count = ties.of.shape[1]
+    for h in range(ties.nodes.size):
+        for d in range(values.shape[1]):
+            total = 0.0
+            for m in range(count):
+                total += weight[ties.of[h, m]] * values[ties.of[h, m], d]
+            values[ties.nodes[h], d] = total / count

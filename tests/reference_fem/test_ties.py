@@ -102,6 +102,7 @@ def test_a_free_body_keeps_its_momenta() -> None:
         facet_sets={"surface": number[MESH.facet_sets["surface"]]},
         cell_sets={"phalanx_1": np.arange(len(last))},
         ties=number[MESH.ties],
+        shape=None,
     )  # fmt: skip
     model = body(ball, rf.Material(1e8, 0.3, 1000.0))
     x = model.points - model.mass @ model.points / model.mass.sum()

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 FILE = "assumptions_study.csv"
 ACCURACY = "solver.fem.accuracy"
-ACCURACIES = (5e-3, 3e-3, 2e-3)
+ACCURACIES = (3e-3, 2e-3)
 BARS = {"peak_normal_force_N": 0.01, "normal_impulse_N_s": 0.005}
 LONGEST_S = 0.05  # of a tap: soft fingers stay for milliseconds
 STATUS = "reference_status"

@@ -22,8 +22,8 @@ TOLERANCES, ELEMENTS = 100.0, 2
 MOST_STEPS = 2_000_000
 # Where an accuracy was asked of it: of the error.
 WITHIN = 10.0
-# Of the solid: edges 0.63 of the default's, so that half of its error is left (`mesh_error.POWER`).
-TIGHT_SOLID = ("solver.fem.accuracy=5e-3",)
+# Of the solid: edges 0.45 of the default's, so that 0.3 of its error is left (`mesh_error.POWER`).
+TIGHT_SOLID = ("solver.fem.accuracy=3e-3",)
 # Element updates of the tight tap, predicted, beyond which a solid's scene is left out: some 10 s.
 MOST_UPDATES, LONG = 5e7, "LEFT OUT"
 

@@ -112,7 +112,10 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     left_out = chosen.flight_error if chosen.flight_error < math.inf else 0.0
     rods = chosen.scene.settings.flight == "rigid"
     unseen = COMPANION * left_out if rods else left_out
-    errors = compare(result, coarse, unseen=unseen, rods=rods)
+    errors: dict[str, float | tuple[float, float]] = {
+        name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
+        for name, e in compare(result, coarse, unseen=unseen, rods=rods).items()
+    }
     cautions = (
         *result.cautions,
         *caution(relative_errors(result.summary, errors), chosen.scene.settings),

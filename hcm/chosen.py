@@ -7,7 +7,9 @@ fast, and what they leave out. Then, with eps the error wanted:
   |Z| = rho A c/sqrt(2), c = (E I/(rho A))^(1/4) sqrt(w) (Cremer, Heckl and Petersson 2005). Above
   the frequency w where |Z| = k/(e*^2 w) the spring shields the beam. The trapezoidal rule's time
   scale is wrong by (w h)^2/12, elements of length l by (kappa l)^4 with the wave number
-  kappa = (w^2 rho A/(E I))^(1/4): hence h ~ sqrt(eps)/w and l ~ eps^(1/4)/kappa.
+  kappa = (w^2 rho A/(E I))^(1/4): hence h ~ sqrt(eps)/w and l ~ eps^(1/4)/kappa. Collocation
+  resolves no better than that the highest waves which the touch sets off, and keeps its order on
+  the others: what it leaves goes with h^3, at steps twenty times as long.
 - flight: loads that come suddenly leave the beams a vibration, of speed V_0 by
   `rigid_chain.reactions` at the start, and slow ones bend them, V_1 at the touch. Rods leave out
   both. Collocation in few steps takes the bending with it, but the vibration arrives with a phase
@@ -53,6 +55,8 @@ from hcm.simulate import LARGEST_LEFT_OUT
 SMALLEST, LARGEST = 1e-6, 0.1
 # w h over sqrt(eps), and elements of a phalanx over kappa L/eps^(1/4)
 STEP_SHARE, ELEMENT_SHARE = 1.0, 0.3
+# of collocation: w h over eps^(1/3), and the largest w h, a fourth of a tap
+STAGE_SHARE, LONGEST_TURN = 10.0, 1.2
 MOST_ELEMENTS = 200
 # of V_1, over the speed of approach: what it changes in the tap
 BEND_SHARE = 0.25
@@ -75,7 +79,7 @@ RODS_TOLERANCE = 1e-6
 
 SETTINGS = (
     "elements", "flight", "flight_integrator", "flight_step", "flight_tolerance", "contact_step",
-    "contact_tolerance", "spectral_radius", "newton_tolerance",
+    "contact_tolerance", "contact_integrator", "spectral_radius", "newton_tolerance",
 )  # fmt: skip
 """What is chosen, unless it is stated."""
 
@@ -158,12 +162,17 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
         max(_count(p, frequency, accuracy**0.25 / ELEMENT_SHARE), least)
         for p, least in zip(phalanges, flight.elements, strict=True)
     ])  # fmt: skip
-    step = min(STEP_SHARE * math.sqrt(accuracy) / frequency, 1.0)
+    method = stated.get("contact_integrator", GAUSS)
+    turn = STEP_SHARE * math.sqrt(accuracy)
+    if method == GAUSS:
+        turn = min(STAGE_SHARE * accuracy ** (1 / 3), LONGEST_TURN)
+    step = min(turn / frequency, 1.0)
     newton = min(max(NEWTON_SHARE * accuracy, 1e-12), 1e-8)
     rate = _hz(frequency)
     choices = (
         Choice("elements", counts, f"waves of {rate}, above which the tip's spring shields them"),
         *flight.choices,
+        Choice("contact_integrator", method, "order 10 between events: long steps"),
         Choice("contact_step", step, f"oscillations of {rate}"),
         Choice("contact_tolerance", 0.0, "skipped: equal steps need no error of each"),
         Choice("newton_tolerance", newton, "iterations end below the steps' errors"),

@@ -77,6 +77,8 @@ def undamped(settings: Settings, own: TapResult) -> Settings:
     if settings.flight == "elastic" and settings.flight_integrator != GAUSS:
         step = STEPS * float(time[contact] - time[0]) / max(contact, 1)
         settings = replace(settings, flight_step=_allowed(step), flight_tolerance=0.0)
+    if settings.contact_integrator == GAUSS:  # undamped, and a row is no step
+        return settings
     rows = first_tap(own)
     step = STEPS * float(time[rows.stop - 1] - time[contact]) / max(rows.stop - contact - 1, 1)
     return replace(

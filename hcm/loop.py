@@ -14,6 +14,7 @@ from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
+from hcm.integrators.stages import friction_of_step, rows_of_step, write_between
 from hcm.integrators.step import AnyIntegrator, loss_of_step
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
 from hcm.record import Record, fill_frames, write_row
@@ -71,7 +72,8 @@ def advance(
     tip = chain.tip
     rows, reactions, events, frames = record
     n_rows, n_events, code = 0, 0, RUNNING
-    while n_rows < rows.shape[0] and n_events < events.time.size and work.cost[0] < plan.iterations:
+    full = rows.shape[0] - rows_of_step(integrator)
+    while n_rows <= full and n_events < events.time.size and work.cost[0] < plan.iterations:
         in_flight = contact.normal == FLIGHT
         remaining = plan.end_time - clock.time
         if remaining <= LAST_STEP * clock.time:
@@ -100,7 +102,11 @@ def advance(
             lost = 0.0
             if chain.damped:
                 lost = loss_of_step(h, contact, old, new, method)
-            clock = advance_clock(clock, h, lost, old, new, chain, contact, law)
+            n_rows += write_between(
+                h, contact, clock, old, method, probe, rows[n_rows:], reactions[n_rows:]
+            )
+            friction = friction_of_step(clock.friction_loss, h, old, new, contact, method)
+            clock = advance_clock(clock, h, friction, lost, old, new, chain, contact, law)
             copy_motion(new, old)
             keep(old.q, tip, contact, law)
         x, gap = place(old.q, tip, contact, law)

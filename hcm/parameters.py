@@ -222,6 +222,9 @@ class Settings:
     """Generalized-alpha, or Gauss: collocation of order 10 out of contact, which keeps vibrations
     in phase over long flights at much longer steps (`hcm.integrators.gauss`); its
     `flight_tolerance` bounds what the last term of a step's polynomial adds to it."""
+    contact_integrator: FlightIntegrator = GENERALIZED_ALPHA
+    """Generalized-alpha, or Gauss: collocation in contact too, in far longer steps, each of which
+    has a row of the history at each stage (`hcm.integrators.stages`)."""
     frame_times: Annotated[tuple[float, ...], Bound("s", at_least=0)] = ()
     """Rising; the posture is kept at these times (interpolated, steps unchanged)."""
     estimate: bool = True

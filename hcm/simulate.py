@@ -99,7 +99,7 @@ def simulate(
     q = np.concatenate([segment.q for segment in segments])
     taps = taps_of(events, None if model.tap_ends is None else over_s)
     residual = last.imbalance_J / max(last.kinetic_J, model.roundoff_J)
-    summary = summarize(history, events, taps, residual)
+    summary = summarize(history, events, taps, residual, settings.contact_integrator == GAUSS)
     doubt = ""
     cautions: tuple[str, ...] = ()
     if status is Status.COMPLETED:
@@ -175,7 +175,8 @@ def _take_steps(
     new = Motion(*[np.empty_like(part) for part in motion])
     segments, status, code = [begun.segment], begun.status, loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
-    stages = STAGES if settings.flight_integrator == GAUSS else 1
+    stages = STAGES if GAUSS in (settings.flight_integrator, settings.contact_integrator) else 1
+    between = STAGES if settings.contact_integrator == GAUSS else 0
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
     over_s: list[float] = []
@@ -190,7 +191,7 @@ def _take_steps(
             plan = until._replace(
                 iterations=min(most, spent + per_call), end_time=min(until.end_time, over)
             )
-            record = empty_record(size, EVENT_ROWS, model.chain, model.frames)
+            record = empty_record(size + between, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
                 motion, new, last.contact, last.clock, plan, model.integrator, model.undamped,
                 model.probe, model.outline, record,

@@ -9,7 +9,7 @@ from hcm.beam.chain import Chain
 from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.contract import Law, contact_force, friction_loss, hysteresis_loss, place
+from hcm.contact.contract import Law, contact_force, hysteresis_loss, place
 from hcm.contact.law import Contact
 
 
@@ -92,16 +92,16 @@ def initial_clock(time: float, step: float) -> Clock:
 
 @kernel
 def advance_clock(
-    clock: Clock, h: float, material_loss: float, old: Motion, new: Motion, chain: Chain,
-    contact: Contact, law: Law,
+    clock: Clock, h: float, friction: float, material_loss: float, old: Motion, new: Motion,
+    chain: Chain, contact: Contact, law: Law,
 ) -> Clock:  # fmt: skip
     """Advance the clock by an accepted step and add its losses and works.
 
-    `material_loss` is the step's own, J. Friction takes what its law says (trapezoidal);
-    restitution loss is exact, as is the drive's work but for torques that change, to order 4.
+    `friction` is all that it has taken so far, `material_loss` the step's own, J; restitution loss
+    is exact, as is the drive's work but for torques that change, to order 4.
     """
     tip = chain.tip
-    x0, y0 = place(old.q, tip, contact, law)
+    _, y0 = place(old.q, tip, contact, law)
     x1, y1 = place(new.q, tip, contact, law)
     _, fn1 = contact_force(x1, y1, contact, law)
     work = 0.0
@@ -122,7 +122,7 @@ def advance_clock(
         clock.rejected,
         clock.trials,
         clock.chatter_steps,
-        friction_loss(clock.friction_loss, x0, y0, x1, y1, contact, law),
+        friction,
         clock.restitution_loss + hysteresis_loss(y0, y1, contact, law),
         clock.material_loss + material_loss,
         clock.drive_work + work,

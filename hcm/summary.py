@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hcm.arrays import Floats
 from hcm.compiled import kernel_with
 from hcm.contact.law import SLIP
+from hcm.integrators.gauss_tableau import STAGES, tableau
 from hcm.result import Event, History, Summary
 
 
@@ -55,15 +56,35 @@ def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[f
     return time[i], force[i]
 
 
+@kernel_with()
+def stage_impulse(
+    time: Floats, force: Floats, mode: NDArray[np.int8], weights: Floats, first: int, end: int
+) -> float:
+    """Int F_n dt over the rows [first, end), N s, by the quadrature of steps whose stages have rows
+    between those of their ends.
+    """
+    total, i, rows = 0.0, first, weights.size + 1
+    while i + rows < end:
+        if mode[i] < 3 or time[i + 1] == time[i]:  # in flight, or two rows of one moment
+            i += 1
+            continue
+        for j in range(weights.size):
+            total += (time[i + rows] - time[i]) * weights[j] * force[i + 1 + j]
+        i += rows
+    return total
+
+
 def summarize(
     history: History,
     events: tuple[Event, ...],
     taps: Sequence[tuple[float, float]],
     energy_residual: float,
+    stages: bool = False,
 ) -> Summary:
     """Reduce a run to the scalars of its first tap, and the run's energy residual.
 
-    taps : first touch and last separation of each (`tap.taps_of`).
+    taps : first touch and last separation of each (`tap.taps_of`). stages : whether steps in
+    contact have a row a stage; their largest F_n is where v_n = 0, which is located.
     """
     if not taps:
         return Summary(
@@ -77,6 +98,9 @@ def summarize(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
     peak_time, peak = vertex(time, fn, first, end, largest_fn)
+    if stages:
+        peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
+        impulse = stage_impulse(time, fn, history.mode, tableau(STAGES).b, first, end)
     of_tap = [e for e in events if e.time_s <= last]
     kinds = [e.kind for e in of_tap]
     first_peak = None

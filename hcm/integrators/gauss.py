@@ -1,4 +1,4 @@
-"""One step of Gauss collocation, for a finger in flight (`gauss_tableau` has the coefficients).
+"""One step of Gauss collocation (`gauss_tableau` has the coefficients).
 
     Q_i = q0 + c_i h v0 + h^2 B_i,   B_i = sum_j abar_ij A_j,   abar = a a,
     M A_i + Phi_q^T lam_i - F(Q_i, V_i) = 0,   Phi_q A_i = 0,   V_i = v0 + h sum_j a_ij A_j,
@@ -16,10 +16,11 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords
 from hcm.compiled import inlined, kernel
-from hcm.contact.law import Contact
+from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.gauss_systems import (
     close_hinges,
     combine,
+    fits,
     measure_turns,
     phalanx_end,
     refactorize,
@@ -39,6 +40,17 @@ from hcm.integrators.newton import (
 from hcm.state import Motion
 
 
+@kernel
+def move_velocities(h: float, old: Motion, integrator: GaussIntegrator) -> None:
+    """Fill gauss.v from gauss.unknown (B)."""
+    table, gauss = integrator.tableau, integrator.gauss
+    combine(table.rates, gauss.unknown, gauss.v)
+    for i in range(table.c.size):
+        velocity = gauss.v[i]
+        for m in range(velocity.size):
+            velocity[m] = old.v[m] + h * velocity[m]
+
+
 @inlined
 def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
     """Fill gauss.stage (A), gauss.q, gauss.v and gauss.chords from gauss.unknown (B)."""
@@ -52,11 +64,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
         for m in range(place.size):
             place[m] += old.q[m]
     if chain.damped:
-        combine(table.rates, gauss.unknown, gauss.v)
-        for i in range(table.c.size):
-            velocity = gauss.v[i]
-            for m in range(velocity.size):
-                velocity[m] = old.v[m] + h * velocity[m]
+        move_velocities(h, old, integrator)
 
 
 @kernel
@@ -91,12 +99,14 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
     solve(gauss.mass_factors, gauss.real_right)
     for m in range(right.size):
         new.acceleration[m] = chain.scale[m] * right[m]
+    if contact.normal != FLIGHT and not chain.damped:
+        move_velocities(h, old, integrator)
     return is_finite(right)
 
 
 @kernel
 def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator) -> bool:
-    """Advance `old` by h into `new`, in flight. Returns whether the iteration converged.
+    """Advance `old` by h into `new`. Returns whether the iteration converged.
 
     It stops, keeps its factors and gives them up as generalized-alpha's does; what is compared is
     the largest change of B with the largest B after the first change.
@@ -115,7 +125,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
         move_stages(h, old, integrator)
-        if gauss.key[0] != h:
+        if not fits(h, contact, integrator):
             if not refactorize(h, gauss.q[stages // 2], contact, integrator):
                 return False
             measure_turns(gauss, chain)
@@ -129,7 +139,7 @@ def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Gauss
             )  # fmt: skip
         turn_back(gauss.turns, chain, gauss.residual)
         combine(table.forward, gauss.residual, gauss.change)
-        solve_all(table, gauss)
+        solve_all(chain.tip, table, gauss)
         combine(table.backward, gauss.change, gauss.residual)
         work.cost[0] += 1
         change = 0.0

@@ -17,12 +17,16 @@ moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 import numpy as np
 
 from hcm.arrays import Complexes, Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
 from hcm.compiled import kernel
-from hcm.contact.law import Contact
+from hcm.contact.contract import fill_column, stiffness_key
+from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
+
+# Steps in contact that differ by less than this share of them have one set of factors.
+NEAR = 1e-3
 
 
 @kernel
@@ -101,14 +105,44 @@ def add_difference(weight: complex, a: Floats, b: Floats, out: Floats | Complexe
 
 
 @kernel
+def fits(h: float, contact: Contact, integrator: GaussIntegrator) -> bool:
+    """Whether the factors are those of the step h and the contact's mode.
+
+    In contact they serve any step as long but for `NEAR`, as do those of an event's trials.
+    """
+    key, mode = integrator.gauss.key, stiffness_key(contact, integrator.law)
+    near = 0.0 if contact.normal == FLIGHT else NEAR * h
+    same = key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
+    return same and abs(key[0] - h) <= near
+
+
+@kernel
+def border_of(
+    factors: Floats | Complexes, share: complex, border: Floats | Complexes, chain: Chain,
+    right: Floats,
+) -> bool:  # fmt: skip
+    """Solve for the column `right` (w + n,) of a sliding tip, as `generalized_alpha.solve_linear`
+    does, its factor being `share`; whether the matrix is regular with it.
+    """
+    for m in range(border.size):
+        border[m] = right[m]
+    solve(factors, border)
+    return abs(1.0 + share * border[HALF_BANDWIDTH + chain.tip + 1]) > SMALLEST_PIVOT
+
+
+@kernel
 def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrator) -> bool:
     """Keep the factors of all systems for the stiffness at q (n,)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
-    gauss.key[0] = np.nan
-    tangent(q, h * h, 0.0, chain, contact, integrator.law, gauss.stiff)
+    gauss.key[0], law = np.nan, integrator.law
+    skew = tangent(q, h * h, 0.0, chain, contact, law, gauss.stiff)
+    column = integrator.work.right
+    if skew != 0.0:
+        column[:] = 0.0
+        fill_column(q, chain.tip, chain.scale, contact, law, column[HALF_BANDWIDTH:])
     mass, stiff, damp = gauss.mass, gauss.stiff, gauss.damp
     if chain.damped:
-        tangent(q, 0.0, h, chain, contact, integrator.law, damp)
+        tangent(q, 0.0, h, chain, contact, law, damp)
     for k in range(table.mu.size):
         mu = table.mu[k]
         if k == 0 and table.c.size % 2 == 1:
@@ -119,6 +153,11 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
                 add_difference(table.lam[k].real, damp, mass, gauss.real_factors)
             if not factorize(gauss.real_factors):
                 return False
+            share = mu.real * skew
+            if skew != 0.0 and not border_of(
+                gauss.real_factors, share, gauss.real_border, chain, column
+            ):
+                return False
         else:
             factors = gauss.factors[k]
             for i in range(mass.shape[0]):
@@ -128,9 +167,12 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
                 add_difference(table.lam[k], damp, mass, factors)
             if not factorize(factors):
                 return False
+            if skew != 0.0 and not border_of(factors, mu * skew, gauss.border[k], chain, column):
+                return False
     for w in range(chain.hinge.size):
         gauss.frame[w, 0], gauss.frame[w, 1] = direction(q, w, chain)
-    gauss.key[0] = h
+    gauss.key[1], gauss.key[2], gauss.key[3] = stiffness_key(contact, law)
+    gauss.key[0], gauss.key[4] = h, skew
     gauss.rate[0] = 1.0
     gauss.age[0] = gauss.age[1] = 0
     integrator.work.cost[1] += table.mu.size
@@ -148,14 +190,20 @@ def measure_turns(gauss: GaussWork, chain: Chain) -> None:
 
 
 @kernel
-def solve_all(table: Tableau, gauss: GaussWork) -> None:
+def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
     """Overwrite gauss.change (s, n), the right-hand sides T^-1 R, with w: pairs as (Re, Im)."""
-    w, odd = HALF_BANDWIDTH, table.c.size % 2
+    w, odd, skew = HALF_BANDWIDTH, table.c.size % 2, gauss.key[4]
+    y = w + tip + 1
     if odd == 1:
         row, real = gauss.change[0], gauss.real_right
         for m in range(row.size):
             real[w + m] = row[m]
         solve(gauss.real_factors, real)
+        if skew != 0.0:
+            border, own = gauss.real_border, table.mu[0].real * skew
+            own *= real[y] / (1.0 + own * border[y])
+            for m in range(w, real.size):
+                real[m] -= own * border[m]
         for m in range(row.size):
             row[m] = real[w + m]
     for k in range(odd, table.mu.size):
@@ -164,5 +212,10 @@ def solve_all(table: Tableau, gauss: GaussWork) -> None:
         for m in range(re.size):
             right[w + m] = complex(re[m], im[m])
         solve(gauss.factors[k], right)
+        if skew != 0.0:
+            column, share = gauss.border[k], table.mu[k] * skew
+            share *= right[y] / (1.0 + share * column[y])
+            for m in range(w, right.size):
+                right[m] -= share * column[m]
         for m in range(re.size):
             re[m], im[m] = right[w + m].real, right[w + m].imag

@@ -26,9 +26,9 @@ STAGES = 5
 class Tableau(NamedTuple):
     """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
 
-    c, b : (s,). double : (s, s) abar. inverse : (s, s) of it. rates : (s, s) a^-1, what B gives to
-    (V - v0)/h. ends : (2, s) what it gives to (q1 - q0 - h v0)/h^2 and to (v1 - v0)/h. lam : (p,)
-    eigenvalues of a, the real one first where s is odd, one of each complex pair; mu : (p,) their
+    c, b : (s,). whole : (s, s) a. double : (s, s) abar. inverse : (s, s) of it. rates : (s, s)
+    a^-1, what B gives to (V - v0)/h. ends : (2, s) what it gives to (q1 - q0 - h v0)/h^2 and to
+    (v1 - v0)/h. lam : (p,) eigenvalues of a, the real one first where s is odd, one of each complex pair; mu : (p,) their
     squares, those of abar. forward, backward : (s, s) T^-1 and T diag(mu), T the eigenvectors, a
     pair's two rows (columns) being the real and the imaginary part (of what counts twice). last :
     (s,) what A gives to the last term of its polynomial's Legendre series, times the largest part
@@ -37,6 +37,7 @@ class Tableau(NamedTuple):
 
     c: Floats
     b: Floats
+    whole: Floats
     double: Floats
     inverse: Floats
     rates: Floats
@@ -81,7 +82,7 @@ def tableau(stages: int) -> Tableau:
     last = (2 * stages - 1) * b * series[-1] * np.abs(double @ series[-1]).max()
     mu = np.array([one**2 for one in kept], dtype=np.complex128)
     return Tableau(
-        c, b, double, inverse, rates, ends, np.array(kept, dtype=np.complex128), mu,
+        c, b, a, double, inverse, rates, ends, np.array(kept, dtype=np.complex128), mu,
         np.ascontiguousarray(forward), np.ascontiguousarray(np.array(backward).T), last,
     )  # fmt: skip
 
@@ -94,8 +95,10 @@ class GaussWork(NamedTuple):
     real_factors : (w + n, w + 1), factors : (p, w + n, w + 1) complex,
     [M + h^2 mu K + h lam D, Phi^T; Phi, 0]. frame : (P, 2) directions of the phalanges at the
     factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
-    complex right-hand side; real_right : (w + n,). unknown, stage : (s, n) B and A. q, v : (s, n),
-    chords : (s, N, 2). residual, change : (s, n). key : (1,) step of the factors (NaN: none).
+    complex right-hand side; real_right : (w + n,). border, real_border : (p, w + n), (w + n,) the
+    factors' solutions for a sliding tip's part, as in `Workspace`. unknown, stage : (s, n) B and A.
+    q, v : (s, n), chords : (s, N, 2). residual, change : (s, n). key : (5,) as in
+    `Workspace`, with the step of the factors (NaN: none) in the place of the weight.
     rate : (1,), age : (2,) of the factors, as in `Workspace`.
     """
 
@@ -109,6 +112,8 @@ class GaussWork(NamedTuple):
     turns: Floats
     right: Complexes
     real_right: Floats
+    border: Complexes
+    real_border: Floats
     unknown: Floats
     stage: Floats
     q: Floats
@@ -122,7 +127,10 @@ class GaussWork(NamedTuple):
 
 
 class GaussIntegrator(NamedTuple):
-    """`Integrator` with what collocation needs in flight; generalized-alpha's part is the same."""
+    """`Integrator` with what collocation needs; generalized-alpha's part is the same.
+
+    flight, contact : whether it takes the steps there.
+    """
 
     co: Coefficients
     chain: Chain
@@ -130,6 +138,8 @@ class GaussIntegrator(NamedTuple):
     work: Workspace
     tableau: Tableau
     gauss: GaussWork
+    flight: bool
+    contact: bool
 
 
 def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
@@ -147,12 +157,15 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
         np.zeros((systems, w + n, w + 1), dtype=np.complex128),
         np.zeros((phalanges, 2)), np.zeros((stages, phalanges, 2)),
         np.zeros(w + n, dtype=np.complex128), np.zeros(w + n),
+        np.zeros((systems, w + n), dtype=np.complex128), np.zeros(w + n),
         many[0], many[1], many[2], many[3], np.zeros((stages, elements, 2)), many[4], many[5],
-        np.full(1, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
+        np.full(5, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
     )  # fmt: skip
 
 
-def with_collocation(plain: Integrator, stages: int = STAGES) -> GaussIntegrator:
-    """The same run with collocation in flight."""
+def with_collocation(
+    plain: Integrator, stages: int = STAGES, flight: bool = True, contact: bool = False
+) -> GaussIntegrator:
+    """The same run with collocation in flight or in contact."""
     own = gauss_work(stages, plain.chain, plain.law)
-    return GaussIntegrator(*plain, tableau(stages), own)
+    return GaussIntegrator(*plain, tableau(stages), own, flight, contact)

@@ -55,7 +55,7 @@ def _take_step(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> Cal
         return plain(h, contact, old, new, integrator)
 
     def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
-        if contact.normal == FLIGHT:
+        if integrator.flight if contact.normal == FLIGHT else integrator.contact:
             return collocation(h, contact, old, new, integrator)
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
         return plain(h, contact, old, new, parts)
@@ -75,7 +75,7 @@ def _error_of_step(
         return plain(h, old, new, integrator), 3.0
 
     def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
-        if contact.normal == FLIGHT:
+        if integrator.flight if contact.normal == FLIGHT else integrator.contact:
             return collocation(h, integrator), integrator.tableau.c.size + 1.0
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
         return plain(h, old, new, parts), 3.0
@@ -93,7 +93,7 @@ def _loss_of_step(
         return plain(h, old, new, integrator)
 
     def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
-        if contact.normal == FLIGHT:
+        if integrator.flight if contact.normal == FLIGHT else integrator.contact:
             return collocation(h, integrator)
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
         return plain(h, old, new, parts)

@@ -8,7 +8,8 @@ from hcm.compiled import kernel
 from hcm.contact.contract import Law, normal_slope
 from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, STICK, Contact
-from hcm.integrators.event_search import NO_EVENT, first_event, overshot
+from hcm.integrators.event_search import NO_EVENT, overshot
+from hcm.integrators.stages import find_event
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
 from hcm.state import Clock, Motion, Plan
 
@@ -78,7 +79,7 @@ def accepted_step(
                 growth = min(growth, GROW) if growth > LEAST_CHANGE or growth < 1.0 else 1.0
         if chatter:
             return h, overshot(tolerance, new, contact, integrator), trials, repeats, growth
-        length, slot, used = first_event(h, tolerance, contact, old, new, integrator)
+        length, slot, used = find_event(h, tolerance, contact, old, new, integrator)
         trials += used
         if math.isfinite(length):
             return length, slot, trials, repeats, growth

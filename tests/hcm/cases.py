@@ -15,7 +15,7 @@ from hcm.beam.equations import tangent
 from hcm.beam.minimal_coordinates import minimal_coordinates
 from hcm.beam.outline import Outline
 from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw
-from hcm.integrators.gauss_tableau import with_collocation
+from hcm.integrators.gauss_tableau import STAGES, with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.record import FrameTable, empty_record, write_row
@@ -140,15 +140,17 @@ def integrate(
     rows: int = 20_000,
     newton_tolerance: float = 1e-12,
     collocation: bool = False,
+    in_contact: bool = False,
+    stages: int = STAGES,
 ) -> Run:
     """Run the compiled loop from any state with one fixed step in flight and contact.
 
-    collocation : whether its flight is integrated by Gauss collocation.
+    collocation, in_contact : whether its flight, or all of it, is integrated by Gauss collocation.
     """
     n = chain.scale.size
     old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
     plain = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
-    integrator = with_collocation(plain) if collocation else plain
+    integrator = with_collocation(plain, stages, True, in_contact) if collocation else plain
     clock = initial_clock(start.time_s, step)
     plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0, 1.0)

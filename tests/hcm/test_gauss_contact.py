@@ -1,0 +1,158 @@
+"""Gauss collocation in contact: order, events, invariants, what the stages' rows add up to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hcm
+from hcm.contact.law import ContactLaw, contact_law
+from hcm.integrators.stages import cubic_root
+from hcm.reference_solution import Start, solve_chain
+from tests.hcm.cases import (
+    SOFT,
+    SOFT_TIP,
+    SPINS,
+    STRIKING,
+    SURFACE,
+    TRUTH,
+    Run,
+    finger,
+    integrate,
+    order_of,
+    straight_links,
+)
+from tests.hcm.test_dynamics import momenta
+
+NO_GRAVITY = hcm.Drive((), 0.0)
+
+
+@pytest.fixture(scope="module")
+def struck_link():
+    """A soft link of one element that strikes, slides, sticks and slides, and its truth."""
+    angle = np.array([np.radians(255.0)])
+    surface = hcm.Surface(height=-0.04 * np.sin(angle[0]), friction=0.5)
+    chain, start = straight_links(finger(SOFT, 1, elements=1), angle, np.array([40.0]), NO_GRAVITY)
+    law = contact_law(surface, replace(SOFT_TIP, normal_stiffness=2e5, restitution=0.7))
+    return chain, law, start, solve_chain(chain, law, start, 1e-12, 1e-16, dense=True)
+
+
+def collocated(chain, law, start: Start, h: float, **how: float) -> Run:
+    return integrate(chain, law, start, h, collocation=True, in_contact=True, **how)
+
+
+def test_order_in_a_smooth_piece(struck_link) -> None:
+    chain, law, start, truth = struck_link
+    time = 0.4 * truth.time_of("compression_to_restitution")
+    exact, steps, errors = truth.at(time), time / np.array([16, 24, 32]), []
+    for h in steps:
+        run = collocated(chain, law, start, h, end_time=time, stages=3)
+        errors.append(np.abs((run.motion.q - exact.coordinates) / chain.scale)[2:].max())
+    # theory says 2 s = 6, where the step resolves the element's axial wave too
+    assert order_of(steps, errors) == pytest.approx(6.0, abs=0.3)
+
+
+def test_events_converge_faster_than_the_paper_scheme(struck_link) -> None:
+    """Every transition, restitution and separation among them, at order 4 and more by 3 stages."""
+    chain, law, start, truth = struck_link
+    steps, errors = np.array([8e-6, 4e-6]), []
+    for h in steps:
+        run = collocated(chain, law, start, h, stages=3)
+        assert run.kinds() == [e.kind for e in truth.events]
+        times = zip(run.events, truth.events, strict=True)
+        errors.append(max(abs(a.time_s - b.time_s) for a, b in times))
+    assert order_of(steps, errors) > 4.0
+    alpha = integrate(chain, law, start, 4e-6, xi=1.0)
+    off = max(abs(a.time_s - b.time_s) for a, b in zip(alpha.events, truth.events, strict=True))
+    assert errors[-1] < 1e-2 * off
+
+
+@pytest.mark.parametrize("steps", [1.5, 4.0])
+def test_half_a_swing_on_the_spring(steps: float) -> None:
+    """A stiff rod about its hinge: T = pi sqrt(m/(3 k)), F = v sqrt(k m/3), in two steps or five.
+
+    It bends by 1e-4 of what the spring yields, and the audit closes.
+    """
+    rod = replace(SOFT, youngs_modulus=1e12)
+    mass, k, speed = rod.line_density * rod.length / 3, 1e4, 0.01
+    swing = np.pi * np.sqrt(mass / k)
+    chain, start = straight_links(
+        finger(rod, 1, elements=1), np.array([np.pi]), np.array([speed / rod.length]), NO_GRAVITY
+    )
+    run = collocated(chain, ContactLaw(k, 1.0, 0.75, 0.0, 0.0), start, swing / steps)
+    assert run.kinds() == ["contact", "compression_to_restitution", "separation"]
+    assert run.time_of("compression_to_restitution") == pytest.approx(swing / 2, rel=3e-4)
+    assert run.time_of("separation") == pytest.approx(swing, rel=3e-4)
+    assert run["normal_force"].max() == pytest.approx(speed * np.sqrt(mass * k), rel=3e-4)
+    held = run["kinetic"] + run["strain"] + run["contact_energy"]
+    # a stage knows the motion to order 6: 3e-5 where a step is two thirds of the swing
+    assert np.abs(held / held[0] - 1.0).max() < 1e-4
+    assert held[-1] == pytest.approx(held[0], rel=1e-9)
+
+
+def test_stick_and_slip_are_located() -> None:
+    """The transitions of a tap that sticks, slips and sticks again, as fine steps find them."""
+    chain, start = straight_links(finger(SOFT, elements=2), STRIKING, SPINS)
+    law = contact_law(replace(SURFACE, friction=1.0), replace(SOFT_TIP, tangential_ratio=0.2))
+    fine = integrate(chain, law, start, 5e-8, xi=1.0)
+    coarse = collocated(chain, law, start, 1e-5)
+    assert coarse.kinds() == fine.kinds()
+    assert {"stick_to_slip", "slip_to_stick"} & set(fine.kinds())
+    for ours, theirs in zip(coarse.events, fine.events, strict=True):
+        # 37 ns measured, of a reversal; the trapezoidal rule's own error at 50 ns is 1 ns
+        assert ours.time_s == pytest.approx(theirs.time_s, abs=1e-7)
+
+
+def test_energy_and_momentum_through_a_tap(struck_link) -> None:
+    """The audit closes, and angular momentum changes by the quadrature of the contact's moment."""
+    chain, law, start, _ = struck_link
+    run = collocated(chain, law, start, 4e-6)
+    held = sum(run[part] for part in ("kinetic", "strain", "gravity", "contact_energy"))
+    lost = sum(run[part] for part in ("friction_loss", "restitution_loss"))
+    assert np.abs(held + lost - held[0]).max() < 1e-6 * held[0]
+    assert lost[-1] > 0.01 * held[0]
+    before = momenta(chain, start.coordinates, start.velocities)[2]
+    change = momenta(chain, run.motion.q, run.motion.v)[2] - before
+    fn, ft = run["normal_force"], run["tangential_force"]
+    moment = run["tip_x"] * fn - run["tip_y"] * ft
+    turned = np.sum(0.5 * (moment[1:] + moment[:-1]) * np.diff(run["time"]))
+    # trapezoids over rows a fifth of a step apart
+    assert change == pytest.approx(turned, rel=1e-3)
+
+
+def test_a_mirrored_tap_is_the_mirror_image(struck_link) -> None:
+    chain, law, start, _ = struck_link
+    sign = np.where(np.arange(chain.scale.size) % 2 == 0, -1.0, 1.0)
+    image = Start(sign * start.coordinates, sign * start.velocities)
+    run, mirrored = (collocated(chain, law, s, 8e-6) for s in (start, image))
+    for name, factor in (("normal_force", 1.0), ("tangential_force", -1.0), ("tip_x", -1.0)):
+        size = np.abs(run[name]).max()
+        np.testing.assert_allclose(mirrored[name], factor * run[name], rtol=0, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize(("step", "bound"), [(3e-5, 1e-4), (1e-5, 1e-5)])
+def test_whole_tap_in_a_few_steps(step: float, bound: float) -> None:
+    """Peak, duration and impulse of the soft tap against the kept truth."""
+    settings = hcm.Settings(
+        flight_integrator="gauss", contact_integrator="gauss", flight_step=6e-5,
+        flight_tolerance=0.0, contact_step=step, contact_tolerance=0.0, estimate=False,
+    )  # fmt: skip
+    result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
+    found, history = result.summary, result.history
+    assert result.status is hcm.Status.COMPLETED
+    assert found.peak_normal_force_N == pytest.approx(TRUTH["peak_normal_force_N"], rel=bound)
+    assert found.contact_duration_s == pytest.approx(TRUTH["contact_duration_s"], rel=bound)
+    assert found.energy_residual < bound
+    # the rows' trapezoids know the impulse less well than the stages' quadrature
+    held = history.mode >= 3
+    steps, force = np.diff(history.time_s), history.normal_force_N
+    plain = np.sum((0.5 * (force[1:] + force[:-1]) * steps)[held[:-1]])
+    assert found.normal_impulse_N_s == pytest.approx(plain, rel=3e-3)
+    assert found.normal_impulse_N_s != plain
+
+
+def test_root_of_a_cubic() -> None:
+    """1 - t^3 through four of its points: exactly."""
+    times = (0.0, 0.5, 1.3, 2.0)
+    root, slope = cubic_root(0.5, 1.3, times, tuple(1.0 - t**3 for t in times))
+    assert (root, slope) == pytest.approx((1.0, -3.0), rel=1e-12)

@@ -27,12 +27,12 @@ class Tableau(NamedTuple):
     """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
 
     c, b : (s,). whole : (s, s) a. double : (s, s) abar. inverse : (s, s) of it. rates : (s, s)
-    a^-1, what B gives to (V - v0)/h. ends : (2, s) what it gives to (q1 - q0 - h v0)/h^2 and to
-    (v1 - v0)/h. lam : (p,) eigenvalues of a, the real one first where s is odd, one of each complex pair; mu : (p,) their
-    squares, those of abar. forward, backward : (s, s) T^-1 and T diag(mu), T the eigenvectors, a
-    pair's two rows (columns) being the real and the imaginary part (of what counts twice). last :
-    (s,) what A gives to the last term of its polynomial's Legendre series, times the largest part
-    that this term has in B.
+    a^-1, what B gives to (V - v0)/h. ends : (2, s) what it gives to (q1 - q0 - h v0)/h^2 and to (v1
+    - v0)/h. lam : (p,) eigenvalues of a, the real one first where s is odd, one of each complex
+    pair; mu : (p,) their squares, those of abar. forward, backward : (s, s) T^-1 and T diag(mu), T
+    the eigenvectors, a pair's two rows (columns) being the real and the imaginary part (of what
+    counts twice). last : (s,) what A gives to the last term of its polynomial's Legendre series,
+    times the largest part that this term has in B.
     """
 
     c: Floats

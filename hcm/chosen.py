@@ -55,6 +55,10 @@ from hcm.simulate import LARGEST_LEFT_OUT
 SMALLEST, LARGEST = 1e-6, 0.1
 # w h over sqrt(eps), and elements of a phalanx over kappa L/eps^(1/4)
 STEP_SHARE, ELEMENT_SHARE = 1.0, 0.3
+# of refined beams, whose elements' errors fall with l^2 only: the first as it is, and elements over
+# kappa L/sqrt(eps). 4, 5 and 7 elements of the soft finger are off by 2.9, 1.7 and 0.8e-3, steps of
+# w h = sqrt(eps) by 0.02e-3
+REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.08
 # of collocation: w h over eps^(1/3), and the largest w h, a fourth of a tap
 STAGE_SHARE, LONGEST_TURN = 10.0, 1.2
 MOST_ELEMENTS = 200
@@ -67,13 +71,15 @@ TURN = 0.3
 # (s!)^2/((2 s)! (2 s + 1)!)
 PHASE_ERROR = math.factorial(STAGES) ** 2 / math.factorial(2 * STAGES)
 PHASE_ERROR /= math.factorial(2 * STAGES + 1)
-# steps of a flight whose vibration is not followed: in fewer, Newton's method fails again and again
-# on stiff fingers
-FEW_STEPS = 60
+# steps of a flight whose vibration is not followed: in a dozen, Newton's method fails again and
+# again on stiff fingers
+FEW_STEPS = 30
 # of the surface's depth: steps that bend the finger by so much more than a polynomial are shorter
 BENT_TOLERANCE = 1e-4
-# of eps: errors of the rods' flight over the surface's depth, and of an acceleration
-RODS_SHARE, NEWTON_SHARE = 1e-3, 1e-5
+# of eps: errors of the rods' flight over the surface's depth, and of an acceleration, which is at
+# most the second, by the contact's integrator: collocation's iteration ends on its way of a step
+RODS_SHARE = 1e-3
+NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
 # of a flight as rods, beside one that decides, over the surface's depth
 RODS_TOLERANCE = 1e-6
 
@@ -158,21 +164,25 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     hertz = law.k if scene.assumptions.has("hertz") and fall is not None else None
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
     flight = _flight(accuracy, scene, fall, frequency, stated)
+    lumped = not scene.assumptions.any
+    wave = accuracy**0.25 / ELEMENT_SHARE if lumped else accuracy**0.5 / REFINED_ELEMENT_SHARE
     counts = tuple([
-        max(_count(p, frequency, accuracy**0.25 / ELEMENT_SHARE), least)
+        max(_count(p, frequency, wave), least)
         for p, least in zip(phalanges, flight.elements, strict=True)
     ])  # fmt: skip
-    method = stated.get("contact_integrator", GAUSS)
-    turn = STEP_SHARE * math.sqrt(accuracy)
+    # springs that slip by parts leave no smooth pieces
+    method = stated.get("contact_integrator", GAUSS if lumped else GENERALIZED_ALPHA)
+    turn = (STEP_SHARE if lumped else REFINED_STEP_SHARE) * math.sqrt(accuracy)
     if method == GAUSS:
         turn = min(STAGE_SHARE * accuracy ** (1 / 3), LONGEST_TURN)
     step = min(turn / frequency, 1.0)
-    newton = min(max(NEWTON_SHARE * accuracy, 1e-12), 1e-8)
+    share, most = NEWTON[GAUSS if method == GAUSS else GENERALIZED_ALPHA]
+    newton = min(max(share * accuracy, 1e-12), most)
     rate = _hz(frequency)
     choices = (
         Choice("elements", counts, f"waves of {rate}, above which the tip's spring shields them"),
         *flight.choices,
-        Choice("contact_integrator", method, "order 10 between events: long steps"),
+        Choice("contact_integrator", method, f"order {2 * STAGES if method == GAUSS else 2}"),
         Choice("contact_step", step, f"oscillations of {rate}"),
         Choice("contact_tolerance", 0.0, "skipped: equal steps need no error of each"),
         Choice("newton_tolerance", newton, "iterations end below the steps' errors"),

@@ -86,9 +86,9 @@ def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
 
 def test_elements_and_steps_keep_the_orders_of_the_errors() -> None:
     coarse, fine = chosen(1e-2), chosen(1e-6)
-    assert coarse.scene.settings.contact_step / fine.scene.settings.contact_step == pytest.approx(
-        100.0
-    )
+    for method, power, ends in (("generalized-alpha", 2, (1e-2, 1e-6)), ("gauss", 3, (1e-3, 1e-6))):
+        steps = [chosen(a, contact_integrator=method).scene.settings.contact_step for a in ends]
+        assert steps[0] / steps[1] == pytest.approx((ends[0] / ends[1]) ** (1 / power))
     counts = (c.scene.finger.phalanges[-1].elements for c in (fine, coarse))
     assert next(counts) / 10 == pytest.approx(next(counts), abs=1)
 
@@ -156,7 +156,8 @@ def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
 def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps five times as long as they should be are found out by the companion."""
     monkeypatch.setattr("hcm.chosen.STEP_SHARE", 5.0)
-    result = simulate_within(1e-3, replace(SOFT_SCENE, settings=hcm.Settings()))
+    alpha = {"contact_integrator": "generalized-alpha"}
+    result = simulate_within(1e-3, replace(SOFT_SCENE, settings=hcm.Settings()), alpha)
     assert result.accuracy is not None
     (again,) = [c for c in result.accuracy.choices if c.setting == "accuracy"]
     assert 0.0 < again.value < 1e-3

@@ -48,6 +48,11 @@ class Shortcut:
 
 # hcm's settings that the ledger is measured with: error control, the cheapest mesh and a fine one.
 CHEAP, FINE = (hcm_setting("tap", "", elements, BASE).overrides() for elements in (5, 20))
+COLLOCATED = (
+    "finger.elements=5",
+    "solver.hcm.flight='rigid'", "solver.hcm.contact_tolerance=0",
+    "solver.hcm.flight_integrator='gauss'", "solver.hcm.contact_integrator='gauss'",
+)  # fmt: skip
 
 HCM = (
     Shortcut(
@@ -62,6 +67,11 @@ HCM = (
     Shortcut(
         "rigid flight", "hcm", ("solver.hcm.flight='rigid'", *CHEAP), CHEAP,
         "off: flight = elastic, the default; error: the finger's sag and vibration in flight",
+    ),
+    Shortcut(
+        "collocation in contact", "hcm", (*COLLOCATED, "solver.hcm.contact_step=1.5e-5"),
+        (*COLLOCATED[:-1], "solver.hcm.contact_step=2e-7"),
+        "off: generalized-alpha in steps of 0.2 us, both after a rigid flight",
     ),
     Shortcut(
         "no friction at mu = 0", "hcm", ("surface.friction=0", *CHEAP),

@@ -98,7 +98,8 @@ def calibration_page(folder: Path, request: pytest.FixtureRequest) -> Path:
 
 
 def evidence_page(folder: Path, request: pytest.FixtureRequest) -> Path:
-    figure(folder / "taps.png")
+    for name in ("taps", "field"):
+        figure(folder / f"{name}.png")
     ball = Piece("ball", "A ball on a wall", "contact", "a book", "Hertz", (), lambda *given: [])
     rows = (Row("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, "stiffer"),)
     write_evidence(folder, [Shown(ball, rows), Shown(replace(ball, name="b"), (), "left out")])

@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 _FORCE = re.compile(
     r"total force \(fx,fy,fz\) for set FLOOR and time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)"
 )
+_STRESS = re.compile(r"stresses \(elem.*and time\s+(\S+)\n\n((?:.*\S.*\n)+)")
 # Corners of CalculiX' faces S1 to S6.
 _FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 
@@ -41,6 +42,7 @@ def deck(
     element: str = "C3D8",
     step_s: float | None = None,
     fields: str = "V",
+    stress: bool = False,
 ) -> str:
     """Its input file: the body where it starts, unstrained, a floor under it, `end_s` of motion.
 
@@ -50,7 +52,7 @@ def deck(
     ----------
     displacement, velocity : (n_points, 3), m and m/s, at the start.
     step_s : of every increment; None: automatic ones.
-    fields : what is printed of the body's nodes.
+    fields : what is printed of the body's nodes. stress : whether that of its elements is.
 
     Raises
     ------
@@ -87,7 +89,8 @@ def deck(
               f"{step_s or end_s / INCREMENTS:.6g},{end_s:.6g}",
               "*DLOAD", f"BLOCK,GRAV,{-model.fall[1]},0,-1,0",
               "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
-              "*NODE PRINT,NSET=BODY", fields, "*END STEP"]  # fmt: skip
+              "*NODE PRINT,NSET=BODY", fields, *(["*EL PRINT,ELSET=BLOCK", "S"] * stress),
+              "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 
@@ -117,6 +120,19 @@ def _outside(contact: SurfaceContact, cells: NDArray[np.int64]) -> list[str]:
     ]
 
 
+def faces_within(
+    cells: NDArray[np.int64], nodes: NDArray[np.int64]
+) -> tuple[list[int], list[list[int]]]:
+    """Cells (n,) with a face of which all four corners are among `nodes`, and these (n, 4)."""
+    inside = np.isin(cells, nodes)
+    found = [
+        (number, cells[number, list(corners)].tolist())
+        for corners in _FACES
+        for number in np.flatnonzero(inside[:, corners].all(axis=1)).tolist()
+    ]
+    return [number for number, _ in found], [corners for _, corners in found]
+
+
 def _floor(height: float, middle: float, side: float) -> Floats:
     """Corners of a plate below the surface, wide enough for a body to slide on, in VTK order."""
     wide, low = 4.0 * side, -height - 0.5 * side
@@ -129,6 +145,17 @@ def floor_forces(printed: str) -> tuple[Floats, Floats]:
     """Times (s) and the floor's upward forces (N) of all increments in a .dat file."""
     found = np.array([(m[1], m[3]) for m in _FORCE.finditer(printed)], dtype=float).reshape(-1, 2)
     return found[:, 0], found[:, 1]
+
+
+def stress_near(printed: str, time_s: float) -> tuple[float, Floats]:
+    """The printed time nearest to one, s, and the elements' mean Cauchy stress at it.
+
+    (n_cells, 6), Pa, as xx, yy, zz, xy, yz, xz: of eight points each, in equal shares.
+    """
+    tables = {float(found[1]): found[2] for found in _STRESS.finditer(printed)}
+    time = min(tables, key=lambda printed_at: abs(printed_at - time_s))
+    values = np.array([line.split()[2:] for line in tables[time].splitlines()], dtype=float)
+    return time, values.reshape(-1, 8, 6).mean(axis=1)[:, [0, 1, 2, 3, 5, 4]]
 
 
 def last_velocities(printed: str) -> Floats | None:

@@ -43,6 +43,42 @@ def test_what_it_prints_is_read() -> None:
     assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
 
 
+STRESSES = """
+ stresses (elem, integ.pnt.,sxx,syy,szz,sxy,sxz,syz) for set BLOCK and time  {time}
+
+{rows}
+
+ total force (fx,fy,fz) for set FLOOR and time  {time}
+"""
+
+
+def test_elements_mean_stresses_of_the_nearest_time() -> None:
+    random = np.random.default_rng(2)
+    points = random.normal(size=(2, 2, 8, 6))  # times, elements, points, components
+    printed = "".join(
+        STRESSES.format(time=f"{time:.7E}", rows="\n".join(
+            f"{e + 1:10d}{q + 1:4d} " + " ".join(f"{value:.6E}" for value in points[k, e, q])
+            for e in range(2) for q in range(8)
+        ))
+        for k, time in enumerate((1e-5, 2e-5))
+    )  # fmt: skip
+    time, found = calculix_impact.stress_near(PRINTED + printed, 1.6e-5)
+    assert time == 2e-5
+    xx, yy, zz, xy, xz, yz = points[1].mean(axis=1).T
+    np.testing.assert_allclose(found, np.stack([xx, yy, zz, xy, yz, xz], axis=1), atol=1e-6)
+
+
+def test_faces_in_a_plane() -> None:
+    mesh = boxes((0.04,), (0.01, 0.01), (3, 2, 2))
+    plane = np.flatnonzero(mesh.points[:, 2] == mesh.points[:, 2].min())
+    cells, faces = calculix_impact.faces_within(mesh.cells, plane)
+    assert sorted(cells) == [c for c in range(12) if np.isin(mesh.cells[c], plane).any()]
+    x, y, _ = mesh.points[faces].transpose(2, 1, 0)
+    areas = 0.5 * np.abs((x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum(axis=0))
+    np.testing.assert_allclose(areas, areas[0])  # corners in the order of a walk around
+    assert areas.sum() == pytest.approx(0.04 * 0.01)
+
+
 def test_nothing_printed_is_no_force() -> None:
     times, forces = calculix_impact.floor_forces("")
     assert times.size == forces.size == 0
@@ -57,6 +93,9 @@ def test_hinges_are_equations_of_the_same_means() -> None:
     u = np.random.default_rng(1).normal(size=model.points.shape)
     text = calculix_impact.deck(model, material, 0 * u, 0 * u, 1e-3, step_s=1e-6)
     assert "*DYNAMIC,DIRECT,ALPHA=-0.05\n1e-06,0.001\n" in text
+    assert "*EL PRINT" not in text
+    wanted = calculix_impact.deck(model, material, 0 * u, 0 * u, 1e-3, stress=True)
+    assert wanted.endswith("*EL PRINT,ELSET=BLOCK\nS\n*END STEP\n")
     blocks = [block.split("\n*")[0].split("\n", 1) for block in text.split("*EQUATION\n")[1:]]
     rows = [",".join(rest.split()).split(",") for _, rest in blocks]
     terms = [np.array(row, dtype=float).reshape(-1, 3) for row in rows]

@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from validation.studies.evidence.mindlin import FRICTION, spin
 
 Floats = NDArray[np.float64]
-EDGE, GROWTH, EVEN = 0.35, 1.6, 1.2  # edges over the patch's radius, their growth, the even part
+EDGE, GROWTH, EVEN = 0.25, 1.6, 1.2  # edges over the patch's radius, their growth, the even part
+# Edges of the mesh that a number's error is told by, over its own; growth is to this power, so that
+# one mesh is the other's everywhere.
+COARSER = 1.5
 STIFFNESS = 100.0  # `surface_factor` times a/R: 0.4 % of Hertz's compliance is the penalty's
 CLEARANCE = 1e-3  # of Hertz's approach, below the ball at the start
 STEPS = 4000  # of hcm's ball, in a contact; half of them change the spin by 1e-4
@@ -41,7 +44,14 @@ def hertz(speed: float, poisson: float) -> tuple[float, float]:
     return depth, 2.9432 * depth / speed
 
 
-def by_elements(speed: float, x: float, poisson: float, snapshots: int = 8) -> Bounce:
+def mesh_error(fine: float, coarse: float) -> float:
+    """Error of the finer mesh's number, of the first order in its edges."""
+    return abs(fine - coarse) / (COARSER - 1.0)
+
+
+def by_elements(
+    speed: float, x: float, poisson: float, snapshots: int = 8, coarser: float = 1.0
+) -> Bounce:
     """The reference's half ball that meets the wall at v_n = `speed`, v_t = x mu v_n."""
     import reference_fem as fem
     from meshes.ball import half_ball
@@ -51,7 +61,7 @@ def by_elements(speed: float, x: float, poisson: float, snapshots: int = 8) -> B
 
     depth, duration = hertz(speed, poisson)
     patch = math.sqrt(depth)
-    mesh = half_ball(1.0, EDGE * patch, GROWTH, patch_size=EVEN * patch)
+    mesh = half_ball(1.0, coarser * EDGE * patch, GROWTH**coarser, patch_size=EVEN * patch)
     settings = fem.Settings(
         contact="surface", surface_factor=STIFFNESS / patch, estimate=False,
         max_contact_time_s=10.0 * duration, snapshots=snapshots,

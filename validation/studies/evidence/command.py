@@ -15,6 +15,7 @@ from validation.studies.evidence import (
     oblique_ball,
     pendulum,
     static_beam,
+    tap_figures,
     taps,
 )
 from validation.studies.evidence.report import Shown, told, write_evidence
@@ -37,7 +38,7 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     quick
         What takes seconds, and no other program: three minutes.
     out
-        Folder for evidence/: index.html, evidence.csv, hierarchy.png, taps.png.
+        Folder for evidence/: index.html, evidence.csv, the figures.
 
     Raises
     ------
@@ -47,7 +48,8 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     folder, store = output_folder(out / "evidence"), Store(out / "store", fresh)
     with progress_bar("evidence") as progress:
         shown = [look(piece, quick, store, progress) for piece in PIECES]
-        taps.draw(folder / "taps.png", Store(out / "store"))
+        tap_figures.draw_forces(folder / "taps.png", Store(out / "store"))
+        tap_figures.draw_field(folder / "field.png", Store(out / "store"))
         write_evidence(folder, shown)
     for one in shown:
         output(f"{one.piece.level}: {one.piece.title} {one.why}")

@@ -9,7 +9,12 @@ import numpy as np
 
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.ball import by_elements, by_reduced_model
+from validation.studies.evidence.ball import (
+    COARSER,
+    by_elements,
+    by_reduced_model,
+    mesh_error,
+)
 from validation.studies.evidence.mindlin import spin
 from validation.studies.evidence.rows import Piece, Row
 
@@ -24,13 +29,17 @@ BY_ELEMENTS = (0.890, 2.277, 4.688, 9.040)  # of the points, those that the refe
 POISSON, SPEED = 0.3, 1e-3  # v_n over a bar's wave
 SMALL_SPEED = 1e-5  # where the patch is as small as the theory assumes
 LIMIT_X, LIMIT_SPEEDS = 0.890, (3e-3, 1e-3, 3e-4)  # where the patch is followed to nothing
-# Shares of y. hcm's springs: 22 of them are under a patch of a/R = 0.013. The reference's edges: at
-# x = 0.89 those of 0.25 a and 0.18 a in the place of 0.35 a add 1.9 and 3.0 %.
-THEORY, SPRINGS, MESH = 1e-3, 2e-3, 0.05
+# Shares of y. hcm's springs: 22 of them are under a patch of a/R = 0.013.
+THEORY, SPRINGS = 1e-3, 2e-3
 
 
-def _row(x: float, outside: float, error: float, model: str, ours: float, remark: str = "") -> Row:
-    known = (SPRINGS if model == "hcm" else MESH) * abs(ours)
+def _row(x: float, outside: float, error: float, model: str, speed: float, remark: str = "") -> Row:
+    if model == "hcm":
+        ours = by_reduced_model(speed, x, POISSON).spin
+        known = SPRINGS * ours
+    else:
+        ours, coarse = (by_elements(speed, x, POISSON, coarser=by).spin for by in (1.0, COARSER))
+        known = mesh_error(ours, coarse)
     name = f"R w'/(mu v_n) at x = {x:g}"
     return Row(name, "1", model, outside, error, ours, known, remark)
 
@@ -41,39 +50,40 @@ def published_rows(progress: Progress, _: Store) -> list[Row]:
     found = []
     for number, (model, x) in enumerate(cases):
         progress(number / len(cases), f"oblique ball, {model}, x = {x:g}")
-        ours = (by_reduced_model if model == "hcm" else by_elements)(SPEED, x, POISSON).spin
         theory = f"theory {spin(x, POISSON):.4g}"
-        found.append(_row(x, POINTS[x], READING, model, ours, theory))
+        found.append(_row(x, POINTS[x], READING, model, SPEED, theory))
     return found
 
 
 def theory_rows(progress: Progress, _: Store) -> list[Row]:
     """The law of hcm against theory."""
     progress(0.0, "oblique ball, theory")
-    return [
-        _row(x, spin(x, POISSON), THEORY, "hcm", by_reduced_model(SMALL_SPEED, x, POISSON).spin)
-        for x in BY_ELEMENTS
-    ]
+    return [_row(x, spin(x, POISSON), THEORY, "hcm", SMALL_SPEED) for x in BY_ELEMENTS]
 
 
 def limit_rows(progress: Progress, _: Store) -> list[Row]:
     """The reference's spin where its patch is followed to nothing, along a line in a/R.
 
-    What a parabola through the three points gives instead is taken for the line's error.
+    Its error is what a parabola through the three points gives instead, and what a coarser mesh's
+    line does.
     """
     found, theory, published = [], "theory of like bodies", "published"
     for poisson in (POISSON, 0.49):
-        progress(0.0, f"oblique ball, nu = {poisson}")
-        tried = [by_elements(speed, LIMIT_X, poisson) for speed in LIMIT_SPEEDS]
-        patch, y = np.array([(one.patch, one.spin) for one in tried]).T
-        line, curve = (float(np.polynomial.Polynomial.fit(patch, y, n)(0.0)) for n in (1, 2))
+        lines = []
+        for by in (1.0, COARSER):
+            progress(0.0, f"oblique ball, nu = {poisson}")
+            tried = [by_elements(speed, LIMIT_X, poisson, coarser=by) for speed in LIMIT_SPEEDS]
+            patch, y = np.array([(one.patch, one.spin) for one in tried]).T
+            line, curve = (float(np.polynomial.Polynomial.fit(patch, y, n)(0.0)) for n in (1, 2))
+            lines.append((line, curve, patch, y))
+        (line, curve, patch, y), (coarse, *_others) = lines
         said = ", ".join(starmap("{:.3f} at a/R = {:.3f}".format, zip(y, patch, strict=True)))
         targets = {theory: (spin(LIMIT_X, poisson), THEORY)}
         if poisson == POISSON:
             targets[published] = POINTS[LIMIT_X], READING
         found += [
             Row(f"at x = {LIMIT_X:g}, nu = {poisson}, a/R to 0; {which}", "1", "fem3d", *target,
-                line, abs(line - curve) + MESH * line, said)
+                line, abs(line - curve) + mesh_error(line, coarse), said)
             for which, target in targets.items()
         ]  # fmt: skip
     return found

@@ -9,10 +9,24 @@ import numpy as np
 import pytest
 
 from tests.validation.commands import Patch, Run
+from validation.harness.figures import panels
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence import command, measured_ball, pendulum, taps
-from validation.studies.evidence.ball import by_elements, by_reduced_model, hertz
+from validation.studies.evidence import (
+    command,
+    hertz_ball,
+    measured_ball,
+    pendulum,
+    tap_figures,
+    taps,
+)
+from validation.studies.evidence.ball import (
+    COARSER,
+    Bounce,
+    by_elements,
+    by_reduced_model,
+    hertz,
+)
 from validation.studies.evidence.command import PIECES, look
 from validation.studies.evidence.mindlin import spin
 from validation.studies.evidence.report import told, word
@@ -22,9 +36,21 @@ from validation.studies.evidence.static_beam import ClampedBeam, princeton_rows
 
 ROW = Row("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
 
+TAP = taps.Tap("soft", 300.0, 0.0)
+ERRORS = dict.fromkeys(taps.JUDGED, 1.1)
+OWN = taps.Own((0.0, 1e-6, 2e-6, 3e-6, 4e-6), (0.0, 8.0, 11.0, 4.0, 0.0), 1e6, ERRORS,
+               2e-6, (2000, 3000), (1.0, 3.0), (0,), ())  # fmt: skip
+STOPPED = taps.Outcome(TAP, "CalculiX 1", "today", "here", 60.0, 1e-6, (0.0, 1e-6, 2e-6, 3e-6),
+                       (0.0, 8.0, 10.0, 4.0), 1e6, 2e-6, (1000, 3000))  # fmt: skip
+
 
 def quiet(share: float, text: str) -> None:
     """Progress that nobody watches."""
+
+
+def figure(path: Path) -> None:
+    with panels(path, 1):
+        pass
 
 
 def piece(solve: Callable[[Progress, Store], list[Row]], **changes: object) -> Piece:
@@ -47,6 +73,20 @@ def test_hcms_ball_is_mindlins_where_its_patch_is_small() -> None:
     for x in (0.5, 1.5, 4.0):
         # 22 springs under the patch: 2e-3
         assert by_reduced_model(1e-5, x, 0.3).spin == pytest.approx(spin(x, 0.3), rel=2e-3)
+
+
+def test_a_mesh_error_of_first_order_is_found(monkeypatch: Patch) -> None:
+    depth = np.linspace(0.0, 6e-4, 4001)  # over R
+
+    def pressed(edge: float) -> Bounce:  # force too large by the share edge/sqrt(depth)
+        force = depth**1.5 * (1.0 + edge / np.sqrt(np.maximum(depth, 1e-9)))
+        return Bounce(depth, force, depth, 0.0, 0.0)
+
+    meshes = pressed(1e-4), pressed(1e-4 * COARSER)
+    monkeypatch.setattr(hertz_ball, "_bounces", lambda model: meshes)
+    for row in hertz_ball.rows("fem3d", True, quiet, Store(None)):
+        place = float(row.quantity.split()[-2]) * 1e-6 / hertz_ball.RADIUS
+        assert row.ours_error / row.ours == pytest.approx(1e-4 / place**0.5, rel=0.02)
 
 
 def test_hcms_ball_is_hertzs() -> None:
@@ -160,7 +200,8 @@ def test_the_command_leaves_a_page_and_a_table(
 
     pieces = piece(solve), piece(solve, name="other", slow=True)
     monkeypatch.setattr(command, "PIECES", pieces)
-    monkeypatch.setattr(taps, "TAPS", {"tap-soft-penalty": taps.TAPS["tap-soft"]})
+    for name in ("draw_forces", "draw_field"):
+        monkeypatch.setattr(tap_figures, name, lambda path, store: figure(path))
     ended = fingertap("evidence", "--quick", "--out", tmp_path)
     assert ended.code == 0
     page = (tmp_path / "evidence" / "index.html").read_text(encoding="utf-8")
@@ -195,9 +236,43 @@ def test_calculixs_taps_are_kept_with_date_and_machine() -> None:
         assert one.machine
 
 
+def test_a_field_beside_another() -> None:
+    size, ours, apart = taps.fields(STOPPED, OWN)
+    # volumes 1 and 3: sqrt((1 + 3 * 9)/4), sqrt((4 + 3 * 9)/4), of 1 in a quarter of the body
+    assert (size, ours) == pytest.approx((1e6 * 7**0.5, 1e6 * 7.75**0.5))
+    assert apart == pytest.approx(0.5 / 7**0.5)
+
+
+def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -> None:
+    monkeypatch.setattr(taps, "outcome_of", lambda *given: STOPPED)
+    monkeypatch.setattr(taps, "own_of", lambda *given: OWN)
+    peak, field = taps.rows(TAP, quiet, Store(None))
+    assert (peak.outside, peak.ours, peak.ours_error) == (10.0, 11.0, 1.1)
+    assert field.ours_error == pytest.approx(0.1 * field.ours)
+    assert "differ by 19 % of it" in field.remark
+    ended = replace(
+        STOPPED, time_s=(*STOPPED.time_s, 4e-6), normal_force_N=(0.0, 8.0, 10.0, 4.0, 0.0)
+    )
+    monkeypatch.setattr(taps, "outcome_of", lambda *given: ended)
+    assert len(taps.rows(TAP, quiet, Store(None))) == 5
+
+
 def test_a_triangles_duration() -> None:
     time, force = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 0.0, 100.0, 0.0, 0.0])
     assert taps.duration(time, force) == pytest.approx(2 * 0.99)
+
+
+def test_the_taps_figures_are_drawn(tmp_path: Path, monkeypatch: Patch) -> None:
+    corners = tuple((float(x), y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    other = tuple((x + 1, y) for x, y in corners)
+    own = replace(OWN, cut=(0, 1), corners_mm=(corners, other))
+    theirs = replace(next(iter(taps.kept().values())), von_mises_kPa=(1000, 3000))
+    monkeypatch.setattr(tap_figures, "outcome_of", lambda *given: theirs)
+    monkeypatch.setattr(tap_figures, "own_of", lambda *given: own)
+    tap_figures.draw_forces(tmp_path / "taps.png", Store(None))
+    tap_figures.draw_field(tmp_path / "field.png", Store(None))
+    for name in ("taps", "field"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.slow

@@ -1,0 +1,75 @@
+"""The taps' forces and one field of stress, by CalculiX and by the reference; one column of panels,
+so that a telephone shows them as large as they were drawn.
+"""
+
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from validation.harness.figures import BLUE, GREEN, ORANGE, panels
+from validation.harness.store import Store
+from validation.studies.evidence.taps import TAPS, Tap, outcome_of, own_of, title
+
+WIDTH = 4.2  # inches
+COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
+FIELD_OF = "tap-frictionless-incompatible"
+TIP_MM = 12.0  # of the finger's end, that is shown
+LIMIT = 99.0  # percentile of the stresses at which colours end
+
+
+def _same(tap: Tap) -> tuple[str, float, float]:
+    """What of a tap is ours as well."""
+    return tap.scene, tap.factor, tap.friction
+
+
+def draw_forces(path: Path, store: Store) -> None:
+    """The forces of all taps, a panel each, both elements of CalculiX in it."""
+    groups = [list(taps) for _, taps in groupby(TAPS.values(), _same)]
+    with panels(path, 1, len(groups), width=WIDTH, height=2.3) as axes:
+        for (axis,), taps in zip(axes, groups, strict=True):
+            own = own_of(taps[0], store)
+            axis.plot(1e6 * np.array(own.time_s), own.normal_force_N, color=BLUE, label="fem3d")
+            for tap in taps:
+                theirs = outcome_of(tap, store)
+                axis.plot(1e6 * np.array(theirs.time_s), theirs.normal_force_N, "--",
+                          color=COLORS[tap.element], label=f"CalculiX {tap.element}")  # fmt: skip
+            axis.set_title(title(taps[0]).removeprefix("The "), fontsize=9, loc="left")
+            axis.set_ylabel("normal force (N)")
+            axis.legend()
+        axes[-1][0].set_xlabel("time (us)")
+
+
+def draw_field(path: Path, store: Store) -> None:
+    """Von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
+    from matplotlib.collections import PolyCollection
+
+    tap = TAPS[FIELD_OF]
+    theirs, own = outcome_of(tap, store), own_of(tap, store)
+    corners, cut = np.array(own.corners_mm), np.array(own.cut)
+    other, mine = (1e-3 * np.array(of.von_mises_kPa)[cut] for of in (theirs, own))
+    low = corners[..., 1].min()
+    near = corners[..., 1].min(axis=1) < low + TIP_MM
+    top = float(np.percentile(np.concatenate([other[near], mine[near]]), LIMIT))
+    shown = (
+        (
+            f"{theirs.program}, {tap.element}, {1e6 * theirs.field_time_s:.1f} us",
+            other,
+            "viridis",
+            0.0,
+        ),
+        (f"fem3d, {1e6 * own.field_time_s:.1f} us", mine, "viridis", 0.0),
+        ("fem3d less CalculiX", mine - other, "RdBu_r", -top),
+    )
+    with panels(path, 1, 3, width=WIDTH, height=2.6, style={"axes.grid": False}) as axes:
+        for (axis,), (name, values, colors, least) in zip(axes, shown, strict=True):
+            drawn = PolyCollection(corners[near], array=values[near], cmap=colors,
+                                   edgecolors="#00000040", linewidths=0.2)  # fmt: skip
+            drawn.set_clim(least, top)
+            axis.add_collection(drawn)
+            axis.autoscale_view()
+            axis.set_aspect("equal")
+            axis.set_title(name, fontsize=9, loc="left")
+            axis.set_ylabel("y (mm)")
+            axis.figure.colorbar(drawn, ax=axis, label="von Mises (MPa)")
+        axes[-1][0].set_xlabel("x (mm)")

@@ -1,5 +1,6 @@
 """Taps under refined assumptions: against the converged reference, in order, with closed energy."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -66,6 +67,35 @@ def test_fixed_steps_converge_with_order_two(friction: float) -> None:
         errors = [abs(getattr(run, name) / wanted - 1) for run in runs]
         assert errors[-1] < 1e-3
         assert order_of(steps, errors) > 1.5, name
+
+
+@pytest.mark.parametrize("friction", [0.5, 1.2])
+def test_a_mirrored_finger_taps_as_the_mirrored_tap(friction: float) -> None:
+    """Angles pi - theta: the same but for the signs of what points along X."""
+    angles, rates = np.array([1.2, 1.15, 0.65]), np.array([10.0, 8.0, 40.0])
+    surface = hcm.Surface(
+        0.04 * np.sin(angles).sum() + 0.0075 * (1 - math.sin(0.65)) + 1e-5, friction
+    )
+    settings, refined = replace(RIGID, flight="elastic"), Assumptions("refined")
+    own, other = (
+        hcm.simulate(
+            hcm.Finger((SOFT,) * 3), surface, hcm.Tip(0.78e6), settings=settings,
+            assumptions=refined, start=hcm.RigidStart(tuple(a), tuple(w)),
+        )
+        for a, w in ((angles, rates), (math.pi - angles, -rates))
+    )  # fmt: skip
+    assert own.status is other.status is hcm.Status.COMPLETED
+    kinds = [event.kind for event in own.events]
+    assert ("stick_to_slip" in kinds) == (friction > 1.0)
+    assert [event.kind for event in other.events] == kinds
+    one, two = own.history, other.history
+    peak, speed = one.normal_force_N.max(), np.abs(one.tip_velocity_m_per_s).max()
+    # Newton's tolerance of 1e-9 of the accelerations, over some 500 steps
+    np.testing.assert_allclose(two.normal_force_N, one.normal_force_N, atol=1e-6 * peak)
+    np.testing.assert_allclose(two.tangential_force_N, -one.tangential_force_N, atol=1e-6 * peak)
+    np.testing.assert_allclose(
+        two.tip_velocity_m_per_s, one.tip_velocity_m_per_s * [-1, 1], atol=1e-6 * speed
+    )
 
 
 @pytest.mark.parametrize("switch", SINGLE)

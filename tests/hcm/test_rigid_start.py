@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -48,15 +49,20 @@ def test_an_impact_state_gives_the_tap_of_the_whole_fall() -> None:
     assert skipped.contact_duration_s == pytest.approx(fall.contact_duration_s, rel=1e-3)
 
 
-def test_an_inclined_frame_changes_no_motion() -> None:
-    incline, body = 0.5, finger(SOFT, 2, elements=4, youngs_modulus=1e6)
+@pytest.mark.parametrize("assumptions", ["paper", "refined"])
+def test_an_inclined_frame_changes_no_motion(assumptions: Literal["paper", "refined"]) -> None:
+    incline = 0.5
+    body = finger(SOFT, 2, elements=4, youngs_modulus=1e6, poisson_ratio=0.4)
+    assumed = hcm.Assumptions(assumptions)
     settings = hcm.Settings(end_time=0.05, flight_tolerance=0.0, newton_tolerance=1e-12)
     drive = hcm.Drive((1e-3, -2e-4), reaction=True)
     surface = hcm.Surface(0.079, 0.5)
-    level = hcm.simulate(body, surface, SOFT_TIP, drive, settings).history
+    level = hcm.simulate(
+        body, surface, SOFT_TIP, drive, settings, assumptions=assumed
+    ).history  # fmt: skip
     tilted = hcm.simulate(
         body, surface, SOFT_TIP, replace(drive, incline=incline), settings,
-        start=hcm.RigidStart((-incline,) * 2, (0.0,) * 2),
+        start=hcm.RigidStart((-incline,) * 2, (0.0,) * 2), assumptions=assumed,
     ).history  # fmt: skip
     turn = math.cos(incline) + 1j * math.sin(incline)
     places = (h.tip_position_m @ [1.0, 1.0j] for h in (level, tilted))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from validation.errors import RunFailedError
 from validation.harness.files import output_folder, write_text
-from validation.models.variants import Variant
+from validation.models.variants import Variant, cumulative
 from validation.studies.assumptions.command import COMPARED, REFERENCE
 from validation.studies.assumptions.points import DIAMETER
 from validation.sweep.command import solve_plan
@@ -30,6 +30,7 @@ ACCURACIES = (3e-3, 2e-3)
 BARS = {"peak_normal_force_N": 0.01, "normal_impulse_N_s": 0.005}
 LONGEST_S = 0.05  # of a tap: soft fingers stay for milliseconds
 STATUS = "reference_status"
+ELASTIC = "refined, elastic flight"
 
 
 def read_study() -> pd.DataFrame:
@@ -76,12 +77,18 @@ def solved(points: Sequence[dict[str, Any]], workers: int | None, out: Path) -> 
 def by_variants(
     table: pd.DataFrame, variants: Sequence[Variant], workers: int | None, out: Path
 ) -> xarray.Dataset:
-    """The study's scenes by the reduced model: a sweep's dataset (scene, model)."""
-    models = []
-    for variant in variants:
+    """The study's scenes by the reduced model: a sweep's dataset (scene, model).
+
+    It flies rigid, as the reference does, and in the last place, once more the last of the
+    cumulative variants, elastic: what the reference's flight leaves out.
+    """
+    models: list[dict[str, Any]] = []
+    for variant, flight in (*((v, "rigid") for v in variants), (cumulative()[-1], "elastic")):
         keys = dict(text.split("=") for text in variant.overrides)
-        chosen = {key: value == "true" for key, value in keys.items()}
-        models.append({"model": "hcm", "variant": variant.name, "set": chosen})
+        chosen: dict[str, Any] = {key: value == "true" for key, value in keys.items()}
+        name = variant.name if flight == "rigid" else ELASTIC
+        chosen |= {"solver.hcm.flight": flight}
+        models.append({"model": "hcm", "variant": name, "set": chosen})
     return _swept(table, "assumptions", models, (), workers, out)
 
 

@@ -1,7 +1,12 @@
-"""``fingertap study``: what each assumption of the reduced model is worth over many fingers."""
+"""``fingertap study``: what each assumption of the reduced model is worth over many fingers.
+
+The reduced model flies rigid as the reference does, so that they differ by the tap alone. What that
+flight leaves out is told beside it: the refined model once more, with an elastic one.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +28,7 @@ from validation.studies.assumptions.rule import Numbers, rules
 from validation.studies.assumptions.study import (
     ACCURACIES,
     BARS,
+    ELASTIC,
     FILE,
     STATUS,
     by_reference,
@@ -90,18 +96,36 @@ def study(
         ended = (table[STATUS] == "COMPLETED").to_numpy()
         solid = table[ended]
         errors = 100.0 * (numbers[:, ended] / solid[[e.key for e in COMPARED]].to_numpy() - 1.0)
-        shares, chosen = shares_of(errors, variants), _rules(table, numbers, runs)
+        names = [*(variant.name for variant in variants), ELASTIC]
+        shares, chosen = shares_of(errors, names), _rules(table, numbers[:-1], runs)
         title = f"The reduced model over {ended.sum()} scenes, assumption by assumption"
         write_table(folder, "study", shares, title)
         title = f"Which assumptions a scene can do without, by {len(table)} scenes"
         write_table(folder, "rules", chosen, title)
-        _draw(folder / "study.png", solid, errors, variants)
+        _draw(folder / "study.png", solid, errors[:-1], variants)
         for found in (shares, chosen):
             output(found.to_string(index=False, float_format=lambda x: f"{x:.1f}"))
         output(
             f"of {len(table)} scenes {ended.sum()} have a reference, {known(table).sum()} keep the"
             f" bars; files in {folder}"
         )
+        output(_flight(numbers, table))
+
+
+def _flight(numbers: Numbers, table: pd.DataFrame) -> str:
+    """What the reference's rigid flight, which its own errors leave out, is worth."""
+    moved = 100.0 * np.abs(numbers[-1] / numbers[len(cumulative()) - 1] - 1.0)
+    parts = [
+        f"{entry.title} {np.nanmedian(one):.2g} % ({np.nanpercentile(one, 90):.2g},"
+        f" {np.nanmax(one):.2g})"
+        for entry, one in zip(COMPARED, moved.T, strict=True)
+    ]
+    bars = 100.0 * np.array([BARS.get(entry.key, np.inf) for entry in COMPARED])
+    both = known(table).to_numpy() & (moved <= bars).all(axis=1)
+    return (
+        "an elastic flight changes, in the median (90th percentile, most): "
+        f"{', '.join(parts)}; by less than the bars, too, in {both.sum()} of those that keep them"
+    )
 
 
 def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
@@ -118,8 +142,11 @@ def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
 
 
 def numbers_of(runs: xarray.Dataset) -> Numbers:
-    """`COMPARED` of (variant, scene, quantity); nan where a run did not complete."""
-    ended = runs["status"].to_numpy().T == "COMPLETED"
+    """`COMPARED` of (variant, scene, quantity); nan where a run did not complete.
+
+    A finger that is too flexible for a rigid flight is one for the reference's as well.
+    """
+    ended = np.isin(runs["status"].to_numpy().T, ("COMPLETED", "TOO_FLEXIBLE"))
     found = np.stack([runs[entry.key].to_numpy().T for entry in COMPARED], axis=-1)
     return np.where(ended[..., None], found, np.nan)
 
@@ -129,21 +156,21 @@ def _rules(table: pd.DataFrame, numbers: Numbers, runs: xarray.Dataset) -> pd.Da
     first = len(cumulative())
     taps = numbers[..., : len(OF_A_TAP)]
     moved = 100.0 * np.abs(taps[first:] / taps[first - 1] - 1.0).max(axis=-1)
-    spent = runs["wall_time_s"].to_numpy().T
+    spent = runs["wall_time_s"].to_numpy().T[:-1]
     cost = np.nanmedian(spent[first:] / spent[first - 1], axis=1)
     names = [variant.name.removeprefix("without ") for variant in left_out()]
     return rules(table, moved, names, cost)
 
 
-def shares_of(errors: Numbers, variants: tuple[Variant, ...]) -> pd.DataFrame:
+def shares_of(errors: Numbers, names: Sequence[str]) -> pd.DataFrame:
     """Shares of scenes inside `WANTED` and `OUTER`, and medians; what has no number is outside."""
     import pandas as pd
 
     limits = np.array(list(WANTED.values()))
     size = np.where(np.isnan(errors), np.inf, np.abs(errors))
     rows = []
-    for variant, one in zip(variants, size, strict=True):
-        row: dict[str, Any] = {"assumptions": variant.name}
+    for name, one in zip(names, size, strict=True):
+        row: dict[str, Any] = {"assumptions": name}
         for n, entry in enumerate(COMPARED):
             row[f"{entry.title} (%)"] = float(np.median(one[:, n]))
             row[f"{entry.title} in {limits[n]:g} %"] = _share(one[:, n] <= limits[n])

@@ -17,7 +17,7 @@ from validation.studies.assumptions import study
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
 from validation.studies.assumptions.study import BARS, COMPARED, STATUS, known, read_study
-from validation.studies.assumptions.study_command import shares_of
+from validation.studies.assumptions.study_command import numbers_of, shares_of
 from validation.sweep.plan import assignment
 
 FIRST = points(2)
@@ -39,7 +39,10 @@ def test_a_point_touches_with_the_wanted_angle(point: dict[str, Any]) -> None:
 def test_the_stored_scenes_are_the_sequences_and_keep_their_bars() -> None:
     stored = read_study()
     for point, (_, row) in zip(FIRST, stored.iterrows(), strict=False):
-        assert all(row[key] == pytest.approx(value, rel=1e-12) for key, value in point.items())
+        for key, value in point.items():
+            # predicted from the masses of a mesh, which have become exacter since
+            made = 1e-2 if key in ("tip.normal_stiffness", "patch_over_radius") else 1e-12
+            assert row[key] == pytest.approx(value, rel=made)
     assert len(stored) == 128
     completed = stored[stored[STATUS] == "COMPLETED"]
     assert len(completed) >= 120
@@ -56,11 +59,34 @@ def test_shares_count_what_did_not_complete_as_outside() -> None:
     errors[0, 1, 0] = -1.9  # inside 2 %
     errors[0, 2, 3] = 4.9  # a stress inside 5 %
     errors[0, 3] = np.nan
-    (row,) = shares_of(errors, cumulative()[:1]).to_dict("records")
+    (row,) = shares_of(errors, ["paper"]).to_dict("records")
     assert row["all four"] == row["all within 5 %"] == 75.0
     errors[0, 1, 0] = -2.1
-    (row,) = shares_of(errors, cumulative()[:1]).to_dict("records")
+    (row,) = shares_of(errors, ["paper"]).to_dict("records")
     assert (row["all four"], row["all within 5 %"]) == (50.0, 75.0)
+
+
+def test_fingers_too_flexible_for_a_rigid_flight_count_and_failures_do_not() -> None:
+    """As the reference, the study's runs fly rigid: what that leaves out is told apart."""
+    status = np.array([["COMPLETED", "TOO_FLEXIBLE"], ["NEWTON_FAILED", "COMPLETED"]])
+    data = {
+        entry.key: (("scene", "model"), np.array([[1.0, 2.0], [3.0, 4.0]])) for entry in COMPARED
+    }
+    runs = xarray.Dataset({"status": (("scene", "model"), status), **data})
+    np.testing.assert_array_equal(numbers_of(runs)[..., 0], [[1.0, np.nan], [2.0, 4.0]])
+
+
+def test_every_variant_flies_as_the_reference_and_the_last_one_not(
+    monkeypatch: Patch, tmp_path: Path
+) -> None:
+    asked: list[dict[str, Any]] = []
+    monkeypatch.setattr(study, "_swept", lambda table, name, models, *rest: asked.extend(models))
+    study.by_variants(pd.DataFrame(), (*cumulative(), *left_out()), 1, tmp_path)
+    flights = [model["set"].pop("solver.hcm.flight") for model in asked]
+    assert flights == ["rigid"] * (len(asked) - 1) + ["elastic"]
+    refined = asked[len(cumulative()) - 1]
+    assert asked[-1]["set"] == refined["set"]
+    assert asked[-1]["variant"] == study.ELASTIC != refined["variant"]
 
 
 def test_a_rule_is_rarely_wrong_where_it_was_fitted_and_finds_the_quantity() -> None:

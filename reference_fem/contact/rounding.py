@@ -34,7 +34,8 @@ def sphere(points: Array) -> tuple[Array, float] | None:
 def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
     """Distance from points of the facets to the tip's true surface, (n_facets, q), m.
 
-    With the centre c and the radius R of the sphere through the nodes of the facet set ``tip``,
+    With the centre c and the radius R of the sphere through the nodes of the facet set ``tip``
+    (where cells are halved, of the mesh's shape),
 
         R - |x_q - c|               on facets whose nodes lie on the sphere,
         R - |x_q - c - e (x_q-c)·e|     on those whose nodes lie on the cylinder about e = X that
@@ -46,7 +47,11 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
     ----------
     shape : (q, n), N_i at the points
     """
-    ball = sphere(mesh.points[np.unique(mesh.facet_sets.get("tip", np.empty(0, dtype=np.int64)))])
+    tip = mesh.points[np.unique(mesh.facet_sets.get("tip", np.empty(0, dtype=np.int64)))]
+    ball = sphere(tip)
+    if mesh.ties.size and mesh.shape is not None:  # nodes that hang or stand out lie on no sphere
+        radius = mesh.shape.radii[-1]
+        ball = np.eye(mesh.dim)[0] * (mesh.shape.end + radius), radius
     out = np.zeros((len(facets), len(shape)))
     if ball is None:
         return out

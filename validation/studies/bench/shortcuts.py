@@ -93,8 +93,23 @@ SMOOTH = (
     "off: mu = 1e-12",
 )
 EXPLICIT_FLIGHT = ((FAST,), (FAST, "solver.fem.flight='explicit'"))
+AT_ACCURACY = ("solver.accuracy=0.01",)
 SOLID = (
     Shortcut("no friction at mu = 0", "fem2d", *SMOOTH),
+    Shortcut(
+        "cells halved where it touches", "fem3d", AT_ACCURACY,
+        (*AT_ACCURACY, "solver.fem.halvings=0"), "off: blocks as fine throughout",
+    ),
+    Shortcut(
+        "outsides of the whole volume", "fem3d", AT_ACCURACY,
+        (*AT_ACCURACY, "solver.fem.halvings=0", "solver.fem.section_size=7.5e-4",
+         "solver.fem.axial_size=1.5e-3", "solver.fem.full_volume=false"),
+        "off: chords a quarter as long, of blocks",
+    ),
+    Shortcut(
+        "one point an element", "fem3d", (*AT_ACCURACY, "solver.fem.element='hex8-one-point'"),
+        AT_ACCURACY, "taken from 2e-2 on; off: eight points",
+    ),
     Shortcut(
         "half model by symmetry", "fem3d", (FAST,), (FAST, "solver.fem.symmetry=false"),
         "off: both halves meshed",

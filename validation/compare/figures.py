@@ -138,8 +138,11 @@ def difference_figure(
             axis.use_sticky_edges = False
             axis.margins(x=0.12)
             axis.set_ylim(places[-1] - 0.6, 0.6)
+            axis.locator_params("x", nbins=3)
             axis.set_title(axis.get_title("left"), fontsize=9, loc="left")
-        axes[0][0].figure.supxlabel(f"% from {labels['']} (line)", fontsize=9)
+        figure = axes[0][0].figure
+        figure.text(0.01, 0.99, f"{models[0].scene} finger", va="top", fontsize=10)
+        figure.supxlabel(f"% from {labels['']} (line)", fontsize=9)
 
 
 def _percent(one: Difference) -> float:

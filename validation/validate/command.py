@@ -139,7 +139,8 @@ def run_validation(
     failures += rungs.failures
     checks = write_checks(folder, runs, failures)
     page = folder / "index.html"
-    output("\n".join([*context["sentences"], *context["ladder_sentences"]]))
+    said = (*context["sentences"], *context["reasons"], *context["ladder_sentences"])
+    output("\n".join(said))
     output(f"page: {page}")
     for problem in context["render_problems"]:
         output(f"renders: {problem}")

@@ -14,7 +14,7 @@ from validation.studies.evidence.taps import TAPS, Tap, outcome_of, own_of, titl
 WIDTH = 4.2  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
 FIELD_OF = "tap-frictionless-incompatible"
-TIP_MM = 12.0  # of the finger's end, that is shown
+REACH_MM = 7.0  # from the lowest point, that is shown
 LIMIT = 99.0  # percentile of the stresses at which colours end
 
 
@@ -48,28 +48,23 @@ def draw_field(path: Path, store: Store) -> None:
     theirs, own = outcome_of(tap, store), own_of(tap, store)
     corners, cut = np.array(own.corners_mm), np.array(own.cut)
     other, mine = (1e-3 * np.array(of.von_mises_kPa)[cut] for of in (theirs, own))
-    low = corners[..., 1].min()
-    near = corners[..., 1].min(axis=1) < low + TIP_MM
+    lowest = corners.reshape(-1, 2)[corners[..., 1].argmin()]
+    near = np.linalg.norm(corners.mean(axis=1) - lowest, axis=1) < REACH_MM
     top = float(np.percentile(np.concatenate([other[near], mine[near]]), LIMIT))
+    apart = float(np.abs(mine - other)[near].max())
     shown = (
-        (
-            f"{theirs.program}, {tap.element}, {1e6 * theirs.field_time_s:.1f} us",
-            other,
-            "viridis",
-            0.0,
-        ),
-        (f"fem3d, {1e6 * own.field_time_s:.1f} us", mine, "viridis", 0.0),
-        ("fem3d less CalculiX", mine - other, "RdBu_r", -top),
+        (f"{theirs.program}, {tap.element}", other, "viridis", (0.0, top)),
+        ("fem3d, the same mesh and time", mine, "viridis", (0.0, top)),
+        ("fem3d less CalculiX", mine - other, "RdBu_r", (-apart, apart)),
     )
-    with panels(path, 1, 3, width=WIDTH, height=2.6, style={"axes.grid": False}) as axes:
-        for (axis,), (name, values, colors, least) in zip(axes, shown, strict=True):
+    with panels(path, 1, 3, width=WIDTH, height=2.2, style={"axes.grid": False}) as axes:
+        for (axis,), (name, values, colors, limits) in zip(axes, shown, strict=True):
             drawn = PolyCollection(corners[near], array=values[near], cmap=colors,
                                    edgecolors="#00000040", linewidths=0.2)  # fmt: skip
-            drawn.set_clim(least, top)
+            drawn.set_clim(*limits)
             axis.add_collection(drawn)
             axis.autoscale_view()
             axis.set_aspect("equal")
             axis.set_title(name, fontsize=9, loc="left")
-            axis.set_ylabel("y (mm)")
             axis.figure.colorbar(drawn, ax=axis, label="von Mises (MPa)")
-        axes[-1][0].set_xlabel("x (mm)")
+        axes[-1][0].set_xlabel("x, and upwards y (mm)")

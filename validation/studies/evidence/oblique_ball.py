@@ -106,6 +106,6 @@ PIECES = (
           (__name__,), theory_rows),
     Piece("oblique", "Oblique impact of a ball: published finite elements", "impact", FIGURE, WHY,
           (__name__,), published_rows),
-    Piece("oblique-limit", "Oblique impact of a ball: the patch's size, and a rigid wall's pull",
+    Piece("oblique-limit", "Oblique impact: the patch's size, and a rigid wall's pull",
           "impact", f"theory as above; {FIGURE}", WHY, (__name__,), limit_rows, slow=True),
 )  # fmt: skip

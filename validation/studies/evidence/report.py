@@ -13,7 +13,8 @@ from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.studies.evidence.rows import LEVELS, Piece, Row
 
-WIDTH, LINE = 4.2, 0.42  # of the figure, and of a piece in it, inches
+WIDTH, LINE = 3.5, 0.42  # of the figure, and of a piece in it, inches
+HEADING = 0.6  # of a level's name, over a piece's line
 SMALLEST = 1e-3  # percent; below it the figure's axis is linear
 SAID = {"within uncertainty": "agrees", "resolved": "differs", "cannot tell": "cannot tell"}
 COLORS = {"agrees": GREEN, "differs": ORANGE, "cannot tell": GREY}
@@ -51,37 +52,41 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
 
     As wide as a telephone shows legibly: names stand above their lines.
     """
-    told_of = [one for one in shown if one.rows]
-    size = WIDTH, 1.1 + LINE * len(told_of)
+    levels = [[one for one in shown if one.rows and one.piece.level == level] for level in LEVELS]
+    lines = sum(map(len, levels)) + HEADING * sum(map(bool, levels))
+    size = WIDTH, 1.1 + LINE * lines
     with panels(path, 1, figsize=size, style={"axes.grid": False}) as axes:
-        axis = axes[0][0]
-        for place, one in enumerate(told_of):
-            spread = np.linspace(-0.16, 0.3, len(one.rows) + 2)[1:-1]
-            for off, row in zip(spread, one.rows, strict=True):
-                if row.verdict is None:
-                    continue
-                e, u, color = row.verdict.difference, row.verdict.uncertainty or 0.0, word(row)
-                axis.plot([e - u, e + u], [place + off] * 2, color=COLORS[color], linewidth=0.8)
-                axis.plot(e, place + off, "o" if row.model == "hcm" else "s", color=COLORS[color],
-                          markersize=3)  # fmt: skip
-            axis.text(0.0, place - 0.28, one.piece.title, fontsize=8, va="center",
-                      transform=axis.get_yaxis_transform())  # fmt: skip
-        for number, level in enumerate(LEVELS):
-            mine = [place for place, one in enumerate(told_of) if one.piece.level == level]
-            if mine:
-                shade = "#eeeeee" if number % 2 else "#ffffff"
-                axis.axhspan(mine[0] - 0.5, mine[-1] + 0.5, color=shade, zorder=0, linewidth=0)
-                axis.text(1.0, mine[0] - 0.28, level, color=BLUE, weight="bold", ha="right",
-                          transform=axis.get_yaxis_transform(), va="center")  # fmt: skip
+        axis, top = axes[0][0], 0.0
+        across, left = axis.get_yaxis_transform(), {"va": "center", "in_layout": False}
+        for number, (level, pieces) in enumerate(zip(LEVELS, levels, strict=True)):
+            if not pieces:
+                continue
+            bottom = top + HEADING + len(pieces)
+            shade = "#eeeeee" if number % 2 else "#ffffff"
+            axis.axhspan(top, bottom, color=shade, zorder=0, linewidth=0)
+            axis.text(0.01, top + 0.5 * HEADING, level, color=BLUE, weight="bold",
+                      transform=across, **left)  # fmt: skip
+            for place, one in enumerate(pieces):
+                name = top + HEADING + place + 0.18
+                axis.text(0.01, name, one.piece.title, fontsize=8, transform=across, **left)
+                heights = np.linspace(name + 0.18, name + 0.78, len(one.rows) + 2)[1:-1]
+                for height, row in zip(heights, one.rows, strict=True):
+                    if row.verdict is None:
+                        continue
+                    e, u = row.verdict.difference, row.verdict.uncertainty or 0.0
+                    color, mark = COLORS[word(row)], "o" if row.model == "hcm" else "s"
+                    axis.plot([e - u, e + u], [height, height], color=color, linewidth=0.8)
+                    axis.plot(e, height, mark, color=color, markersize=3)
+            top = bottom
         axis.axvline(0.0, color=BLACK, linewidth=0.6)
         axis.set_xscale("symlog", linthresh=SMALLEST)
         ticks = (-10, -0.1, 0, 0.1, 10)
         axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.set_yticks([])
-        axis.set_ylim(max(len(told_of), 1) - 0.5, -0.5)
+        axis.set_ylim(lines or 1.0, 0.0)
         axis.set_xlabel("ours less theirs, % of theirs; bars: both errors")
-        for name, color in COLORS.items():
-            axis.plot([], [], "s", color=color, markersize=4, label=name)
+        for said, color in COLORS.items():
+            axis.plot([], [], "s", color=color, markersize=4, label=said)
         axis.figure.legend(loc="outside upper left", ncols=3)
 
 

@@ -11,7 +11,7 @@ from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.store import Store
 from validation.studies.evidence.taps import TAPS, Tap, outcome_of, own_of, title
 
-WIDTH = 4.2  # inches
+WIDTH = 3.5  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
 FIELD_OF = "tap-frictionless-incompatible"
 REACH_MM = 7.0  # from the lowest point, that is shown
@@ -34,7 +34,7 @@ def draw_forces(path: Path, store: Store) -> None:
                 theirs = outcome_of(tap, store)
                 axis.plot(1e6 * np.array(theirs.time_s), theirs.normal_force_N, "--",
                           color=COLORS[tap.element], label=f"CalculiX {tap.element}")  # fmt: skip
-            axis.set_title(title(taps[0]).removeprefix("The "), fontsize=9, loc="left")
+            axis.set_title(title(taps[0]).removeprefix("The "), fontsize=8, loc="left")
             axis.set_ylabel("normal force (N)")
             axis.legend()
         axes[-1][0].set_xlabel("time (us)")
@@ -65,6 +65,6 @@ def draw_field(path: Path, store: Store) -> None:
             axis.add_collection(drawn)
             axis.autoscale_view()
             axis.set_aspect("equal")
-            axis.set_title(name, fontsize=9, loc="left")
+            axis.set_title(name, fontsize=8, loc="left")
             axis.figure.colorbar(drawn, ax=axis, label="von Mises (MPa)")
         axes[-1][0].set_xlabel("x, and upwards y (mm)")

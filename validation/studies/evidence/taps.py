@@ -270,8 +270,8 @@ def fields(theirs: Outcome, own: Own) -> tuple[float, float, float]:
 
 def title(tap: Tap) -> str:
     """A tap in words."""
-    smooth = "" if tap.friction else " without friction"
-    return f"The {tap.scene} finger's tap{smooth}, springs of {tap.factor:g} E*/R"
+    smooth = "" if tap.friction else ", no friction"
+    return f"The {tap.scene} finger's tap{smooth}, springs {tap.factor:g} E*/R"
 
 
 def _piece(name: str, tap: Tap) -> Piece:
@@ -280,7 +280,7 @@ def _piece(name: str, tap: Tap) -> Piece:
         " quarter of the peak by both programs, and the paper's 64 N lies there."
     )
     return Piece(
-        name, f"{title(tap)}, by CalculiX' {tap.element}", "tap",
+        name, f"{title(tap)}: {tap.element}", "tap",
         f"CalculiX (G. Dhondt, K. Wittig), {tap.element}, implicit, run for this page",
         "The same 3,576 half-model hexahedra, hinges and springs under the surface; consistent"
         " mass, facets in the place of the round surface. It falls and weighs as the mesh does;"

@@ -159,6 +159,7 @@ def test_a_page_in_a_browser(
             sizes.push(parseFloat(getComputedStyle(walk.currentNode.parentElement).fontSize));
         return Math.min(...sizes);""")
     assert smallest >= LEAST_TEXT
+    check_print(browser)  # before anything is unfolded
 
     opened(browser, page, LAPTOP)
     assert script("return document.querySelectorAll('h1').length") == 1
@@ -187,7 +188,6 @@ def test_a_page_in_a_browser(
             assert script("return document.activeElement.parentElement.open") != before
     assert len(reached) == summaries
 
-    check_print(browser)
     assert [line for line in browser.get_log("browser") if line["level"] != "INFO"] == []
     check_requests(browser)
 

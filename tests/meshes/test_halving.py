@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import meshes
+from meshes.halving import Halved, halve
 from meshes.quality import scaled_jacobians, volumes
-from meshes.topology import local_facets
+from meshes.topology import local_facets, outer_facets, structured
 from tests.meshes.fingers import BUILD, PAPER, L, R
 from tests.meshes.lengths import edge_lengths
 
@@ -21,7 +22,8 @@ FULL = replace(HALVED, full_volume=True)
 def test_hanging_nodes_lie_between_free_ones_and_sides_close(dim: int, angle: float) -> None:
     mesh = BUILD[dim](PAPER, replace(FULL, contact_angle=math.radians(angle)))
     hanging, masters = mesh.ties[:, 0], mesh.ties[:, 1:]
-    assert len(np.unique(mesh.points.round(9), axis=0)) > len(mesh.points) - 400  # hinges' pairs
+    nodes = np.unique(mesh.cells[mesh.cell_sets["phalanx_3"]])
+    assert len(np.unique(mesh.points[nodes].round(9), axis=0)) == len(nodes)  # one node a place
     assert len(hanging)
     assert not np.isin(masters, hanging).any()
     assert mesh.points[hanging] == pytest.approx(mesh.points[masters].mean(axis=1), abs=1e-16)
@@ -33,6 +35,25 @@ def test_hanging_nodes_lie_between_free_ones_and_sides_close(dim: int, angle: fl
         sides = sides[:, 1] - sides[:, 0]
     assert np.abs(sides.sum(axis=0)).max() < 1e-12 * np.abs(sides).sum()
     assert scaled_jacobians(mesh.points, mesh.cells).min() > 0.6
+
+
+@pytest.mark.parametrize("dim", [3, 2])
+def test_a_neighbour_that_is_cut_later_sets_its_hanging_nodes_free(dim: int) -> None:
+    """Two cells in a row, one after the other: the lattice of 5 x 3 x 3 nodes, none twice."""
+    axes = np.meshgrid(np.arange(3.0), *[np.arange(2.0)] * (dim - 1), indexing="ij")
+    points = np.stack(axes, axis=-1).reshape(-1, dim)
+    cells = structured(np.arange(len(points)).reshape(3, *[2] * (dim - 1)))
+    outer, none = outer_facets(cells), np.empty((0, 1 + 2 ** (dim - 1)), dtype=np.int64)
+    one = halve(Halved(points, cells, outer, {"all": np.arange(len(points))}, none), np.array([0]))
+    assert len(one.ties) == (5 if dim == 3 else 1)
+    assert (one.points[one.ties[:, 0], 0] == 1.0).all()
+    both = halve(one, np.array([0]))
+    assert not both.ties.size
+    assert len(both.points) == len(np.unique(both.points, axis=0)) == 5 * 3 ** (dim - 1)
+    assert volumes(both.points, both.cells) == pytest.approx(0.5**dim)
+    assert len(both.facets) == len(outer) * 2 ** (dim - 1) == len(outer_facets(both.cells))
+    inner = (both.points[:, 1:] == 0.5).all(axis=1) & (both.points[:, 0] % 2 > 0)
+    assert np.array_equal(both.roles["all"], np.flatnonzero(~inner))
 
 
 @pytest.mark.parametrize("dim", [3, 2])

@@ -133,10 +133,11 @@ def estimated(
             if tap.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
             own, its = given.model.copies * len(given.model.cells), tap.summary.elements
-            ratios = (
-                spacing(companion, angle) / resolution.edge,
-                (own / its) ** (1.0 / given.mesh.dim),
-            )
+            at_contact = spacing(companion, angle) / resolution.edge
+            # the number of halved cells goes with the logarithm of their edges
+            halved = given.mesh.ties.size > 0
+            average = at_contact if halved else (own / its) ** (1.0 / given.mesh.dim)
+            ratios = (at_contact, average)
             other = Other(tap, ratios)
     if run.summary.contact_duration_s is not None:
         for name, error in tap_errors(run, other, resolution).items():

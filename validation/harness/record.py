@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import xarray
 
 Scalar = float | int | bool | str | None
+MEASURED = ("wall_time_s", "peak_memory_MB")
+"""Scalars of the machine and not of the tap: two runs differ in them."""
 FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
 
@@ -112,7 +114,7 @@ class RunRecord:
 
         return run_dataset(
             {"time": self.history, "step": self.forces},
-            self.summary,
+            {name: value for name, value in self.summary.items() if name not in MEASURED},
             self.errors,
             title=f"fingertap: {self.scene}, {self.label}",
             status=self.status,

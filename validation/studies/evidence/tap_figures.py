@@ -9,7 +9,7 @@ import numpy as np
 
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.store import Store
-from validation.studies.evidence.taps import TAPS, Tap, outcome_of, own_of, title
+from validation.studies.evidence.taps import TAPS, outcome_of, own_of, title
 
 WIDTH = 3.5  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
@@ -18,14 +18,9 @@ REACH_MM = 7.0  # from the lowest point, that is shown
 LIMIT = 99.0  # percentile of the stresses at which colours end
 
 
-def _same(tap: Tap) -> tuple[str, float, float]:
-    """What of a tap is ours as well."""
-    return tap.scene, tap.factor, tap.friction
-
-
 def draw_forces(path: Path, store: Store) -> None:
     """The forces of all taps, a panel each, both elements of CalculiX in it."""
-    groups = [list(taps) for _, taps in groupby(TAPS.values(), _same)]
+    groups = [list(taps) for _, taps in groupby(TAPS.values(), lambda tap: tap.ours)]
     with panels(path, 1, len(groups), width=WIDTH, height=2.3) as axes:
         for (axis,), taps in zip(axes, groups, strict=True):
             own = own_of(taps[0], store)
@@ -57,7 +52,7 @@ def draw_field(path: Path, store: Store) -> None:
         ("fem3d, the same mesh and time", mine, "viridis", (0.0, top)),
         ("fem3d less CalculiX", mine - other, "RdBu_r", (-apart, apart)),
     )
-    with panels(path, 1, 3, width=WIDTH, height=2.2, style={"axes.grid": False}) as axes:
+    with panels(path, 1, 3, width=WIDTH, height=1.8, style={"axes.grid": False}) as axes:
         for (axis,), (name, values, colors, limits) in zip(axes, shown, strict=True):
             drawn = PolyCollection(corners[near], array=values[near], cmap=colors,
                                    edgecolors="#00000040", linewidths=0.2)  # fmt: skip

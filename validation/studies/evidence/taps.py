@@ -49,6 +49,11 @@ class Tap:
     friction: float = 0.5
     element: str = "C3D8"
 
+    @property
+    def ours(self) -> tuple[str, float, float]:
+        """What our own tap knows of it."""
+        return self.scene, self.factor, self.friction
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -99,13 +104,9 @@ TAPS = {
 }
 
 
-def prepared(tap: Tap) -> tuple[Any, Any, Any, Any]:
-    """The reference's tap and its model, the impact state, and the scene's material."""
-    return _prepared(tap.scene, tap.factor, tap.friction)
-
-
 @cache
-def _prepared(scene: str, factor: float, friction: float) -> tuple[Any, Any, Any, Any]:
+def prepared(scene: str, factor: float, friction: float) -> tuple[Any, Any, Any, Any]:
+    """The reference's tap and its model, the impact state, and the scene's material."""
     import reference_fem as fem
     from reference_fem.model import build_model
 
@@ -129,8 +130,7 @@ def at_peak(run: Any) -> Any:
 
 def own_of(tap: Tap, store: Store) -> Own:
     """Our tap, stored or new; CalculiX' element is nothing to it."""
-    given = tap.scene, tap.factor, tap.friction
-    inputs = {"result": "our tap", "tap": given, "program": identity.program(__name__)}
+    inputs = {"result": "our tap", "tap": tap.ours, "program": identity.program(__name__)}
     return store.obtain(inputs, json_format(Own), lambda: by_reference(tap))
 
 
@@ -138,7 +138,7 @@ def by_reference(tap: Tap) -> Own:
     """Solve it."""
     from reference_fem.rigid_chain import pose
 
-    run, model, state, _ = prepared(tap)
+    run, model, state, _ = prepared(*tap.ours)
     placed, _ = pose(model.chain, state, model.points, model.body_of_point)
     peak = at_peak(run)
     cells, faces = calculix_impact.faces_within(model.cells, model.symmetry)
@@ -156,7 +156,7 @@ def by_calculix(tap: Tap) -> Outcome:
     """Run it; an ArithmeticError says how it failed. One that was stopped keeps what it has."""
     from reference_fem.rigid_chain import pose
 
-    run, model, state, material = prepared(tap)
+    run, model, state, material = prepared(*tap.ours)
     placed, velocity = pose(model.chain, state, model.points, model.body_of_point)
     until = run.summary.contact_time_s + run.summary.contact_duration_s - state.time_s
     deck = calculix_impact.deck(
@@ -173,7 +173,7 @@ def outcome(tap: Tap, ran: calculix.CalculixRun) -> Outcome:
 
     if ran.answer not in (calculix.COMPLETED, calculix.TIMED_OUT):
         raise ArithmeticError(f"CalculiX {ran.answer}")
-    run, model, state, _ = prepared(tap)
+    run, model, state, _ = prepared(*tap.ours)
     placed, _ = pose(model.chain, state, model.points, model.body_of_point)
     time, half = calculix_impact.floor_forces(ran.printed)
     stress = [

@@ -101,12 +101,6 @@ SOLID = (
         (*AT_ACCURACY, "solver.fem.halvings=0"), "off: blocks as fine throughout",
     ),
     Shortcut(
-        "outsides of the whole volume", "fem3d", AT_ACCURACY,
-        (*AT_ACCURACY, "solver.fem.halvings=0", "solver.fem.section_size=7.5e-4",
-         "solver.fem.axial_size=1.5e-3", "solver.fem.full_volume=false"),
-        "off: chords a quarter as long, of blocks",
-    ),
-    Shortcut(
         "one point an element", "fem3d", (*AT_ACCURACY, "solver.fem.element='hex8-one-point'"),
         AT_ACCURACY, "taken from 2e-2 on; off: eight points",
     ),

@@ -40,9 +40,7 @@ def test_the_stored_scenes_are_the_sequences_and_keep_their_bars() -> None:
     stored = read_study()
     for point, (_, row) in zip(FIRST, stored.iterrows(), strict=False):
         for key, value in point.items():
-            # predicted from the masses of a mesh, which have become exacter since
-            made = 1e-2 if key in ("tip.normal_stiffness", "patch_over_radius") else 1e-12
-            assert row[key] == pytest.approx(value, rel=made)
+            assert row[key] == pytest.approx(value, rel=1e-12)
     assert len(stored) == 128
     completed = stored[stored[STATUS] == "COMPLETED"]
     assert len(completed) >= 120

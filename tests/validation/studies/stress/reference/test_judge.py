@@ -32,7 +32,7 @@ def test_the_full_maps_hold_a_thousand_different_cells() -> None:
 ANSWERS: list[tuple[ReferenceScene, str, str]] = [
     (ReferenceScene(), Answer.RIGHT, ""),
     (
-        ReferenceScene(body="finger", contact="surface", stiffness=0.004),
+        ReferenceScene(body="finger", contact="surface", stiffness=0.004, dim=2),
         Answer.SMALLER,
         "times shorter",
     ),

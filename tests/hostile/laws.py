@@ -55,7 +55,9 @@ def broken(run: Run, scene: Scene, history: Path) -> list[str]:
             part is None or part >= 0 for part in parts
         )
     with h5py.File(history) as file:
-        found |= _of_history({name: file[name][()] for name in file}, run, scene)
+        over = [file[name].shape for name in ("time_s", "step_time_s") if name in file]
+        rows = {name: array[()] for name, array in file.items() if array.shape[:1] in over}
+        found |= _of_history(rows, run, scene)
     return [what for what, is_so in found.items() if is_so]
 
 

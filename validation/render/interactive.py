@@ -94,13 +94,16 @@ def write_interactive(
             **{f"{axis}axis": {"title": {"text": f"{axis.upper()} (mm)"}} for axis in "xy"},
             "zaxis": {"title": {"text": ""}, "showticklabels": False},
         },
-        xaxis={"title": {"text": "t - t_c (ms)"}, "range": [1e3 * steps[0][0], 1e3 * steps[-1][0]]},
+        xaxis={
+            "title": {"text": "t - t<sub>c</sub> (ms)"},
+            "range": [1e3 * steps[0][0], 1e3 * steps[-1][0]],
+        },
         yaxis={"domain": [0, 0.32], "title": {"text": "F_n, dotted F_t (N)"}},
         legend={"orientation": "h", "y": 0.33, "yanchor": "bottom"},
         sliders=[
             {
                 "active": middle,
-                "currentvalue": {"prefix": "t - t_c (µs) = "},
+                "currentvalue": {"prefix": "t - t<sub>c</sub> (µs) = "},
                 "steps": slider,
                 "pad": {"t": 45},
             }

@@ -145,12 +145,12 @@ def test_an_accuracy_sizes_a_solids_mesh_and_leaves_what_is_stated() -> None:
     def sizes(*overrides: str) -> Any:
         return solid.sizing_of(load_scene("soft", overrides).tables, 3)
 
-    fine, coarse = sizes("solver.fem.accuracy=1e-2"), sizes("solver.accuracy=0.04")
+    fine, coarse = sizes("solver.fem.accuracy=2.5e-3"), sizes("solver.accuracy=1e-2")
     assert coarse.section_size / fine.section_size == pytest.approx(2.0)
     assert coarse.tip_size / fine.tip_size == pytest.approx(4 ** (2 / 3))
     assert coarse.patch_size == fine.patch_size == sizes().patch_size
     stated = sizes("solver.accuracy=1e-2", "solver.fem.tip_size=1e-3")
-    assert (stated.tip_size, stated.section_size) == (1e-3, fine.section_size)
+    assert (stated.tip_size, stated.section_size) == (1e-3, coarse.section_size)
 
 
 def test_a_solid_keeps_the_accuracy_asked_of_it() -> None:

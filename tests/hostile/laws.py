@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from validation.scenes.tables import Scene
+from validation.scenes.scene import Scene
 
 ROUND_OFF = 1e-9
 SAMPLED = 1e-3  # of an impulse or peak from the history against the solver's own

@@ -12,7 +12,7 @@ from validation.harness.store import Store, json_format
 from validation.models import solid
 from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
-from validation.scenes.tables import Scene
+from validation.scenes.scene import Scene
 
 KEPT = (
     *(entry.key for entry in OF_A_TAP),

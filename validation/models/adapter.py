@@ -13,7 +13,8 @@ from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
 from validation.harness.record import Event, RunRecord
 from validation.scenes.load import NamedScene
-from validation.scenes.tables import Scene, TorqueTable
+from validation.scenes.scene import Scene
+from validation.scenes.tables import TorqueTable
 
 Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done
 

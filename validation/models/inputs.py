@@ -7,7 +7,7 @@ from typing import Any
 
 from validation.harness.identity import program
 from validation.models import adapter
-from validation.scenes.tables import Scene
+from validation.scenes.scene import Scene
 
 
 def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:

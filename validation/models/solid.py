@@ -11,7 +11,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
 from validation.models.solid_accuracy import held
 from validation.scenes.load import NamedScene, load_scene
-from validation.scenes.tables import Scene
+from validation.scenes.scene import Scene
 
 Dimension = Literal[2, 3]
 DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}

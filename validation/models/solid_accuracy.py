@@ -4,7 +4,7 @@ from typing import Any
 
 from validation.harness.record import RunRecord
 from validation.models.adapter import shown
-from validation.scenes.tables import Scene
+from validation.scenes.scene import Scene
 
 
 def held(tables: Scene, sizing: Any, settings: Any, record: RunRecord) -> dict[str, Any]:

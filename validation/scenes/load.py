@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from validation.errors import UserError
 from validation.scenes.messages import one_line, show
-from validation.scenes.tables import Scene
+from validation.scenes.scene import Scene
 
 BUILT_IN = ("hard", "soft", "driven-1", "driven-2", "driven-3")
 MAX_BYTES = 1_000_000  # a scene is a page of text: anything longer is another kind of file

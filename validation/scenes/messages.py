@@ -6,7 +6,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from validation.scenes.tables import SOLVER_TABLES, AccuracyTable, Scene, SolverTable
+from validation.scenes.scene import Scene
+from validation.scenes.solver_tables import SOLVER_TABLES, AccuracyTable, SolverTable
 
 
 def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str]:

@@ -6,7 +6,9 @@ import inspect
 import textwrap
 from typing import Any
 
-from validation.scenes.tables import SOLVER_TABLES, Scene, SolverTable, settings_of, state_key
+from validation.scenes.scene import Scene
+from validation.scenes.solver_tables import SOLVER_TABLES, SolverTable, settings_of
+from validation.scenes.tables import state_key
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -18,7 +18,9 @@ from validation.models import adapter
 from validation.scenes.load import load_scene, read_toml
 from validation.scenes.messages import known_keys, nearest_key, one_line, show
 from validation.scenes.quantity import Quantity
-from validation.scenes.tables import SOLVER_TABLES, Scene, SolverTable, Table
+from validation.scenes.scene import Scene
+from validation.scenes.solver_tables import SOLVER_TABLES, SolverTable
+from validation.scenes.tables import Table
 
 MOST_POINTS = 10_000_000
 Kind = Literal["sobol", "latin-hypercube", "random", "grid", "file"]

@@ -16,7 +16,8 @@ from validation.models import solid
 from validation.models.hcm import translate
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.quantity import Quantity
-from validation.scenes.tables import Scene, SolverTable
+from validation.scenes.scene import Scene
+from validation.scenes.solver_tables import SolverTable
 
 # A choice, without a bound.
 OWN = {"drive.reaction"}

@@ -1,0 +1,158 @@
+"""A scene: its tables, and whether they fit together."""
+
+import math
+from collections.abc import Iterator
+from typing import Self
+
+from pydantic import model_validator
+
+from validation.scenes.solver_tables import SolverTable
+from validation.scenes.tables import (
+    ELEMENTS_ADVICE,
+    DriveTable,
+    FingerTable,
+    MaterialTable,
+    Numbers,
+    StartTable,
+    SurfaceTable,
+    Table,
+    TipTable,
+    TorqueTable,
+    refuse,
+)
+
+MAX_TOTAL_ELEMENTS = 20_000  # above this a planar beam model is no longer a reduced one
+ELEMENTS = 20  # in a phalanx, where neither they nor an accuracy are stated
+
+
+class Scene(Table):
+    """A finger, what it taps, what drives it, and how each model solves it."""
+
+    finger: FingerTable
+    material: MaterialTable
+    surface: SurfaceTable
+    tip: TipTable
+    drive: DriveTable = DriveTable()
+    start: StartTable = StartTable()
+    solver: SolverTable = SolverTable.model_validate({})
+
+    def per_phalanx(self, values: Numbers | tuple[int, ...]) -> tuple[float, ...]:
+        """One number per phalanx, whether the scene gives one or a list."""
+        if isinstance(values, tuple):
+            return values
+        return (values,) * self.finger.phalanges
+
+    def rows(self, *columns: Numbers | tuple[int, ...]) -> Iterator[tuple[float, ...]]:
+        """A row of numbers for each phalanx."""
+        return zip(*map(self.per_phalanx, columns), strict=True)
+
+    @property
+    def elements(self) -> tuple[float, ...]:
+        """Beam elements of each phalanx, those of no accuracy where none are stated."""
+        return self.per_phalanx(self.finger.elements or ELEMENTS)
+
+    @property
+    def total_length(self) -> float:
+        """Length of the stretched finger, m."""
+        return sum(self.per_phalanx(self.finger.length))
+
+    @property
+    def start_state(self) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        """Angles (rad) and rates (rad/s) of the phalanges at the start; None: horizontal, at rest.
+
+        None lets a solver start as it does without being told, to the same bits.
+        """
+        if self.start == StartTable():
+            return None
+        angles, rates = (self.per_phalanx(v or 0.0) for v in (self.start.angles, self.start.rates))
+        return angles, rates
+
+    def _start_depth(self) -> float:
+        """Of the finger's lowest point at the start below the fixed hinge, m.
+
+        Hinges have sections of radius R_w. Of the tip the end of its axis counts: how low its round
+        end reaches is a matter of the models.
+        """
+        angles, _ = self.start_state or ((0.0,) * self.finger.phalanges, ())
+        depth, lowest = 0.0, 0.0
+        for length, diameter, angle in self.rows(self.finger.length, self.finger.diameter, angles):
+            section, before = 0.5 * diameter * abs(math.cos(angle)), depth
+            depth += length * math.sin(angle)
+            lowest = max(lowest, before + section, depth)
+        return lowest
+
+    @property
+    def torque_rows(self) -> tuple[tuple[float, ...], ...]:
+        """Joint torques, N m: one row, or one for each time of a table; none given means none."""
+        torques = self.drive.torques
+        if isinstance(torques, TorqueTable):
+            return torques.values
+        return (torques or (0.0,) * self.finger.phalanges,)
+
+    @property
+    def tangential_ratio(self) -> float:
+        """Tangential over normal stiffness eta^-2, by default Mindlin's 2(1 - nu)/(2 - nu)."""
+        if self.tip.tangential_ratio is not None:
+            return self.tip.tangential_ratio
+        nu = self.per_phalanx(self.material.poisson_ratio)[-1]
+        return 2 * (1 - nu) / (2 - nu)
+
+    @model_validator(mode="after")
+    def _tables_fit_together(self) -> Self:
+        count = self.finger.phalanges
+        for key, value in ((f"{t}.{name}", value) for t, table in self for name, value in table):
+            if isinstance(value, tuple) and len(value) != count:  # every list is by phalanx
+                raise refuse(
+                    key,
+                    list(value),
+                    f"has {len(value)} numbers for {count} phalanges; "
+                    f"give {count}, or change finger.phalanges",
+                )
+        for row in self.torque_rows:
+            if len(row) != count:
+                raise refuse(
+                    "drive.torques.values",
+                    list(row),
+                    f"is a row of {len(row)} numbers for {count} phalanges; give {count}, or "
+                    "change finger.phalanges",
+                )
+        elements = sum(self.elements)
+        if elements > MAX_TOTAL_ELEMENTS:
+            raise refuse(
+                "finger.elements",
+                self.finger.elements,
+                f"asks for {elements:.0f} beam elements, {_cost(elements)}: "
+                f"at most {MAX_TOTAL_ELEMENTS} are allowed; {ELEMENTS_ADVICE}",
+            )
+        radii = [0.5 * d for d in self.per_phalanx(self.finger.diameter)]
+        last = self.per_phalanx(self.finger.length)[-1]
+        if last <= radii[-1]:
+            raise refuse(
+                "finger.length",
+                self.finger.length,
+                f"leaves the last phalanx {last:g} m, no longer than its round end of "
+                f"{radii[-1]:g} m: lengthen it, or reduce finger.diameter",
+            )
+        if self.surface.height <= (lowest := self._start_depth()):
+            raise refuse(
+                "surface.height",
+                self.surface.height,
+                f"must be > {lowest:g}: at the start the finger reaches as low, and the surface "
+                "would cut it",
+            )
+        if self.surface.height >= self.total_length:
+            raise refuse(
+                "surface.height",
+                self.surface.height,
+                f"is never reached: the stretched finger is {self.total_length:g} m long; "
+                f"set surface.height below {self.total_length:g} or lengthen finger.length",
+            )
+        return self
+
+
+def _cost(elements: float) -> str:
+    """Memory and time that the reduced model would need for so many elements."""
+    from hcm.workload import ELEMENT_BYTES, SECONDS_A_STEP
+
+    memory, step = ELEMENT_BYTES * elements / 2**30, SECONDS_A_STEP * elements
+    return f"some {memory:.2g} GiB and {step:.2g} s a time step"

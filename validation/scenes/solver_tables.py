@@ -1,0 +1,137 @@
+"""The scene's tables of the solvers: an accuracy, or the settings that the solvers declare."""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Annotated, Any, Literal, Self, get_args, get_origin
+
+from pydantic import AfterValidator, Field, create_model, model_validator
+
+from validation.scenes.quantity import Quantity
+from validation.scenes.tables import LONGEST_M, Table, refuse, state_key
+
+ACCURACY_ADVICE = "1e-3 is 0.1 %"
+
+
+def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
+    """Keys of a solver's table, from the fields of its settings; None: the scene states nothing."""
+    keys: dict[str, Any] = {}
+    for field in dataclasses.fields(settings):
+        if field.name in left_out:
+            continue
+        kind: Any = field.type
+        members = get_args(kind)
+        if get_origin(kind) is Annotated:
+            number, bound = members
+            kind = Annotated[number | None, Quantity(**vars(bound))]
+        else:  # of names or an object of the solver's, a scene states a name
+            kind = next((m for m in members if get_origin(m) is Literal), kind) | None
+        keys[state_key(field.name)] = (kind, None)
+    return keys
+
+
+def settings_of(solver: str) -> dict[type, tuple[str, ...]]:
+    """Settings of a solver, and which of their fields are no matter of a scene.
+
+    Postures that a figure asks for, what is sampled, how refinement is aimed, and the guards.
+    """
+    if solver == "hcm":
+        import hcm
+
+        return {hcm.Settings: ("frame_times",), hcm.Assumptions: ()}
+    import meshes
+    import reference_fem
+
+    return {reference_fem.Settings: OUTPUT, meshes.Sizing: LIMITS}
+
+
+def _declared_by(solver: str) -> dict[str, Any]:
+    kinds = settings_of(solver).items()
+    return {key: kind for settings, out in kinds for key, kind in _declared(settings, out).items()}
+
+
+class AccuracyTable(Table):
+    """What may be asked of a solver in the place of its settings."""
+
+    accuracy: Annotated[
+        float | None, Quantity(at_least=1e-6, at_most=0.1, advice=ACCURACY_ADVICE)
+    ] = None
+    """Largest relative error wanted in peak force, impulse, duration and arrival, against the same
+    model's converged answer; settings that are not stated follow from it."""
+
+
+@cache
+def hcm_table() -> type[Table]:
+    """``[solver.hcm]``: the reduced model's settings."""
+    return create_model("HcmTable", __base__=AccuracyTable, **_declared_by("hcm"))
+
+
+class FemMeshTable(AccuracyTable):
+    """The solid models' mesh: a preset gives sizes and contact law, other keys override it."""
+
+    preset: Literal["contact", "fast", "ls-dyna-like", "converged"] = "contact"
+    """Sizes of the mesh and contact law, scaled with the diameter."""
+    symmetry: bool = True
+    """Whether half of the body is meshed in 3D, cut by its plane of motion."""
+    shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=LONGEST_M)] = None
+    """Of the holes for shafts at the hinges, also those of a mesh file; left out: none, end faces
+    turn about their axes."""
+    mesh: str | None = None
+    """Path of a mesh file, relative to the current folder, in place of the preset's mesh."""
+
+    @model_validator(mode="after")
+    def _mesh_or_sizes(self) -> Self:
+        for key in ("section_size", "axial_size", "tip_size", "growth", "patch_size"):
+            value = getattr(self, key)
+            if self.mesh is not None and value is not None:
+                key = f"solver.fem.{key}"
+                text = "has no effect on a mesh that is read: leave it or solver.fem.mesh out"
+                raise refuse(key, value, text)
+        return self
+
+
+OUTPUT = ("lead_steps", "output_interval", "max_samples", "snapshots", "energy_tolerance")
+LIMITS = ("contact_angle", "max_elements", "max_updates")
+
+
+@cache
+def fem_table() -> type[Table]:
+    """``[solver.fem]``: the mesh's keys, the reference's settings and the mesh's sizes."""
+    return create_model("FemTable", __base__=FemMeshTable, **_declared_by("fem"))
+
+
+SOLVER_TABLES: dict[str, Callable[[], type[Table]]] = {"hcm": hcm_table, "fem": fem_table}
+
+
+def _checked_by(table: Callable[[], type[Table]]) -> AfterValidator:
+    def check(stated: dict[str, Any]) -> dict[str, Any]:
+        table().model_validate(stated)
+        return stated
+
+    return AfterValidator(check)
+
+
+class SolverTable(AccuracyTable):
+    """What the scene states for each solver, checked by the bounds of that solver's settings.
+
+    A solver's package, which takes a second to import, is imported where the scene states
+    something for it or its table is read, not for a scene that the other one solves.
+    """
+
+    stated_hcm: Annotated[dict[str, Any], _checked_by(hcm_table)] = Field({}, alias="hcm")
+    stated_fem: Annotated[dict[str, Any], _checked_by(fem_table)] = Field({}, alias="fem")
+
+    @property
+    def hcm(self) -> Any:
+        """The `hcm_table` of this scene."""
+        return hcm_table().model_validate(self.stated_hcm)
+
+    @property
+    def fem(self) -> Any:
+        """The `fem_table` of this scene."""
+        return fem_table().model_validate(self.stated_fem)
+
+    def accuracy_of(self, solver: str) -> float | None:
+        """What is asked of ``hcm`` or ``fem``: in its own table, or for all."""
+        own = getattr(self, solver).accuracy
+        return self.accuracy if own is None else own

@@ -27,7 +27,7 @@ from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.store import Store
 from validation.harness.tables import write_table
 from validation.models.adapter import Progress
-from validation.models.solid import size_scale
+from validation.models.solid_mesh import size_scale
 
 
 def run_levels(

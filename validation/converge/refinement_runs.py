@@ -9,7 +9,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import plain
 from validation.harness.store import Store, json_format
-from validation.models import solid
+from validation.models import solid_inputs, solid_mesh
 from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
@@ -35,17 +35,19 @@ class LevelRuns:
 
     def __init__(self, source: str, overrides: Sequence[str], model: str, store: Store) -> None:
         self._source, self._given, self._store = source, tuple(overrides), store
-        self._model, self._dimension = model, solid.DIMENSIONS[model]
+        self._model, self._dimension = model, solid_inputs.DIMENSIONS[model]
         self.scene: NamedScene = load_scene(source, overrides)
         try:
-            self._start = solid.impact_state(self.scene.tables, self._dimension)
+            self._start = solid_mesh.impact_state(self.scene.tables, self._dimension)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
         if self._start is None:
             raise RunFailedError(
                 f"scene {self.scene.name}: the surface is not reached: lower surface.height"
             )
-        self.patch: float = solid.predicted_touch(self.scene.tables, self._dimension).patch_radius
+        self.patch: float = solid_mesh.predicted_touch(
+            self.scene.tables, self._dimension
+        ).patch_radius
 
     def run(self, level: Overrides) -> Values:
         """Scalars of one level, from an earlier study with the same inputs and program if any.
@@ -66,8 +68,8 @@ class LevelRuns:
         import reference_fem
 
         try:
-            mesh = solid.build_mesh(tables, self._dimension)
-            parts = solid.inputs(tables)
+            mesh = solid_mesh.build_mesh(tables, self._dimension)
+            parts = solid_inputs.inputs(tables)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
         result = unless_interrupted(reference_fem.simulate(mesh, *parts, start=self._start))

@@ -24,7 +24,7 @@ import numpy as np
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models import solid
+from validation.models import solid_inputs
 from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.models.impact import impact_of
@@ -113,7 +113,7 @@ def identify_contact(
 
     tables = scene.tables
     angle = impact_of(scene).touch_angle
-    material = solid.inputs(tables)[0][-1]
+    material = solid_inputs.inputs(tables)[0][-1]
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = hertz_contact_radius(material, radius, guess)

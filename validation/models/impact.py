@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from validation.errors import RunFailedError
-from validation.models.solid import drive_of, solver_settings, start_of
+from validation.models.solid_inputs import drive_of, solver_settings, start_of
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface

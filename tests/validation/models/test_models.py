@@ -10,7 +10,7 @@ import xarray
 from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.models import hcm as hcm_adapter
-from validation.models import solid
+from validation.models import solid, solid_mesh
 from validation.render.run_folder import read_steps
 from validation.runs.execute import Job, in_fresh_process, solve
 from validation.scenes.load import load_scene
@@ -117,12 +117,14 @@ def test_solid_models_give_whole_records_and_fields(model: str, tmp_path: Path) 
 
 def test_mesh_sizes_scale_with_the_finger_and_can_be_set() -> None:
     fast = "solver.fem.preset=fast"
-    usual = solid.build_mesh(load_scene("soft", [fast]).tables, 2)
+    usual = solid_mesh.build_mesh(load_scene("soft", [fast]).tables, 2)
     thin = [fast, "finger.diameter=0.0075", "finger.length=0.02", "surface.height=0.05"]
-    half = solid.build_mesh(load_scene("soft", thin).tables, 2)
+    half = solid_mesh.build_mesh(load_scene("soft", thin).tables, 2)
     assert len(half.cells) == len(usual.cells)
     np.testing.assert_allclose(half.points, usual.points / 2, atol=1e-9)
-    coarse = solid.build_mesh(load_scene("soft", [fast, "solver.fem.axial_size=0.01"]).tables, 2)
+    coarse = solid_mesh.build_mesh(
+        load_scene("soft", [fast, "solver.fem.axial_size=0.01"]).tables, 2
+    )
     assert len(coarse.cells) < len(usual.cells)
 
 
@@ -143,7 +145,7 @@ def test_what_a_solid_model_cannot_take_is_bad_input(overrides: list[str], part:
 
 def test_an_accuracy_sizes_a_solids_mesh_and_leaves_what_is_stated() -> None:
     def sizes(*overrides: str) -> Any:
-        return solid.sizing_of(load_scene("soft", overrides).tables, 3)
+        return solid_mesh.sizing_of(load_scene("soft", overrides).tables, 3)
 
     fine, coarse = sizes("solver.fem.accuracy=2.5e-3"), sizes("solver.accuracy=1e-2")
     assert coarse.section_size / fine.section_size == pytest.approx(2.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.validation.commands import Capture, call, one_line
-from validation.models import adapter, solid
+from validation.models import adapter, solid_mesh
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene
 from validation.scenes.schema import scene_schema
@@ -54,7 +54,7 @@ def test_motion_goes_on_from_a_state_in_mid_flight(model: str, rel: float) -> No
         "solver.fem.preset=fast",  # its springs are smooth; impulses stop nodes step by step
     )
     whole = load_scene("soft", alone)
-    left = impact_of(whole) if model == "hcm" else solid.impact_state(whole.tables, 2)
+    left = impact_of(whole) if model == "hcm" else solid_mesh.impact_state(whole.tables, 2)
     angles, rates = ([float(x) for x in part] for part in (left.angles, left.rates))
     state = (f"start.angles={angles}", f"start.rates={rates}")
     again = load_scene("soft", (*alone, *state))

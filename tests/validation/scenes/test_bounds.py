@@ -12,7 +12,7 @@ import hcm
 from hcm.parameters import check_scene
 from hcm.workload import check_size
 from validation.errors import UserError
-from validation.models import solid
+from validation.models import solid_inputs
 from validation.models.hcm import translate
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.quantity import Quantity
@@ -63,8 +63,8 @@ def taken(scene: NamedScene) -> dict[str, Any]:
     except (UserError, hcm.ParameterError) as error:
         answers["hcm"] = str(error)
     try:
-        solid.finger_geometry(scene.tables)
-        solid.inputs(scene.tables)
+        solid_inputs.finger_geometry(scene.tables)
+        solid_inputs.inputs(scene.tables)
     except ValueError as error:
         answers["solid"] = str(error)
     return answers

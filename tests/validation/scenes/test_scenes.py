@@ -270,7 +270,7 @@ def test_solver_keys_are_the_models_settings() -> None:
 
 def test_a_scene_states_settings_by_name_and_the_solver_keeps_the_other_defaults() -> None:
     import reference_fem
-    from validation.models.solid import solver_settings
+    from validation.models.solid_inputs import solver_settings
 
     stated = ["solver.fem.penalty_factor=0.4", "solver.fem.end_time=0.2", "solver.fem.threads=1"]
     penalty = load_scene("soft", [*stated, "solver.fem.contact=penalty"]).tables

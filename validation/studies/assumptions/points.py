@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import hcm
 from hcm.flight.rigid_chain import build_rods, rates
-from validation.models import solid
+from validation.models import solid_mesh
 from validation.scenes.load import load_scene
 from validation.sweep.plan import assignment
 
@@ -53,7 +53,7 @@ def _point(shares: Numbers) -> dict[str, Any]:
     found["surface.height"] = _six(_height(found))
     keys = {name: value for name, value in found.items() if "." in name}
     scene = load_scene("soft", [assignment(key, value) for key, value in keys.items()])
-    touch = solid.predicted_touch(scene.tables, 3)
+    touch = solid_mesh.predicted_touch(scene.tables, 3)
     # the linear spring that holds Hertz's energy at the turn, k d^2/2 = 2/5 F d, d = a^2/R
     radius, nu = 0.5 * DIAMETER, found["material.poisson_ratio"]
     found["tip.normal_stiffness"] = _six(0.8 * touch.force * radius / touch.patch_radius**2)

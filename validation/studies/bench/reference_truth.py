@@ -12,7 +12,8 @@ from dataclasses import asdict
 from validation.compare.tap_errors import TapQuantities
 from validation.harness.console import output
 from validation.harness.interrupts import unless_interrupted
-from validation.models.solid import DIMENSIONS, build_mesh, inputs
+from validation.models.solid_inputs import DIMENSIONS, inputs
+from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
 from validation.studies.bench.truths import REFERENCE_TRUTHS

@@ -22,7 +22,8 @@ from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.inputs import run_inputs
-from validation.models.solid import DIMENSIONS, build_mesh, inputs
+from validation.models.solid_inputs import DIMENSIONS, inputs
+from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
 from validation.studies.bench.reference_settings import REFERENCE_SOLVER

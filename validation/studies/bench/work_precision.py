@@ -17,7 +17,8 @@ from validation.harness.timing import LEAST_RUNS, Timed, shortest
 from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.hcm import translate
-from validation.models.solid import DIMENSIONS, build_mesh, inputs
+from validation.models.solid_inputs import DIMENSIONS, inputs
+from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.truths import Truth
 

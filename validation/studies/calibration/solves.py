@@ -11,7 +11,7 @@ from typing import Any
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
-from validation.models import adapter, solid, without_estimate
+from validation.models import adapter, solid_inputs, solid_mesh, without_estimate
 from validation.models.adapter import to_record
 from validation.scenes.load import NamedScene, load_scene
 from validation.studies.calibration.scenes import AFTER_S, Case
@@ -72,12 +72,12 @@ def _updates(case: Case) -> float:
 
     tables = load_scene("soft", (*case.overrides, *TIGHT_SOLID)).tables
     try:
-        sizing, touch = solid.sizing_of(tables, 3), solid.predicted_touch(tables, 3)
+        sizing, touch = solid_mesh.sizing_of(tables, 3), solid_mesh.predicted_touch(tables, 3)
     except ValueError as error:
         raise UserError(str(error)) from error
     if touch is None:
         return 0.0
-    geometry, material = solid.finger_geometry(tables), solid.inputs(tables)[0][-1]
+    geometry, material = solid_inputs.finger_geometry(tables), solid_inputs.inputs(tables)[0][-1]
     stays = 2.94 * touch.patch_radius**2 / geometry.radii[-1] / max(touch.speed, 1e-9)
     if case.kind == "three taps":
         stays = max(stays, AFTER_S)

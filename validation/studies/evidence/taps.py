@@ -19,7 +19,7 @@ from validation.harness import identity
 from validation.harness.provenance import processor
 from validation.harness.quantities import quantities, unit_of
 from validation.harness.store import Store, json_format
-from validation.models import solid
+from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_impact
 from validation.scenes.load import load_scene
@@ -113,10 +113,10 @@ def prepared(scene: str, factor: float, friction: float) -> tuple[Any, Any, Any,
     keys = (*MESH, f"surface_factor={factor}")
     overrides = (*(f"solver.fem.{key}" for key in keys), f"surface.friction={friction:g}")
     tables = load_scene(scene, overrides).tables
-    sizing = solid.sizing_of(tables, 3)
-    mesh, given = solid.build_mesh(tables, 3, sizing), solid.inputs(tables)
+    sizing = solid_mesh.sizing_of(tables, 3)
+    mesh, given = solid_mesh.build_mesh(tables, 3, sizing), solid_inputs.inputs(tables)
     state = fem.impact_state(mesh, *given[:3], CLEARANCE_M)
-    beside = solid.companion(tables, 3, sizing)
+    beside = solid_mesh.companion(tables, 3, sizing)
     run = fem.simulate(mesh, *given, start=state, companion=beside)
     if run.status is not fem.Status.COMPLETED:
         raise ArithmeticError(run.message)

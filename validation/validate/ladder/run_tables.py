@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from validation.compare.differences import error_percent
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
-from validation.models import solid
+from validation.models import solid_inputs
 from validation.scenes.load import read_scene
 from validation.validate.plan import DEFAULT, FAST, PLANE, REDUCED, REFERENCE, Runs
 
@@ -85,7 +85,7 @@ def contact_patch(run: RunRecord) -> ContactPatch | None:
     top = int(history["normal_force_N"].argmax())
     force, area = (float(history[k][top]) for k in ("normal_force_N", "contact_area_m2"))
     tables = read_scene(run.provenance["scene_toml"], run.scene)
-    materials, *_ = solid.inputs(tables)
+    materials, *_ = solid_inputs.inputs(tables)
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     hertz = hertz_contact_radius(materials[-1], radius, force)
     return ContactPatch(

@@ -7,7 +7,7 @@ from typing import Literal
 from validation.errors import RunFailedError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
-from validation.models import solid
+from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
 from validation.models.impact import Impact, chain_state, rigid_start
@@ -84,7 +84,7 @@ def lumped_solid(
     section, axial = (edge * min(diameters) for edge in edges)
     geometry = meshes.FingerGeometry(tables.per_phalanx(tables.finger.length), diameters, tip)
     mesh = meshes.finger_hexahedra(geometry, meshes.Sizing(section, axial, section))
-    materials, surface, drive, settings = solid.inputs(tables)
+    materials, surface, drive, settings = solid_inputs.inputs(tables)
     if start is not None and tip == "hemisphere":
         surface = dataclasses.replace(surface, height=start.sphere_height_m)
     law = reference_fem.LumpedContact(
@@ -94,7 +94,7 @@ def lumped_solid(
         contact.hertz_force,
     )
     settings = dataclasses.replace(settings, contact=law, flight="rigid")
-    state = solid.start_of(tables) if start is None else chain_state(start)
+    state = solid_inputs.start_of(tables) if start is None else chain_state(start)
     result = reference_fem.simulate(mesh, materials, surface, drive, settings, start=state)
     variant = f"lumped law, {tip} end"
     return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
@@ -110,9 +110,9 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
     """
     import reference_fem
 
-    mesh = solid.build_mesh(scene.tables, 3)
-    materials, surface, drive, settings = solid.inputs(scene.tables)
-    state = solid.start_of(scene.tables)
+    mesh = solid_mesh.build_mesh(scene.tables, 3)
+    materials, surface, drive, settings = solid_inputs.inputs(scene.tables)
+    state = solid_inputs.start_of(scene.tables)
     if start is not None:
         surface = dataclasses.replace(surface, height=start.sphere_height_m)
         state = chain_state(start)

@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 from tests.validation.commands import Patch, Run
-from validation.models import solid
+from validation.models import solid_mesh
 from validation.models.variants import cumulative, left_out
 from validation.scenes.load import load_scene
 from validation.studies.assumptions import study
@@ -27,7 +27,7 @@ FIRST = points(2)
 def test_a_point_touches_with_the_wanted_angle(point: dict[str, Any]) -> None:
     """By the reference's own rigid chain, whose masses are those of a coarse mesh."""
     keys = [assignment(key, value) for key, value in point.items() if "." in key]
-    touch = solid.predicted_touch(load_scene("soft", keys).tables, 3)
+    touch = solid_mesh.predicted_touch(load_scene("soft", keys).tables, 3)
     # a hundredth of R above the surface, and with 2 % less mass in its ends
     assert math.degrees(touch.angle) == pytest.approx(90.0 - point["angle_deg"], abs=0.5)
     # the spring holds Hertz's energy, 2/5 F d, at Hertz's depth d = a^2/R

@@ -1,0 +1,83 @@
+"""The solid models' inputs from a scene's tables: geometry, materials, drive, start, settings."""
+
+from typing import Any, Literal
+
+from validation.models.adapter import torques_of
+from validation.scenes.scene import Scene
+
+Dimension = Literal[2, 3]
+DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
+
+# Contact law by preset, where it isn't the solver's own default.
+CONTACT = {"contact": "impulse", "converged": "impulse"}
+OF_LAWS = {"penalty_factor": "penalty", "surface_factor": "surface", "contact_damping": "surface"}
+
+
+def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
+    """Materials, surface, drive and settings of the reference."""
+    import reference_fem
+
+    material = tables.material
+    elastic = material.youngs_modulus, material.poisson_ratio, material.density
+    materials = tuple(
+        reference_fem.Material(*properties)
+        for properties in tables.rows(*elastic, material.relaxation_time)
+    )
+    surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
+    return materials, surface, drive_of(tables), solver_settings(tables)
+
+
+def finger_geometry(tables: Scene) -> Any:
+    """The scene's finger, as meshes and mesh files must have it."""
+    import meshes
+
+    diameters = tables.per_phalanx(tables.finger.diameter)
+    lengths = tables.per_phalanx(tables.finger.length)
+    return meshes.FingerGeometry(lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius)
+
+
+def solver_settings(tables: Scene) -> Any:
+    """The reference's settings: its defaults, then the preset's, then the scene's own.
+
+    Raises
+    ------
+    ValueError
+        The scene states a number of a contact law that it does not take.
+    """
+    import reference_fem
+
+    fem = tables.solver.fem
+    preset = {"contact": CONTACT[fem.preset]} if fem.preset in CONTACT else {}
+    stated = fem.stated(reference_fem.Settings)
+    settings = reference_fem.Settings(**(preset | stated))
+    for key, law in OF_LAWS.items():
+        if key in stated and settings.contact != law:
+            raise ValueError(
+                f"solver.fem.{key} = {stated[key]:g}: has no effect on contact = "
+                f"'{settings.contact}': set solver.fem.contact = '{law}', or leave it out"
+            )
+    return settings
+
+
+def drive_of(tables: Scene) -> Any:
+    """The scene's drive as the reference takes it."""
+    import reference_fem
+
+    return reference_fem.Drive(
+        **torques_of(tables, reference_fem.TorqueTable),
+        gravity=tables.drive.gravity,
+        reaction=tables.drive.reaction,
+        incline=tables.surface.incline,
+    )
+
+
+def start_of(tables: Scene) -> Any:
+    """The scene's start as the reference takes it; None: horizontal, at rest."""
+    import numpy as np
+
+    import reference_fem
+
+    if tables.start_state is None:
+        return None
+    angles, rates = map(np.array, tables.start_state)
+    return reference_fem.ChainState(angles, rates, 0.0)

@@ -1,0 +1,190 @@
+"""The solid models' meshes: sizes by preset, accuracy and predicted patch, and a companion."""
+
+from dataclasses import replace
+from typing import Any
+
+from validation.models.solid_inputs import Dimension, finger_geometry, inputs, start_of
+from validation.scenes.scene import Scene
+
+# Presets whose tip has even edges where the patch of contact is predicted, up to EVEN_PATCH times
+# its radius; the preset `contact` divides that radius, at least a share of the tip's, into edges.
+EVEN_TIPS, EVEN_PATCH = ("contact", "converged"), 1.3
+PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
+PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
+COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
+FEW = 600  # elements
+CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
+
+
+def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
+    """The finger's mesh, of the sizes that `sizing_of` finds unless they are given.
+
+    ``solver.fem.symmetry = false`` meshes both halves of the body in 3D.
+    ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
+    """
+    fem = tables.solver.fem
+    if fem.mesh is not None:
+        return _read_mesh(tables, fem.mesh, dimension)
+    return _mesh(tables, dimension, sizing or sizing_of(tables, dimension))
+
+
+def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
+    """A mesh file, which must be the scene's finger."""
+    import meshes
+
+    try:
+        mesh = meshes.read(path)
+    except meshes.MeshError as error:
+        raise ValueError(f"solver.fem.mesh = {error}") from error
+    key = f"solver.fem.mesh = {path}"
+    if mesh.dim != dimension:
+        raise ValueError(f"{key}: is a {mesh.dim}D mesh; use --model fem{mesh.dim}d")
+    geometry = finger_geometry(tables)
+    try:
+        meshes.check_finger(mesh, geometry)
+    except meshes.MeshError as error:
+        raise ValueError(f"{key}: is not the scene's finger: {error}; make them agree") from error
+    return replace(mesh, shape=geometry)
+
+
+def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
+    import meshes
+
+    geometry = finger_geometry(tables)
+    if dimension == 2:
+        return meshes.finger_quadrilaterals(geometry, sizing)
+    half = meshes.finger_hexahedra(geometry, sizing)
+    return half if tables.solver.fem.symmetry else meshes.mirrored(half)
+
+
+def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
+    """What a run on `build_mesh` is compared with: see `reference_fem.estimate`.
+
+    A mesh of `COARSER` edges; where so `FEW` elements are in blocks that cannot spare half of them,
+    one of edges so fine that it has 2^dimension as many. A mesh that is read has none.
+    """
+    import meshes
+
+    if sizing is None:
+        return None
+    geometry = finger_geometry(tables)
+    other = sizing.coarser(COARSER)
+    other = replace(
+        other,
+        section_size=min(other.section_size, *geometry.diameters),
+        axial_size=min(other.axial_size, *geometry.lengths),
+        tip_size=min(other.tip_size, *geometry.diameters),
+    )
+    own, its = (meshes.count_elements(geometry, s, dimension) for s in (sizing, other))
+    if own <= FEW and 2 * its > own:
+        other = sizing
+        while meshes.count_elements(geometry, other, dimension) < 2**dimension * own:
+            other = other.coarser(FINER)
+    return _mesh(tables, dimension, other)
+
+
+def sizing_of(tables: Scene, dimension: Dimension) -> Any:
+    """The preset's sizes, scaled with the diameter, then the scene's own; None of a mesh file.
+
+    A tip finer than the section is refined where the rigid finger touches the surface; that of the
+    preset ``contact``, or of an accuracy, is sized by the patch that is predicted there.
+    """
+    import meshes
+
+    fem, sizes = tables.solver.fem, sizes_of(tables)
+    if fem.mesh is not None:
+        return None
+    stated = fem.stated(meshes.Sizing)
+    base = _scaled(meshes.SIZINGS[fem.preset], tables)
+    if sizes is not None:
+        diameter = min(tables.per_phalanx(tables.finger.diameter))
+        base = meshes.Sizing(
+            section_size=sizes.section * diameter,
+            axial_size=min(sizes.section * diameter, *tables.per_phalanx(tables.finger.length)),
+            tip_size=0.5 * sizes.section * diameter,
+            growth=sizes.growth,
+            halvings=sizes.halvings,
+            full_volume=True,
+        )
+    sizing = replace(base, **stated)
+    if sizing.tip_size >= sizing.section_size:
+        return sizing
+    touch = predicted_touch(tables, dimension)
+    if touch is None:
+        return sizing
+    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    patch = max(touch.patch_radius, LEAST_PATCH * radius)
+    if fem.preset in EVEN_TIPS:
+        base = replace(base, patch_size=EVEN_PATCH * patch)
+    if fem.preset == "contact":
+        edge = 1.0 / PATCH_EDGES if sizes is None else sizes.edge
+        base = replace(base, tip_size=min(edge * patch, base.section_size))
+    return replace(base, contact_angle=touch.angle, **stated)
+
+
+def sizes_of(tables: Scene) -> Any:
+    """What the scene's accuracy asks of the mesh; None where it asks for none.
+
+    Raises
+    ------
+    ValueError
+        It cannot be kept, or a preset is stated beside it.
+    """
+    import reference_fem
+
+    accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
+    if accuracy is None:
+        return None
+    if fem.preset != "contact":
+        raise ValueError(
+            f"solver.fem.preset = {fem.preset!r}: decides what solver.accuracy = {accuracy:g} is "
+            "to; leave one of them out"
+        )
+    return reference_fem.sizes_for(accuracy)
+
+
+def size_scale(tables: Scene) -> float:
+    """What the presets' sizes are multiplied by for this finger."""
+    return min(tables.per_phalanx(tables.finger.diameter)) / PRESET_DIAMETER
+
+
+def _scaled(sizing: Any, tables: Scene) -> Any:
+    names = ("section_size", "axial_size", "tip_size", "patch_size")
+    sizes = {name: size_scale(tables) * getattr(sizing, name) for name in names}
+    return replace(sizing, **sizes)
+
+
+def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
+    """Where and how hard the rigid finger touches; None if it never does."""
+    import reference_fem
+
+    mesh = _fast_mesh(tables, dimension)
+    state = _impact(tables, mesh)
+    if state is None:
+        return None
+    return reference_fem.predicted_touch(mesh, *inputs(tables)[:3], state)
+
+
+def impact_state(tables: Scene, dimension: Dimension) -> Any:
+    """Rigid state a little above the surface, by the ``fast`` mesh's masses; None if never there.
+
+    Runs on different meshes that start from it hit the surface alike.
+    """
+    return _impact(tables, _fast_mesh(tables, dimension))
+
+
+def _impact(tables: Scene, mesh: Any) -> Any:
+    """The `impact_state` by the masses of this mesh."""
+    import reference_fem
+
+    materials, surface, drive, settings = inputs(tables)
+    clearance = CLEARANCE * 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    limit = settings.max_flight_time_s
+    start = start_of(tables)
+    return reference_fem.impact_state(mesh, materials, surface, drive, clearance, limit, start)
+
+
+def _fast_mesh(tables: Scene, dimension: Dimension) -> Any:
+    import meshes
+
+    return _mesh(tables, dimension, _scaled(meshes.SIZINGS["fast"], tables))

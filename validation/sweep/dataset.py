@@ -14,7 +14,8 @@ import numpy as np
 from validation.harness.files import atomic, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
-from validation.sweep.plan import Plan, quantity_of
+from validation.sweep.axis import quantity_of
+from validation.sweep.plan import Plan
 from validation.sweep.points import PointTable
 from validation.sweep.runs import NOT_SHARED
 

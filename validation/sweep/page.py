@@ -5,48 +5,27 @@ from __future__ import annotations
 import itertools
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from validation.harness.figures import BLACK, BLUE, COLORS, panels
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
-from validation.harness.quantities import OF_A_TAP, Quantity, quantities
+from validation.harness.quantities import OF_A_TAP
 from validation.harness.tables import write_table
 from validation.models import adapter
-from validation.sweep.plan import Plan, assignment, quantity_of
+from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
+from validation.sweep.figures import draw_distribution, draw_map, draw_parity
+from validation.sweep.plan import Plan, assignment
 from validation.sweep.points import PointTable
 from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, Floats, sobol
 
 if TYPE_CHECKING:
     import xarray
 
-COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 WORST = 10
-MOST_MAPPED = 8  # variables of a map: 28 panels
 WITHIN = (0.02, 0.05)  # shares that the table counts
-
-
-@dataclass(frozen=True)
-class Pair:
-    """A model beside the one that it is compared with, by their places."""
-
-    own: int
-    base: int
-    title: str
-
-
-@dataclass(frozen=True)
-class Output:
-    """What is mapped over the variables: (n,) numbers, NaN where there are none."""
-
-    title: str
-    short: str
-    values: Floats
-    signed: bool
 
 
 def pairs(plan: Plan) -> list[Pair]:
@@ -59,21 +38,6 @@ def pairs(plan: Plan) -> list[Pair]:
         places = [(i, 0) for i in range(1, len(kinds))]
     labels = [solver.label for solver in plan.solvers]
     return [Pair(own, base, f"{labels[own]} against {labels[base]}") for own, base in places]
-
-
-def numbers(data: xarray.Dataset, entry: Quantity, place: int, error: bool = False) -> Floats:
-    """A quantity of one model in its shown unit, NaN where its run did not complete."""
-    name = f"{entry.key}_error" if error else entry.key
-    if name not in data:
-        return np.full(data.sizes["scene"], np.nan)
-    values = entry.factor * data[name].values[:, place]
-    return np.where(data["status"].values[:, place] == "COMPLETED", values, np.nan)
-
-
-def differences(data: xarray.Dataset, entry: Quantity, pair: Pair) -> Floats:
-    """(own - base)/|base|."""
-    own, base = (numbers(data, entry, place) for place in (pair.own, pair.base))
-    return np.asarray((own - base) / np.where(base == 0.0, np.nan, np.abs(base)))
 
 
 def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
@@ -131,47 +95,6 @@ def command(plan: Plan, points: PointTable, point: int, solver: int) -> str:
     return shlex.join([*words, *(word for change in changes for word in ("--set", change))])
 
 
-def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
-    """Each quantity of one model over the other's, with both stated errors."""
-    with panels(path, 2, len(COMPARED) // 2, height=3.0) as axes:
-        for axis, entry in zip(axes.flat, COMPARED, strict=True):
-            own, base = (np.abs(numbers(data, entry, p)) for p in (pair.own, pair.base))
-            bars = [_bars(numbers(data, entry, p, True)) for p in (pair.own, pair.base)]
-            known = np.isfinite(own) & np.isfinite(base)
-            axis.errorbar(
-                base[known], own[known], bars[0][known], bars[1][known], ".", color=BLUE,
-                markersize=3.5, elinewidth=0.6,
-            )  # fmt: skip
-            if known.any():
-                ends = [min(own[known].min(), base[known].min()),
-                        max(own[known].max(), base[known].max())]  # fmt: skip
-                axis.plot(ends, ends, color=BLACK, linewidth=0.8)
-                if ends[0] > 0.0 and ends[1] > 20.0 * ends[0]:
-                    axis.set(xscale="log", yscale="log")
-            axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9, loc="left")
-            axis.set(xlabel=labels[pair.base], ylabel=labels[pair.own])
-
-
-def _bars(errors: Floats) -> Floats:
-    return np.nan_to_num(errors, nan=0.0, posinf=0.0)
-
-
-def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) -> None:
-    """Share of scenes whose difference is no larger, a panel a quantity, a line a pair."""
-    with panels(path, 2, len(COMPARED) // 2, height=2.8, sharey=True) as axes:
-        for axis, entry in zip(axes.flat, COMPARED, strict=True):
-            for number, pair in enumerate(chosen):
-                found = np.abs(differences(data, entry, pair))
-                apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
-                share = np.arange(1, apart.size + 1) / max(apart.size, 1)
-                color = COLORS[number % len(COLORS)]
-                axis.step(100 * apart, 100 * share, where="post", color=color, label=pair.title)
-            axis.set_xscale("log")
-            axis.set_title(entry.title, fontsize=9, loc="left")
-            axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)")
-        axes[0, 0].legend()
-
-
 def variables(points: PointTable) -> dict[str, Floats]:
     """Values by key of what varies and is a number; of a list of numbers its last one."""
     found = {}
@@ -180,46 +103,6 @@ def variables(points: PointTable) -> dict[str, Floats]:
         if all(isinstance(v, int | float) for v in flat) and len(set(flat)) > 1:
             found[key] = np.array(flat, dtype=float)
     return found
-
-
-def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
-    """An output over every two variables, one panel each."""
-    names = list(columns)[:MOST_MAPPED]
-    rows = max(len(names) - 1, 1)
-    size = float(np.nanquantile(np.abs(output.values), 0.98)) or 1.0
-    low, high = (-size, size) if output.signed else (np.nanmin(output.values), size)
-    with panels(path, rows, rows, width=2.1, height=1.9, style={"font.size": 7}) as axes:
-        for row, column in itertools.product(range(rows), repeat=2):
-            axis = axes[row, column]
-            if column > row:
-                axis.set_visible(False)
-                continue
-            x, y = names[column], names[min(row + 1, len(names) - 1)]
-            over = columns[y] if len(names) > 1 else output.values
-            shown = axis.scatter(
-                columns[x], over, c=output.values, s=9, vmin=low, vmax=high,
-                cmap="RdBu_r" if output.signed else "viridis", edgecolors="none",
-            )  # fmt: skip
-            for name, side in ((x, "x"), (y, "y")):
-                if (len(names) > 1 or side == "x") and _even_in_logarithm(columns[name]):
-                    getattr(axis, f"set_{side}scale")("log")
-            if row == rows - 1:
-                axis.set_xlabel(_with_unit(x))
-            if column == 0:
-                axis.set_ylabel(_with_unit(y) if len(names) > 1 else output.short)
-        axes[0, 0].figure.colorbar(shown, ax=axes, label=output.short, shrink=0.6)
-
-
-def _even_in_logarithm(values: Floats) -> bool:
-    """Whether half of the values lie near their ends' geometric mean, far from the other one."""
-    low, high = values.min(), values.max()
-    return bool(low > 0.0 and high > 30.0 * low and np.median(values) ** 2 < 10.0 * low * high)
-
-
-def _with_unit(key: str) -> str:
-    quantity = quantity_of(key)
-    unit = quantity.unit if quantity else ""
-    return f"{key.rpartition('.')[2]} ({unit})" if unit else key.rpartition(".")[2]
 
 
 def outputs(plan: Plan, data: xarray.Dataset, chosen: Sequence[Pair]) -> Iterator[Output]:

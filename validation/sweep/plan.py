@@ -4,45 +4,22 @@ The keys of the tables are explained at their fields; `read_plan` refuses whatev
 """
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
-from pydantic_core import PydanticCustomError
 
 from validation.errors import UserError
 from validation.models import adapter
 from validation.scenes.load import load_scene, read_toml
-from validation.scenes.messages import known_keys, nearest_key, one_line, show
+from validation.scenes.messages import one_line, show
 from validation.scenes.quantity import Quantity
-from validation.scenes.scene import Scene
-from validation.scenes.solver_tables import SOLVER_TABLES, SolverTable
 from validation.scenes.tables import Table
+from validation.sweep.axis import MOST_POINTS, Axis, check_axis, check_key
 
-MOST_POINTS = 10_000_000
 Kind = Literal["sobol", "latin-hypercube", "random", "grid", "file"]
-
-
-class Axis(Table):
-    """How a key varies: a range, a list, or a distribution of scipy.stats."""
-
-    low: float | None = None
-    """Of a range, with `high`."""
-    high: float | None = None
-    """Of a range, with `low`."""
-    log: bool = False
-    """Whether the range is even in the logarithm."""
-    values: list[Any] | None = None
-    """A list, of anything that the key may be."""
-    distribution: str | None = None
-    """Name in scipy.stats, for example norm."""
-    parameters: dict[str, float] = Field({})
-    """Of the distribution, by its names: loc, scale, and its shapes."""
-    count: Annotated[int, Quantity(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
-    """Points of a range or a distribution on a grid."""
 
 
 class Points(Table):
@@ -117,47 +94,6 @@ def _on_one_line(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def quantity_of(key: str) -> Quantity | None:
-    """The bounds of a scene's key, None of one that is no number."""
-    table: Any = Scene
-    *path, name = key.split(".")
-    for part in path:
-        solver = table is SolverTable
-        table = SOLVER_TABLES[part]() if solver else table.model_fields[part].annotation
-    found = [q for q in table.model_fields[name].metadata if isinstance(q, Quantity)]
-    return found[0] if found else None
-
-
-def check_key(key: str, origin: str) -> None:
-    """Refuse a key that no scene has.
-
-    Raises
-    ------
-    UserError
-        Naming the nearest one.
-    """
-    if key not in set(known_keys()):
-        raise UserError(f"{origin}: unknown key of a scene; {nearest_key(key)}")
-
-
-def check_value(key: str, value: Any, origin: str) -> None:
-    """Refuse a value that its key can't have in any scene.
-
-    Raises
-    ------
-    UserError
-        With what is allowed.
-    """
-    quantity = quantity_of(key)
-    if quantity is None:
-        return
-    try:
-        quantity.check(value)
-    except PydanticCustomError as error:
-        text = (error.context or {})["text"]
-        raise UserError(f"{origin} = {show(value)}: {text}") from None
-
-
 def read_plan(path: Path) -> Plan:
     """Read and check a plan.
 
@@ -174,7 +110,7 @@ def read_plan(path: Path) -> Plan:
         raise UserError(f"{origin}: {_one_line(error)}") from error
     for key, axis in given.vary.items():
         check_key(key, f"{origin}: vary.{key}")
-        _check_axis(key, axis, given.points.kind, f"{origin}: vary.{key}")
+        check_axis(key, axis, f"{origin}: vary.{key}")
     _check_points(given, origin)
     solvers = _solvers(given, origin)
     folder = path.parent
@@ -204,61 +140,6 @@ def _one_line(error: ValidationError) -> str:
         example = {"scene": 'scene = "soft"', "models": 'models = ["hcm", "fem3d"]'}
         return f"{place[0]} is missing: add {example.get(place[0], place[0])}"
     return one_line(error, _Plan)
-
-
-def _check_axis(key: str, axis: Axis, kind: Kind, origin: str) -> None:
-    """Refuse an axis that is no range, list or distribution, or more than one of them."""
-    ways = [axis.low is not None or axis.high is not None, axis.values is not None,
-            axis.distribution is not None]  # fmt: skip
-    if sum(ways) != 1:
-        raise UserError(
-            f"{origin}: must have low and high, or values, or distribution; give one of the three"
-        )
-    if axis.values is not None:
-        if not axis.values:
-            raise UserError(f"{origin}.values = []: must hold at least one value")
-        for value in axis.values:
-            check_value(key, value, f"{origin}.values")
-        return
-    quantity = quantity_of(key)
-    if quantity is None or quantity.only_list or quantity.integer:
-        raise UserError(f"{origin}: is no continuous number; give its values as a list, values =")
-    if axis.distribution is not None:
-        frozen(axis, origin)
-        return
-    for name, bound in (("low", axis.low), ("high", axis.high)):
-        if bound is None:
-            raise UserError(f"{origin}: {name} is missing; a range has low and high")
-        check_value(key, bound, f"{origin}.{name}")
-    assert axis.low is not None
-    assert axis.high is not None
-    if not axis.low < axis.high:
-        raise UserError(f"{origin}.low = {axis.low}: must be below high = {axis.high}")
-    if axis.log and axis.low <= 0:
-        raise UserError(f"{origin}.low = {axis.low}: must be above 0 where log = true")
-
-
-def frozen(axis: Axis, origin: str) -> Any:
-    """The axis' distribution, from scipy.stats."""
-    from scipy import stats
-
-    found = getattr(stats, str(axis.distribution), None)
-    if not isinstance(found, stats.rv_continuous):
-        raise UserError(
-            f"{origin}.distribution = {axis.distribution!r}: must name a continuous distribution"
-            " of scipy.stats, for example norm, truncnorm, lognorm or beta"
-        )
-    try:
-        frozen = found(**axis.parameters)
-        middle = float(frozen.ppf(0.5))
-    except TypeError as error:
-        raise UserError(f"{origin}.parameters: {error}") from error
-    if not math.isfinite(middle):
-        raise UserError(
-            f"{origin}.parameters = {show(axis.parameters)}: give no distribution; see"
-            f" scipy.stats.{axis.distribution}"
-        )
-    return frozen
 
 
 def _check_points(given: _Plan, origin: str) -> None:

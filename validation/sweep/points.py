@@ -14,15 +14,8 @@ from numpy.typing import NDArray
 from validation.errors import UserError
 from validation.scenes.load import parse_value, read_text
 from validation.scenes.messages import show
-from validation.sweep.plan import (
-    MOST_POINTS,
-    Axis,
-    Plan,
-    assignment,
-    check_key,
-    check_value,
-    frozen,
-)
+from validation.sweep.axis import MOST_POINTS, Axis, check_key, check_value, frozen
+from validation.sweep.plan import Plan, assignment
 
 LARGEST_FILE = 1_000_000_000  # bytes of a file of points
 

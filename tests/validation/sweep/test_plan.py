@@ -10,7 +10,8 @@ from tests.validation.commands import Run
 from tests.validation.sweep.plans import PLAN, written
 from validation.errors import UserError
 from validation.scenes.load import parse_value
-from validation.sweep.plan import Axis, assignment, read_plan
+from validation.sweep.axis import Axis
+from validation.sweep.plan import assignment, read_plan
 from validation.sweep.points import points_of, values_of
 
 VARY = '[vary]\n"surface.friction" = '

@@ -1,0 +1,131 @@
+"""How a key of the scene varies in a sweep: a range, a list, or a distribution of scipy.stats."""
+
+import math
+from typing import Annotated, Any
+
+from pydantic import Field
+from pydantic_core import PydanticCustomError
+
+from validation.errors import UserError
+from validation.scenes.messages import known_keys, nearest_key, show
+from validation.scenes.quantity import Quantity
+from validation.scenes.scene import Scene
+from validation.scenes.solver_tables import SOLVER_TABLES, SolverTable
+from validation.scenes.tables import Table
+
+MOST_POINTS = 10_000_000
+
+
+class Axis(Table):
+    """How a key varies: a range, a list, or a distribution of scipy.stats."""
+
+    low: float | None = None
+    """Of a range, with `high`."""
+    high: float | None = None
+    """Of a range, with `low`."""
+    log: bool = False
+    """Whether the range is even in the logarithm."""
+    values: list[Any] | None = None
+    """A list, of anything that the key may be."""
+    distribution: str | None = None
+    """Name in scipy.stats, for example norm."""
+    parameters: dict[str, float] = Field({})
+    """Of the distribution, by its names: loc, scale, and its shapes."""
+    count: Annotated[int, Quantity(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
+    """Points of a range or a distribution on a grid."""
+
+
+def quantity_of(key: str) -> Quantity | None:
+    """The bounds of a scene's key, None of one that is no number."""
+    table: Any = Scene
+    *path, name = key.split(".")
+    for part in path:
+        solver = table is SolverTable
+        table = SOLVER_TABLES[part]() if solver else table.model_fields[part].annotation
+    found = [q for q in table.model_fields[name].metadata if isinstance(q, Quantity)]
+    return found[0] if found else None
+
+
+def check_key(key: str, origin: str) -> None:
+    """Refuse a key that no scene has.
+
+    Raises
+    ------
+    UserError
+        Naming the nearest one.
+    """
+    if key not in set(known_keys()):
+        raise UserError(f"{origin}: unknown key of a scene; {nearest_key(key)}")
+
+
+def check_value(key: str, value: Any, origin: str) -> None:
+    """Refuse a value that its key can't have in any scene.
+
+    Raises
+    ------
+    UserError
+        With what is allowed.
+    """
+    quantity = quantity_of(key)
+    if quantity is None:
+        return
+    try:
+        quantity.check(value)
+    except PydanticCustomError as error:
+        text = (error.context or {})["text"]
+        raise UserError(f"{origin} = {show(value)}: {text}") from None
+
+
+def check_axis(key: str, axis: Axis, origin: str) -> None:
+    """Refuse an axis that is no range, list or distribution, or more than one of them."""
+    ways = [axis.low is not None or axis.high is not None, axis.values is not None,
+            axis.distribution is not None]  # fmt: skip
+    if sum(ways) != 1:
+        raise UserError(
+            f"{origin}: must have low and high, or values, or distribution; give one of the three"
+        )
+    if axis.values is not None:
+        if not axis.values:
+            raise UserError(f"{origin}.values = []: must hold at least one value")
+        for value in axis.values:
+            check_value(key, value, f"{origin}.values")
+        return
+    quantity = quantity_of(key)
+    if quantity is None or quantity.only_list or quantity.integer:
+        raise UserError(f"{origin}: is no continuous number; give its values as a list, values =")
+    if axis.distribution is not None:
+        frozen(axis, origin)
+        return
+    for name, bound in (("low", axis.low), ("high", axis.high)):
+        if bound is None:
+            raise UserError(f"{origin}: {name} is missing; a range has low and high")
+        check_value(key, bound, f"{origin}.{name}")
+    assert axis.low is not None
+    assert axis.high is not None
+    if not axis.low < axis.high:
+        raise UserError(f"{origin}.low = {axis.low}: must be below high = {axis.high}")
+    if axis.log and axis.low <= 0:
+        raise UserError(f"{origin}.low = {axis.low}: must be above 0 where log = true")
+
+
+def frozen(axis: Axis, origin: str) -> Any:
+    """The axis' distribution, from scipy.stats."""
+    from scipy import stats
+
+    found = getattr(stats, str(axis.distribution), None)
+    if not isinstance(found, stats.rv_continuous):
+        raise UserError(
+            f"{origin}.distribution = {axis.distribution!r}: must name a continuous distribution"
+            " of scipy.stats, for example norm, truncnorm, lognorm or beta"
+        )
+    try:
+        frozen = found(**axis.parameters)
+        middle = float(frozen.ppf(0.5))
+    except TypeError as error:
+        raise UserError(f"{origin}.parameters: {error}") from error
+    if not math.isfinite(middle):
+        raise UserError(
+            f"{origin}.parameters = {show(axis.parameters)}: give no distribution; see"
+            f" scipy.stats.{axis.distribution}"
+        )
+    return frozen

@@ -1,0 +1,101 @@
+"""A sweep's figures: parity, distribution of differences, maps over two variables."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from validation.harness.figures import BLACK, BLUE, COLORS, panels
+from validation.sweep.axis import quantity_of
+from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
+from validation.sweep.sensitivity import Floats
+
+if TYPE_CHECKING:
+    import xarray
+
+MOST_MAPPED = 8  # variables of a map: 28 panels
+
+
+def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
+    """Each quantity of one model over the other's, with both stated errors."""
+    with panels(path, 2, len(COMPARED) // 2, height=3.0) as axes:
+        for axis, entry in zip(axes.flat, COMPARED, strict=True):
+            own, base = (np.abs(numbers(data, entry, p)) for p in (pair.own, pair.base))
+            bars = [_bars(numbers(data, entry, p, True)) for p in (pair.own, pair.base)]
+            known = np.isfinite(own) & np.isfinite(base)
+            axis.errorbar(
+                base[known], own[known], bars[0][known], bars[1][known], ".", color=BLUE,
+                markersize=3.5, elinewidth=0.6,
+            )  # fmt: skip
+            if known.any():
+                ends = [min(own[known].min(), base[known].min()),
+                        max(own[known].max(), base[known].max())]  # fmt: skip
+                axis.plot(ends, ends, color=BLACK, linewidth=0.8)
+                if ends[0] > 0.0 and ends[1] > 20.0 * ends[0]:
+                    axis.set(xscale="log", yscale="log")
+            axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9, loc="left")
+            axis.set(xlabel=labels[pair.base], ylabel=labels[pair.own])
+
+
+def _bars(errors: Floats) -> Floats:
+    return np.nan_to_num(errors, nan=0.0, posinf=0.0)
+
+
+def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) -> None:
+    """Share of scenes whose difference is no larger, a panel a quantity, a line a pair."""
+    with panels(path, 2, len(COMPARED) // 2, height=2.8, sharey=True) as axes:
+        for axis, entry in zip(axes.flat, COMPARED, strict=True):
+            for number, pair in enumerate(chosen):
+                found = np.abs(differences(data, entry, pair))
+                apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
+                share = np.arange(1, apart.size + 1) / max(apart.size, 1)
+                color = COLORS[number % len(COLORS)]
+                axis.step(100 * apart, 100 * share, where="post", color=color, label=pair.title)
+            axis.set_xscale("log")
+            axis.set_title(entry.title, fontsize=9, loc="left")
+            axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)")
+        axes[0, 0].legend()
+
+
+def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
+    """An output over every two variables, one panel each."""
+    names = list(columns)[:MOST_MAPPED]
+    rows = max(len(names) - 1, 1)
+    size = float(np.nanquantile(np.abs(output.values), 0.98)) or 1.0
+    low, high = (-size, size) if output.signed else (np.nanmin(output.values), size)
+    with panels(path, rows, rows, width=2.1, height=1.9, style={"font.size": 7}) as axes:
+        for row, column in itertools.product(range(rows), repeat=2):
+            axis = axes[row, column]
+            if column > row:
+                axis.set_visible(False)
+                continue
+            x, y = names[column], names[min(row + 1, len(names) - 1)]
+            over = columns[y] if len(names) > 1 else output.values
+            shown = axis.scatter(
+                columns[x], over, c=output.values, s=9, vmin=low, vmax=high,
+                cmap="RdBu_r" if output.signed else "viridis", edgecolors="none",
+            )  # fmt: skip
+            for name, side in ((x, "x"), (y, "y")):
+                if (len(names) > 1 or side == "x") and _even_in_logarithm(columns[name]):
+                    getattr(axis, f"set_{side}scale")("log")
+            if row == rows - 1:
+                axis.set_xlabel(_with_unit(x))
+            if column == 0:
+                axis.set_ylabel(_with_unit(y) if len(names) > 1 else output.short)
+        axes[0, 0].figure.colorbar(shown, ax=axes, label=output.short, shrink=0.6)
+
+
+def _even_in_logarithm(values: Floats) -> bool:
+    """Whether half of the values lie near their ends' geometric mean, far from the other one."""
+    low, high = values.min(), values.max()
+    return bool(low > 0.0 and high > 30.0 * low and np.median(values) ** 2 < 10.0 * low * high)
+
+
+def _with_unit(key: str) -> str:
+    quantity = quantity_of(key)
+    unit = quantity.unit if quantity else ""
+    return f"{key.rpartition('.')[2]} ({unit})" if unit else key.rpartition(".")[2]

@@ -90,11 +90,11 @@ def elements(kind: str, name: str, cells: NDArray[np.int64], first: int = 1) -> 
     return [f"*ELEMENT,TYPE={kind},ELSET={name}", *rows]
 
 
-def material(young: float, poisson: float, density: float, *element_sets: str) -> list[str]:
-    """One elastic material (Pa, -, kg/m^3) and the sets of elements that it fills."""
+def material(name: str, young: float, poisson: float, density: float, filled: str) -> list[str]:
+    """An elastic material (Pa, -, kg/m^3) and the set of elements that it fills."""
     return [
-        "*MATERIAL,NAME=M", "*ELASTIC", f"{young},{poisson}", "*DENSITY", f"{density}",
-        *(f"*SOLID SECTION,ELSET={name},MATERIAL=M" for name in element_sets),
+        f"*MATERIAL,NAME={name}", "*ELASTIC", f"{young},{poisson}", "*DENSITY", f"{density}",
+        f"*SOLID SECTION,ELSET={filled},MATERIAL={name}",
     ]  # fmt: skip
 
 

@@ -27,7 +27,10 @@ def deck(bar: Bar, element: str, steps: int) -> str:
     lines = [*calculix.nodes("ALL", points), *calculix.elements(element, "BAR", cells + 1)]
     ends = np.flatnonzero(points[:, 0] == 0.0) + 1
     lines += ["*NSET,NSET=END", *(f"{n}," for n in ends.tolist())]
-    lines += [*calculix.material(YOUNG, 0.0, DENSITY, "BAR"), "*INITIAL CONDITIONS,TYPE=VELOCITY"]
+    lines += [
+        *calculix.material("M", YOUNG, 0.0, DENSITY, "BAR"),
+        "*INITIAL CONDITIONS,TYPE=VELOCITY",
+    ]
     lines += [f"{n},1,{v:.12g}" for n, v in enumerate(velocity.tolist(), 1)]
     duration = steps * STEP_S
     lines += ["*STEP,INC=10000000", "*DYNAMIC,EXPLICIT=2", f"{STEP_S:.10g},{duration:.12g}",

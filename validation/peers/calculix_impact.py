@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from reference_fem import Material
 from reference_fem.contact.surface import SurfaceContact
+from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.joints.hinges import Hinges
 from reference_fem.model import Model
+from reference_fem.true_body import mass_factors
 from validation.peers import calculix
 
 # Increments that its first step would make of the tap; it refines and coarsens from there.
@@ -72,8 +74,15 @@ def deck(
     lines += ["*NSET,NSET=MIDDLE", *(f"{i + 1}," for i in model.symmetry)]
     lines += ["*SURFACE,NAME=OUTSIDE", *_outside(model.contact, model.cells)]
     lines += ["*SURFACE,NAME=TOP", f"{last},S2"]
-    lines += calculix.material(material.youngs_modulus, material.poisson_ratio, material.density,
-                               "BLOCK", "PLATE")  # fmt: skip
+    elastic, heavier = (material.youngs_modulus, material.poisson_ratio), densities(model, material)
+    lines += calculix.material("M", *elastic, material.density, "PLATE")
+    for number, density in enumerate(np.unique(heavier)):
+        name = f"M{number}"
+        lines += [
+            f"*ELSET,ELSET={name}",
+            *(f"{e + 1}," for e in np.flatnonzero(heavier == density)),
+        ]
+        lines += calculix.material(name, *elastic, density, name)
     lines += ["*SURFACE INTERACTION,NAME=I", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR",
               modulus]  # fmt: skip
     if friction:
@@ -92,6 +101,25 @@ def deck(
               "*NODE PRINT,NSET=BODY", fields, *(["*EL PRINT,ELSET=BLOCK", "S"] * stress),
               "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"
+
+
+def densities(model: Model, material: Material) -> Floats:
+    """Of each cell, kg/m^3: consistent masses with the mass, centre and inertia of our phalanges.
+
+    `mass_factors` at the Gauss points, a mean over each cell, in steps of 1e-3 of the material's.
+    """
+    volumes, places = by_element(
+        geometries(model.points, model.cells),
+        lambda of: (of.weights, of.shape @ model.points[model.cells[of.cells]]),
+    )
+    factors = np.ones(volumes.size)
+    if model.chain is not None:
+        body = np.repeat(model.body_of_point[model.cells[:, 0]], volumes.shape[1])
+        points = [np.flatnonzero(body == w) for w in range(model.chain.links)]
+        masses = material.density * volumes.ravel()
+        factors = mass_factors(places.reshape(-1, 3), masses, points, model.chain, 1)
+    mean = (factors.reshape(volumes.shape) * volumes).sum(axis=1) / volumes.sum(axis=1)
+    return material.density * mean.round(3)
 
 
 def _equations(hinges: Hinges) -> list[str]:

@@ -166,7 +166,8 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
     for first, name in ((1, "BLOCK"), (2, "PLATE")):
         cell = np.arange(8)[None, :] + 8 * first - 7
         lines += calculix.elements("C3D8", name, cell, first)
-    lines += [*calculix.material(1e9, 0.3, 1400, "BLOCK", "PLATE"), PAIR]
+        lines += calculix.material(f"M{first}", 1e9, 0.3, 1400, name)
+    lines += [PAIR]
     printed = calculix.run_calculix("\n".join(lines) + "\n", 60.0).printed
     found = read(printed, 'normal = "z"', "block.dat").record
     assert found.summary["contact_time_s"] == pytest.approx(1e-5, abs=1e-6)  # its increment

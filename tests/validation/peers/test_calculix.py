@@ -1,12 +1,15 @@
 """A run of CalculiX: what it prints, how it ended, when it is killed."""
 
-from itertools import pairwise
+import math
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import meshes
 import reference_fem as rf
+from reference_fem.elements.geometry import CORNERS
 from reference_fem.model import build_model
 from tests.reference_fem.boxes import boxes
 from tests.validation.commands import Patch
@@ -109,6 +112,36 @@ def test_hinges_are_equations_of_the_same_means() -> None:
     dependent = [tuple(of[0, :2]) for of in terms]
     assert len(set(dependent)) == len(dependent)
     assert not any(tuple(row) in dependent for of in terms for row in of[1:, :2])
+
+
+def test_phalanges_weigh_and_turn_as_ours() -> None:
+    shape = meshes.FingerGeometry((0.04, 0.035), (0.015, 0.012))
+    mesh = meshes.finger_hexahedra(shape, meshes.Sizing(3e-3, 4e-3, 8e-4))
+    material = rf.Material(1e9, 0.4, 1400.0)
+    given = rf.Surface(0.1, 0.5), rf.Drive(), rf.Settings(contact="surface")
+    model = build_model(mesh, (material,) * 2, *given)
+    density = calculix_impact.densities(model, material)
+    assert density.max() > 1.005 * material.density
+    points, weights = np.polynomial.legendre.leggauss(3)  # exact for x squared in a hexahedron
+    found = np.zeros((2, 4))  # m, m x, m y, m r^2 about the true mass centre
+    centres = np.array([model.chain.origins[w] + model.chain.arms[w, w] for w in range(2)])
+    corners = 2.0 * CORNERS[3] - 1.0
+    for at, weight in zip(product(points, repeat=3), map(math.prod, product(weights, repeat=3)),
+                          strict=True):  # fmt: skip
+        sides = 1.0 + corners * at
+        slopes = np.stack([corners[:, k] * np.delete(sides, k, 1).prod(axis=1) for k in range(3)])
+        x = model.points[model.cells]
+        mass = density * weight * np.linalg.det(slopes @ x / 8.0)
+        body = model.body_of_point[model.cells[:, 0]]
+        arm = np.einsum("a,nad->nd", sides.prod(axis=1) / 8.0, x)[:, :2] - centres[body]
+        of = mass * np.stack([np.ones(len(mass)), *arm.T, (arm**2).sum(axis=1)])
+        found += np.stack([np.bincount(body, row) for row in of], axis=1)
+    # densities in steps of 1e-3
+    np.testing.assert_allclose(found[:, 0], model.chain.mass, rtol=3e-4)
+    np.testing.assert_allclose(found[:, 3], model.chain.inertia, rtol=3e-4)
+    assert np.abs(found[:, 1:3] / found[:, :1]).max() < 2e-4 * 0.04
+    text = calculix_impact.deck(model, material, *(np.zeros_like(model.points),) * 2, 1e-3)
+    assert text.count("*SOLID SECTION") == len(np.unique(density)) + 1
 
 
 @pytest.mark.parametrize(

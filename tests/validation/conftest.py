@@ -1,4 +1,7 @@
+from collections.abc import Iterator
+
 import pytest
+from matplotlib import pyplot as plt
 
 from tests.validation.commands import Capture, Ended, Run, call
 
@@ -12,3 +15,12 @@ def fingertap(capsys: Capture) -> Run:
         return Ended(code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture
+def figures_kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Figures stay open when they are saved."""
+    with monkeypatch.context() as patch:
+        patch.setattr(plt, "close", lambda figure: None)
+        yield
+    plt.close("all")

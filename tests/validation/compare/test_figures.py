@@ -1,7 +1,6 @@
 """What is drawn, read back from the axes and from the notebook's line."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -19,16 +18,7 @@ from validation.harness.page import LARGEST_VECTOR, inline
 from validation.harness.quantities import OF_A_TAP
 
 
-@pytest.fixture
-def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Figures stay open when they are saved."""
-    with monkeypatch.context() as patch:
-        patch.setattr(plt, "close", lambda figure: None)
-        yield
-    plt.close("all")
-
-
-@pytest.mark.usefixtures("kept")
+@pytest.mark.usefixtures("figures_kept")
 def test_the_residual_is_the_difference_over_the_references_peak(
     make_record: Make, tmp_path: Path
 ) -> None:
@@ -42,7 +32,7 @@ def test_the_residual_is_the_difference_over_the_references_peak(
     assert len(empty.lines) == 1  # zero
 
 
-@pytest.mark.usefixtures("kept")
+@pytest.mark.usefixtures("figures_kept")
 def test_points_are_differences_and_bars_their_uncertainty(
     make_record: Make, tmp_path: Path
 ) -> None:
@@ -70,7 +60,7 @@ def test_points_are_differences_and_bars_their_uncertainty(
     assert names_shown == ["hcm, 5 ms", "+ shear", "refined"]
 
 
-@pytest.mark.usefixtures("kept")
+@pytest.mark.usefixtures("figures_kept")
 def test_bars_left_out_are_set_apart(tmp_path: Path) -> None:
     _, axes = plt.subplots(1, 2)
     values = [[1.0, 2.0], [3.0, np.nan], [5.0, 6.0]]

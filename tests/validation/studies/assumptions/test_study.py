@@ -1,6 +1,7 @@
 """The study of the reduced model's assumptions: its scenes, its stored dataset, its rules."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray
+from matplotlib import pyplot as plt
 
-from tests.validation.commands import Patch, Run
+from tests.validation.commands import Make, Patch, Run
+from validation.compare.differences import difference
 from validation.models import solid_mesh
-from validation.models.variants import cumulative, left_out
+from validation.models.variants import cumulative, every, left_out
 from validation.scenes.load import load_scene
-from validation.studies.assumptions import study
+from validation.studies.assumptions import command, study, study_command
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
 from validation.studies.assumptions.study import BARS, COMPARED, STATUS, known, read_study
@@ -21,6 +24,45 @@ from validation.studies.assumptions.study_command import numbers_of, shares_of
 from validation.sweep.plan import assignment
 
 FIRST = points(2)
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_the_studys_figure_shows_medians_and_the_refined_models_errors(tmp_path: Path) -> None:
+    stored = read_study()
+    table = stored[known(stored)].iloc[:5]
+    refined = len(cumulative()) - 1
+    errors = np.random.default_rng(3).uniform(-6.0, 6.0, (len(every()), 5, len(COMPARED)))
+    errors[refined, 1, 0], errors[0, 2, 0] = 30.0, np.nan
+    study_command._draw(tmp_path / "study.png", table, errors, every())
+    axes = plt.gcf().axes
+    for n, (above, below) in enumerate(zip(axes[:4], axes[4:8], strict=True)):
+        size = np.abs(errors[:, :, n])
+        widths = [bar.get_width() for bar in above.patches]
+        np.testing.assert_allclose(widths, np.nanmedian(size, axis=1))
+        marks = above.lines[0].get_xdata()
+        np.testing.assert_allclose(marks, np.nanpercentile(size, 90, axis=1))
+        shown = below.collections[-1].get_offsets()
+        np.testing.assert_allclose(shown[:, 0], table["patch_over_radius"])
+        np.testing.assert_allclose(shown[:, 1], np.clip(errors[refined, :, n], -8.0, 8.0))
+        assert below.get_xlabel() == "predicted a/R" + " (1 beyond the edge)" * (n == 0)
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_the_waterfall_shows_each_assumptions_error(make_record: Make, tmp_path: Path) -> None:
+    reference = replace(make_record(peak=80.0), errors={"peak_normal_force_N": 1.6})
+    rows = [
+        [difference("soft", v.name, q, make_record(peak=60.0 + n), reference) for q in COMPARED]
+        for n, v in enumerate(every())
+    ]
+    rows[-1][0] = difference("soft", every()[-1].name, COMPARED[0], None, reference)
+    command._write(tmp_path, "soft", every(), rows, reference)
+    first = plt.gcf().axes[0]
+    *bars, known_to = first.patches
+    wanted = 100.0 * ((60.0 + np.arange(len(rows))) / 80.0 - 1.0)
+    np.testing.assert_allclose([bar.get_width() for bar in bars], [*wanted[:-1], 0.0])
+    assert (known_to.get_x(), known_to.get_width()) == pytest.approx((-2.0, 4.0))
+    table = pd.read_csv(tmp_path / "waterfall.csv")["peak_normal_force_N_error_percent"]
+    np.testing.assert_allclose(table, [*wanted[:-1], np.nan])
 
 
 @pytest.mark.parametrize("point", FIRST, ids=lambda p: f"{p['finger.phalanges']} phalanges")

@@ -30,7 +30,8 @@ ACCURACIES = (3e-3, 2e-3)
 BARS = {"peak_normal_force_N": 0.01, "normal_impulse_N_s": 0.005}
 LONGEST_S = 0.05  # of a tap: soft fingers stay for milliseconds
 STATUS = "reference_status"
-ELASTIC = "refined, elastic flight"
+LEAST = "solver.hcm.tap_at_least"
+ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
 
 
 def read_study() -> pd.DataFrame:
@@ -79,17 +80,29 @@ def by_variants(
 ) -> xarray.Dataset:
     """The study's scenes by the reduced model: a sweep's dataset (scene, model).
 
-    It flies rigid, as the reference does, and in the last place, once more the last of the
-    cumulative variants, elastic: what the reference's flight leaves out.
+    It flies rigid, as the reference does, and its tap lasts for the reference's at least: where a
+    tip leaves for a moment, or all but does, two models end a tap with different touches. The last
+    two are the refined model again, with an elastic flight, which the reference leaves out, and
+    with its own end of the tap.
     """
-    models: list[dict[str, Any]] = []
-    for variant, flight in (*((v, "rigid") for v in variants), (cumulative()[-1], "elastic")):
-        keys = dict(text.split("=") for text in variant.overrides)
-        chosen: dict[str, Any] = {key: value == "true" for key, value in keys.items()}
-        name = variant.name if flight == "rigid" else ELASTIC
-        chosen |= {"solver.hcm.flight": flight}
-        models.append({"model": "hcm", "variant": name, "set": chosen})
-    return _swept(table, "assumptions", models, (), workers, out)
+    import xarray
+
+    refined = cumulative()[-1]
+    models = [_model(v, v.name, "rigid") for v in variants]
+    models.append(_model(refined, ELASTIC, "elastic"))
+    lasting = table.assign(**{LEAST: table["contact_duration_s"].fillna(0.0)})
+    found = [
+        _swept(lasting, "assumptions", models, (), workers, out),
+        _swept(table, "own-tap", [_model(refined, OWN, "rigid")], (), workers, out),
+    ]
+    return xarray.concat(found, "model")
+
+
+def _model(variant: Variant, name: str, flight: str) -> dict[str, Any]:
+    """A plan's entry."""
+    keys = dict(text.split("=") for text in variant.overrides)
+    chosen: dict[str, Any] = {key: value == "true" for key, value in keys.items()}
+    return {"model": "hcm", "variant": name, "set": {**chosen, "solver.hcm.flight": flight}}
 
 
 def _swept(

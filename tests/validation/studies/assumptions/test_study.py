@@ -99,11 +99,16 @@ def test_shares_count_what_did_not_complete_as_outside() -> None:
     errors[0, 1, 0] = -1.9  # inside 2 %
     errors[0, 2, 3] = 4.9  # a stress inside 5 %
     errors[0, 3] = np.nan
-    (row,) = shares_of(errors, ["paper"]).to_dict("records")
+    bars = np.zeros((4, len(COMPARED)))
+    (row,) = shares_of(errors, ["paper"], bars).to_dict("records")
     assert row["all four"] == row["all within 5 %"] == 75.0
     errors[0, 1, 0] = -2.1
-    (row,) = shares_of(errors, ["paper"]).to_dict("records")
+    (row,) = shares_of(errors, ["paper"], bars).to_dict("records")
     assert (row["all four"], row["all within 5 %"]) == (50.0, 75.0)
+    assert row["within these and the bars"] == 50.0
+    bars[1, 0] = 0.2  # the reference's own error
+    (row,) = shares_of(errors, ["paper"], bars).to_dict("records")
+    assert (row["all four"], row["within these and the bars"]) == (50.0, 75.0)
 
 
 def test_fingers_too_flexible_for_a_rigid_flight_count_and_failures_do_not() -> None:
@@ -120,13 +125,24 @@ def test_every_variant_flies_as_the_reference_and_the_last_one_not(
     monkeypatch: Patch, tmp_path: Path
 ) -> None:
     asked: list[dict[str, Any]] = []
-    monkeypatch.setattr(study, "_swept", lambda table, name, models, *rest: asked.extend(models))
-    study.by_variants(pd.DataFrame(), (*cumulative(), *left_out()), 1, tmp_path)
+    least: list[list[float] | None] = []
+
+    def swept(table: pd.DataFrame, name: str, models: list[dict[str, Any]], *rest: object) -> Any:
+        asked.extend(models)
+        least.append(table[study.LEAST].tolist() if study.LEAST in table else None)
+        return xarray.Dataset({"n": ("model", np.ones(len(models)))})
+
+    monkeypatch.setattr(study, "_swept", swept)
+    scenes = pd.DataFrame({"contact_duration_s": [2e-4, math.nan]})
+    found = study.by_variants(scenes, (*cumulative(), *left_out()), 1, tmp_path)
+    assert found.sizes["model"] == len(asked)
     flights = [model["set"].pop("solver.hcm.flight") for model in asked]
-    assert flights == ["rigid"] * (len(asked) - 1) + ["elastic"]
+    assert flights == ["rigid"] * (len(asked) - 2) + ["elastic", "rigid"]
     refined = asked[len(cumulative()) - 1]
-    assert asked[-1]["set"] == refined["set"]
-    assert asked[-1]["variant"] == study.ELASTIC != refined["variant"]
+    assert asked[-1]["set"] == asked[-2]["set"] == refined["set"]
+    names = [asked[-2]["variant"], asked[-1]["variant"]]
+    assert names == [study.ELASTIC, study.OWN]
+    assert least == [[2e-4, 0.0], None]  # the last one ends its tap by its own rule
 
 
 def test_a_rule_is_rarely_wrong_where_it_was_fitted_and_finds_the_quantity() -> None:

@@ -1,6 +1,7 @@
-"""The rigid chain of the finger's true shape, which a mesh of flat facets cuts corners off."""
+"""Rigid chain and outline of the finger's true shape, which flat facets cut corners off."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -57,6 +58,24 @@ def true_chain(
         drive.loads_for(last + 1),
         drive.fall,
     )
+
+
+def true_gap(geometry: meshes.FingerGeometry, height: float) -> Callable[[Array], float]:
+    """Height of the last phalanx's lowest point above the plane, m, as a function of the angles.
+
+    A phalanx at θ below the horizontal has its round end's lowest point R below the ball's centre
+    where the end points down, else the rims' R |cos θ| below their centres.
+    """
+    radius, last = geometry.radii[-1], geometry.lengths[-1]
+    ball = radius if geometry.tip == "hemisphere" else 0.0
+
+    def gap(angles: Array) -> float:
+        hinge = -float(np.dot(geometry.lengths[:-1], np.sin(angles[:-1])))
+        dip, rim = math.sin(angles[-1]), radius * abs(math.cos(angles[-1]))
+        end = radius if ball and dip > 0.0 else rim
+        return min(hinge - rim, hinge - (last - ball) * dip - end) + height
+
+    return gap
 
 
 def mass_factors(

@@ -25,6 +25,7 @@ def calibrate(
     *,
     model: Literal["hcm", "fem3d"] = "hcm",
     scenes: int = SCENES,
+    first: int = 0,
     accuracy: float | None = None,
     quick: Flag = False,
     out: Path = Path("out"),
@@ -37,6 +38,8 @@ def calibrate(
         Whose estimates.
     scenes
         How many: falling, driven, tilted, and with three taps, by turns.
+    first
+        Number of the first of them: others are other scenes.
     accuracy
         Solve for this relative error in the place of the default settings, and count the runs that
         keep it.
@@ -52,15 +55,13 @@ def calibrate(
     RunFailedError
         A process died; the finished scenes are kept, and the same command goes on.
     """
-    if scenes < 1:
-        raise UserError(f"--scenes {scenes}: must be 1 or more")
+    if scenes < 1 or first < 0:
+        raise UserError(f"--scenes {scenes} --first {first}: must be 1 or more, and 0 or more")
     folder = output_folder(out / "calibration")
     finished = LineStore(folder / "scenes.jsonl")
     count = QUICK_SCENES if quick else scenes
-    chosen = [case(model, number, accuracy) for number in range(count)]
-    cells = [
-        Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in enumerate(chosen)
-    ]
+    chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
+    cells = [Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in chosen.items()]
     with progress_bar("calibrate") as progress:
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process((model,))
@@ -68,7 +69,7 @@ def calibrate(
             run_cells(cells, finished, pool, progress)
     rows = [
         (number, cell.scene, row)
-        for number, cell in enumerate(cells)
+        for number, cell in zip(chosen, cells, strict=True)
         if (row := finished.load(verdict_inputs(cell))) is not None
     ]
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}

@@ -23,7 +23,10 @@ SMALLEST = 1e-9  # drawn in the place of no error
 
 @dataclass(frozen=True)
 class Number:
-    """One number of a completed run: its quantity, relative stated and true error, its scene."""
+    """One number of a completed run: its quantity, relative stated and true error, its scene.
+
+    doubted : whether the tight solve has a caution of its own
+    """
 
     quantity: str
     stated: float
@@ -31,6 +34,7 @@ class Number:
     cautioned: bool
     index: int
     case: Case
+    doubted: bool
 
     @property
     def missed(self) -> bool:
@@ -51,7 +55,8 @@ def numbers_of(rows: Sequence[Row]) -> Iterator[Number]:
     for index, case, row in rows:
         for quantity, (_, stated, true, scale) in row["numbers"].items():
             yield Number(
-                quantity, stated / scale, true / scale, bool(row["caution"]), index, case
+                quantity, stated / scale, true / scale, bool(row["caution"]), index, case,
+                bool(row["tight_caution"]),
             )  # fmt: skip
 
 
@@ -67,9 +72,17 @@ def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def table(numbers: Sequence[Number]) -> list[dict[str, Any]]:
-    """A row a quantity and one for all: how often the stated error is too small, or missing."""
-    names = list(dict.fromkeys(number.quantity for number in numbers))
-    groups = {name: [n for n in numbers if n.quantity == name] for name in names}
+    """How often the stated error is too small, or missing.
+
+    A row a quantity and a kind of scene; of what tight solves without a caution of their own judge,
+    which they have where they touch beside their fine edges; and of all.
+    """
+    groups: dict[str, list[Number]] = {}
+    for number in numbers:
+        for name in (number.quantity, f"of scenes: {number.case.kind}"):
+            groups.setdefault(name, []).append(number)
+    groups = {name: groups[name] for name in sorted(groups, key=lambda name: ":" in name)}
+    groups["judged without a caution"] = [n for n in numbers if not n.doubted]
     rows = []
     for name, group in [*groups.items(), ("all", list(numbers))]:
         true = np.array([max(n.true, FLOOR) for n in group])
@@ -103,7 +116,7 @@ def misses(numbers: Sequence[Number]) -> list[dict[str, Any]]:
         {
             "scene": n.index, "kind": n.case.kind, "quantity": n.quantity,
             "stated (%)": 100 * n.stated, "true (%)": 100 * n.true, "cautioned": n.cautioned,
-            "overrides": "; ".join(n.case.overrides),
+            "tight solve cautioned": n.doubted, "overrides": "; ".join(n.case.overrides),
         }
         for n in poor
     ]  # fmt: skip

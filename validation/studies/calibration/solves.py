@@ -32,8 +32,8 @@ MOST_UPDATES, LONG = 5e7, "LEFT OUT"
 class Solved:
     """One scene's outcome, as the line store keeps it.
 
-    status, tight_status : of both solves. caution : what the run says of itself. numbers : by
-    quantity. seconds : of the run without its estimates, of the tight one.
+    status, tight_status : of both solves. caution, tight_caution : what they say of themselves.
+    numbers : by quantity. seconds : of the run without its estimates, of the tight one.
     """
 
     status: str
@@ -41,6 +41,7 @@ class Solved:
     caution: str
     numbers: dict[str, Compared]
     seconds: tuple[float, float]
+    tight_caution: str = ""
 
 
 def solve_case(case: Case) -> Solved:
@@ -59,7 +60,7 @@ def solve_case(case: Case) -> Solved:
         return Solved("REFUSED", "", str(refusal), {}, (0.0, 0.0))
     seconds = float(run.summary["wall_time_s"]), time.perf_counter() - middle
     numbers = compare(run.summary, run.errors, tight.summary) if tight.ok else {}
-    return Solved(run.status, tight.status, run.message, numbers, seconds)
+    return Solved(run.status, tight.status, run.message, numbers, seconds, tight.message)
 
 
 def _updates(case: Case) -> float:

@@ -46,11 +46,12 @@ def test_what_two_solves_differ_by() -> None:
     assert gone["peak_normal_force_N"][2] == math.inf
 
 
-def rows(*numbers: tuple[float, float], caution: str = "") -> list[Row]:
+def rows(*numbers: tuple[float, float], caution: str = "", doubt: str = "") -> list[Row]:
     """A scene for each pair of stated and true error of a peak of 100 N."""
     return [
         (n, case("hcm", n), {"status": "COMPLETED", "tight_status": "COMPLETED",
-                             "caution": caution, "numbers": {"peak": (100.0, *pair, 100.0)}})
+                             "caution": caution, "tight_caution": doubt,
+                             "numbers": {"peak": (100.0, *pair, 100.0)}})
         for n, pair in enumerate(numbers)
     ]  # fmt: skip
 
@@ -71,6 +72,16 @@ def test_what_is_missed_and_what_is_silent(found: list[Row], missed: int, silent
     assert counted["numbers"] == len(found)
     assert counted["more than 2 stated errors off"] == missed
     assert counted["2 % wrong and silent"] == silent
+
+
+def test_tight_solves_with_a_caution_are_counted_apart() -> None:
+    judged = {row["quantity"]: row for row in table(list(numbers_of(
+        [*rows((1.0, 1.0), (1.0, 5.0)), *rows((1.0, 5.0), doubt="it touches elsewhere")]
+    )))}  # fmt: skip
+    expected = {"all": (3, 2), "judged without a caution": (2, 1), "of scenes: driven": (1, 1)}
+    for name, (number, missed) in expected.items():
+        assert judged[name]["numbers"] == number
+        assert judged[name]["more than 2 stated errors off"] == missed
 
 
 def test_the_report_names_scenes_that_can_be_run_again(tmp_path: Path) -> None:
@@ -101,5 +112,5 @@ def test_a_scene_of_each_outcome() -> None:
 
 def test_no_scenes_are_refused(tmp_path: Path) -> None:
     arguments: dict[str, Any] = {"scenes": 0, "out": tmp_path}
-    with pytest.raises(UserError, match="--scenes 0: must be 1 or more"):
+    with pytest.raises(UserError, match="--scenes 0 --first 0: must be 1 or more"):
         calibrate(**arguments)

@@ -10,9 +10,20 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.mesh_error import LEAST, POWERS, Other, Resolution, hertz_radius, tap_errors
+from reference_fem.estimate import Given, _of_flight
+from reference_fem.mesh_error import (
+    LEAST,
+    POWERS,
+    Other,
+    Resolution,
+    hertz_radius,
+    rivals,
+    tap_errors,
+)
 from reference_fem.model import build_model
-from reference_fem.true_body import true_chain
+from reference_fem.rigid_chain import chain_and_start
+from reference_fem.rigid_flight import descent, surface_gap
+from reference_fem.true_body import true_chain, true_gap
 
 R, L = 0.0075, 0.04
 FINGER = meshes.FingerGeometry((L,) * 3, (2 * R,) * 3)
@@ -102,6 +113,93 @@ def test_one_element_along_a_phalanx_keeps_its_masses() -> None:
     assert (model.mass[first] == own.mass[first]).all()
 
 
+def test_the_outline_of_a_ball_and_of_rims() -> None:
+    """(L - R) sin θ + R below the hinge where the end points down, R |cos θ| where it points up."""
+    straight, flat = (meshes.FingerGeometry((L,), (2 * R,), tip=t) for t in ("hemisphere", "flat"))
+    for turns in (0, -3):
+        for angle, depth, of_flat in (
+            (0.5, (L - R) * np.sin(0.5) + R, L * np.sin(0.5) + R * np.cos(0.5)),
+            (np.pi - 0.5, (L - R) * np.sin(0.5) + R, L * np.sin(0.5) + R * np.cos(0.5)),
+            (-0.5, R * np.cos(0.5), R * np.cos(0.5)),
+            (np.pi / 2, L, L),
+        ):
+            angles = np.array([angle + 2 * np.pi * turns])
+            assert true_gap(straight, 0.1)(angles) == pytest.approx(0.1 - depth, rel=1e-12)
+            assert true_gap(flat, 0.1)(angles) == pytest.approx(0.1 - of_flat, rel=1e-12)
+
+    stub = meshes.FingerGeometry((1.2 * R,), (2 * R,))  # half a ball ends at its equator
+    assert true_gap(stub, 0.1)(np.array([-1.2])) == pytest.approx(0.1 - R * np.cos(1.2), rel=1e-12)
+
+
+def test_nodes_lie_within_the_outline() -> None:
+    """At any angles; not by more than the sagitta e²/4R of the middle of a square facet."""
+    mesh = meshes.finger_hexahedra(FINGER, meshes.Sizing(3e-3, 5e-3, 3e-3))
+    model = build_model(mesh, HARD, SURFACE, DRIVE, rf.Settings())
+    assert model.chain is not None
+    outline, nodes = true_gap(FINGER, 0.1), surface_gap(model, model.chain)
+    for angles in np.random.default_rng(0).uniform(-7.0, 7.0, (60, 3)):
+        short = nodes(angles) - outline(angles)
+        assert -1e-15 < short < 3e-3**2 / (4 * R)
+
+
+SPIN, START = 20.0, 0.4  # rad/s and rad of a finger that turns freely, without gravity
+
+
+def turning(turns: int, height: float) -> tuple[tuple[float, Any], float, float]:
+    """Errors of arrival and velocity of a rigid touch, when its outline touches and its nodes do.
+
+    The outline touches at sin θ = (H - R)/(L - R); the nodes' touch is taken `turns` later.
+    """
+    straight = meshes.FingerGeometry((L,), (2 * R,))
+    mesh = meshes.finger_hexahedra(straight, meshes.Sizing(4e-3, 5e-3, 4e-3))
+    surface, free, settings = rf.Surface(height, 0.0), rf.Drive(gravity=0.0), rf.Settings()
+    model = build_model(mesh, HARD[:1], surface, free, settings)
+    first = rf.ChainState(np.array([START]), np.array([SPIN]), 0.0)
+    chain, _ = chain_and_start(model.chain, first)
+    flown = descent(model, chain, first, settings)
+    assert flown is not None
+    late = turns * 2 * np.pi / SPIN
+    touch = rf.ChainState(
+        START + SPIN * np.array([flown.touch_s + late]), first.rates, flown.touch_s + late
+    )
+    given = Given(mesh, model, HARD[:1], free, settings, first, flown)
+    read = tuple(SPIN * L * np.array([np.sin(touch.angles[0]), -np.cos(touch.angles[0])]))
+    outline = (np.arcsin((height - R) / (L - R)) - START) / SPIN
+    return _of_flight(given, chain, touch, first, straight, read), float(outline), flown.touch_s
+
+
+def test_nodes_touch_later_than_the_outline_by_what_is_stated() -> None:
+    """Closed form: t = (θ - θ_0)/ω, and a pole that turns at ω has gained ω² L per unit of time."""
+    (late, apart), outline, nodes = turning(0, 0.03)
+    assert nodes - outline > 1e-6
+    assert late == pytest.approx(nodes - outline, rel=1e-5)
+    assert np.hypot(*apart) == pytest.approx(SPIN**2 * L * late, rel=1e-3)
+
+
+def test_a_touch_that_the_outline_has_a_turn_before_is_another() -> None:
+    """What nodes pass by and the round end does not: nothing is known of the tap."""
+    (late, apart), _, _ = turning(1, 0.03)
+    assert late == np.inf
+    assert np.isinf(apart).all()
+
+
+@pytest.mark.parametrize(("error", "late"), [(0.015, 0.4), (0.005, 1e-9)])
+def test_a_rival_of_the_peak_leaves_its_time_open(error: float, late: float) -> None:
+    """Half sines of 1.00 and 0.98 N with their tops 0.4 s apart, known to 1.5 or 0.5 %."""
+    time = np.linspace(0.0, 0.8, 801)
+    run = run_of(1.0, contact_time_s=0.0, contact_duration_s=0.8, peak_normal_force_time_s=0.2)
+    size = np.where(time < 0.4, 1.0, 0.98)
+    force, nothing = size * np.abs(np.sin(time * np.pi / 0.4)), np.zeros(time.size)
+    run.forces = SimpleNamespace(time_s=time, normal_force_N=force, tangential_force_N=nothing)
+    run.history.time_s, run.history.stress_R_Pa = time, np.where(time < 0.4, size, -size)
+    errors = dict.fromkeys(POWERS, error) | {"peak_normal_force_time_s": 1e-9}
+    found = rivals(run, errors)
+    assert found["peak_normal_force_time_s"] == pytest.approx(late)
+    # the stress is of either sign, then
+    assert found.get("peak_stress_R_Pa", error) == pytest.approx(1.98 if late > 0.1 else error)
+    assert "peak_tangential_force_N" not in found
+
+
 def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:
     """A run whose numbers are all the same but for its springs' share and what is changed."""
     summary = dict.fromkeys(POWERS, value) | {"time_step_s": 0.0} | changes
@@ -132,6 +230,10 @@ def test_meshes_that_agree_leave_what_their_edges_allow() -> None:
     shafts = Resolution(1e-9, 1.0, 0.2)
     agreed = tap_errors(run, Other(run, (2.0, 2.0)), shafts)
     assert agreed["peak_stress_R_Pa"] == pytest.approx(0.04)
+    # of the other numbers beside the patch's: the two may pull against each other
+    assert agreed[PEAK] == pytest.approx(0.15 * 0.2**2)
+    apart = tap_errors(run, Other(run_of(1.1), (2.0, 2.0)), replace(fine, section=0.2))
+    assert apart[PEAK] == pytest.approx(0.1 / 3 + 0.15 * 0.2**2)
     coarse = Resolution(2.0, 1.0)
     assert tap_errors(run, Other(run, (2.0, 2.0)), coarse)[PEAK] == coarse.allowance
     # two blocks have no two meshes: a ratio near 1 tells little, not everything

@@ -51,6 +51,10 @@ NAMES = {
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
 """Powers of the speed at contact that numbers follow; others follow 6/5."""
 
+ELSEWHERE = (
+    "the round end's own flight comes to another touch: it grazes the surface, or magnifies small "
+    "differences, so that no mesh tells which touch is the first: start nearer to it ([start])"
+)
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
 # Share of a number beyond which a run carries a caution.
 LARGEST_ERROR = 0.02
@@ -150,6 +154,8 @@ def estimated(
                 of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
         errors |= of_tap | rivals(run, of_tap)
     doubts = caution(run.summary, errors, resolution.coarse)
+    if of_speed == math.inf:
+        doubts = (*doubts, ELSEWHERE)
     if companion is None:
         doubts = (*doubts, ALONE)
     return replace(run, errors=errors, cautions=(*run.cautions, *doubts))

@@ -183,6 +183,20 @@ def test_a_touch_that_the_outline_has_a_turn_before_is_another() -> None:
     assert np.isinf(apart).all()
 
 
+def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But that there is no tangential force on a smooth surface."""
+    monkeypatch.setattr(
+        "reference_fem.estimate._of_flight", lambda *_: (np.inf, np.full(2, np.inf))
+    )
+    mesh = meshes.finger_hexahedra(FINGER, COARSE)
+    run = rf.simulate(mesh, HARD, rf.Surface(0.1, 0.0), DRIVE, rf.Settings(contact="impulse"))
+    errors = dict(run.errors)
+    assert errors.pop("peak_tangential_force_N") == 0.0
+    assert all(np.isinf(error).all() for error in errors.values())
+    assert len(errors) == 7
+    assert any("comes to another touch" in text for text in run.cautions)
+
+
 @pytest.mark.parametrize(("error", "late"), [(0.015, 0.4), (0.005, 1e-9)])
 def test_a_rival_of_the_peak_leaves_its_time_open(error: float, late: float) -> None:
     """Half sines of 1.00 and 0.98 N with their tops 0.4 s apart, known to 1.5 or 0.5 %."""

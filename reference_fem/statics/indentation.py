@@ -37,7 +37,8 @@ class Indentation:
     """One load of the plane on the tip, for the full body.
 
     force_N, indentation_m, energy_J : F, δ and U_c
-    contact_radius_m : of the circle with the area of the points in contact
+    contact_radius_m : a of Hertz's pressure with the same second moment, ∫ p r² dA = 2/5 a² F. The
+        area that touches ends half an edge short: flat facets cannot follow a rim within them
     normal_tangent_N_per_m, tangential_tangent_N_per_m : dF_n/dδ and dF_t/du_t of this area, all of
         it sticking
     """
@@ -120,13 +121,15 @@ def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
     f = area.shapes.T @ (area.weights * pressure)
     penalty = tip.copies * 0.5 * float(area.weights @ pressure**2) / kappa
     springs = _springs(area, kappa, touching)
+    share = area.weights * pressure / (area.weights @ pressure)
+    x, z = tip.points[:, :2].T @ area.shapes.T
     total = springs.sum(axis=1)
     normal = total @ np.linalg.solve(np.eye(len(u)) + tip.normal @ springs, np.ones(len(u)))
     return Indentation(
         force_N=force,
         indentation_m=approach - 4.0 / 3.0 * penalty / force,
         energy_J=tip.copies * 0.5 * float(f @ tip.normal @ f) + 2.0 / 3.0 * penalty,
-        contact_radius_m=math.sqrt(tip.copies * float(area.weights @ touching) / math.pi),
+        contact_radius_m=math.sqrt(2.5 * float(share @ ((x - share @ x) ** 2 + z**2))),
         normal_tangent_N_per_m=tip.copies * float(normal),
         tangential_tangent_N_per_m=tip.copies * _stick(tip, springs),
     )

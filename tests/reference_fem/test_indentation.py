@@ -78,7 +78,8 @@ def test_half_space_gives_hertz_and_mindlin(exact: Exact, share: float) -> None:
     assert pressed.indentation_m == pytest.approx(depth, rel=0.015)
     stiffness = hertz_stiffness(MATERIAL, RADIUS, force)
     assert pressed.stiffness_N_per_m == pytest.approx(stiffness, rel=0.02)
-    assert pressed.contact_radius_m == pytest.approx(contact_radius, rel=0.08)
+    # by a moment of the pressure, of second order: 0.9 % here, 1.6 % at the smaller load
+    assert pressed.contact_radius_m == pytest.approx(contact_radius, rel=0.02)
     assert pressed.eta_squared == pytest.approx(mindlin_ratio(0.4), rel=0.02)
 
 
@@ -115,6 +116,8 @@ def test_meshed_tip_is_hertzian(ball: Ball, contact_radius: float) -> None:
     assert 0.92 < ratio < 1.01
     stiffness = pressed.stiffness_N_per_m / hertz_stiffness(MATERIAL, RADIUS, force)
     assert 0.97 < stiffness < 1.10
+    # by the half-space's 0.5 (h/a)^2
+    assert pressed.contact_radius_m == pytest.approx(contact_radius, rel=0.05)
     # Under tangential load the ball's own shear comes in: above Mindlin by some 10 %.
     assert 0.97 < pressed.eta_squared / mindlin_ratio(0.4) < 1.20
 

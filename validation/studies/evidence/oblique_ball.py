@@ -3,6 +3,7 @@
 x = v_t/(mu v_n), y = R w'/(mu v_n), e = 1, mu = 0.3.
 """
 
+from functools import partial
 from itertools import starmap
 
 import numpy as np
@@ -44,12 +45,13 @@ def _row(x: float, outside: float, error: float, model: str, speed: float, remar
     return Row(name, "1", model, outside, error, ours, known, remark)
 
 
-def published_rows(progress: Progress, _: Store) -> list[Row]:
-    """Both models against what is published, with the theory beside them."""
-    cases = [("hcm", x) for x in POINTS] + [("fem3d", x) for x in BY_ELEMENTS]
+def published_rows(
+    model: str, places: tuple[float, ...], progress: Progress, _: Store
+) -> list[Row]:
+    """A model against what is published, with the theory beside it."""
     found = []
-    for number, (model, x) in enumerate(cases):
-        progress(number / len(cases), f"oblique ball, {model}, x = {x:g}")
+    for number, x in enumerate(places):
+        progress(number / len(places), f"oblique ball, {model}, x = {x:g}")
         theory = f"theory {spin(x, POISSON):.4g}"
         found.append(_row(x, POINTS[x], READING, model, SPEED, theory))
     return found
@@ -65,12 +67,12 @@ def limit_rows(progress: Progress, _: Store) -> list[Row]:
     """The reference's spin where its patch is followed to nothing, along a line in a/R.
 
     Its error is what a parabola through the three points gives instead, and what a coarser mesh's
-    line does.
+    line does; both meshes are coarser than the rows' above, for small patches take many elements.
     """
     found, theory, published = [], "theory of like bodies", "published"
     for poisson in (POISSON, 0.49):
         lines = []
-        for by in (1.0, COARSER):
+        for by in (COARSER, COARSER**2):
             progress(0.0, f"oblique ball, nu = {poisson}")
             tried = [by_elements(speed, LIMIT_X, poisson, coarser=by) for speed in LIMIT_SPEEDS]
             patch, y = np.array([(one.patch, one.spin) for one in tried]).T
@@ -104,8 +106,12 @@ PIECES = (
     Piece("oblique-theory", "Oblique impact of a ball: hcm's partial slip against theory",
           "contact", "Maw, Barber and Fawcett (1976), Wear 38, 101-114, integrated here", WHY,
           (__name__,), theory_rows),
-    Piece("oblique", "Oblique impact of a ball: published finite elements", "impact", FIGURE, WHY,
-          (__name__,), published_rows),
+    *(
+        Piece(f"oblique-{model}", f"Oblique impact of a ball, published finite elements: {model}",
+              "impact", FIGURE, WHY, (__name__,), partial(published_rows, model, places),
+              slow=model == "fem3d")
+        for model, places in (("hcm", tuple(POINTS)), ("fem3d", BY_ELEMENTS))
+    ),
     Piece("oblique-limit", "Oblique impact: the patch's size, and a rigid wall's pull",
           "impact", f"theory as above; {FIGURE}", WHY, (__name__,), limit_rows, slow=True),
 )  # fmt: skip

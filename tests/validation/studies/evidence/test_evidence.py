@@ -221,6 +221,8 @@ def test_pieces_have_names_levels_sources_and_reasons() -> None:
         LEVELS.index(one.level) for one in PIECES
     )
     assert all(one.source and one.what for one in PIECES)
+    # a ball by finite elements takes minutes
+    assert all(one.slow for one in PIECES if one.name.endswith(("fem3d", "limit")))
 
 
 def test_calculixs_taps_are_kept_with_date_and_machine() -> None:

@@ -98,7 +98,7 @@ def calibration_page(folder: Path, request: pytest.FixtureRequest) -> Path:
 
 
 def evidence_page(folder: Path, request: pytest.FixtureRequest) -> Path:
-    for name in ("taps", "field"):
+    for name in ("taps", "tap-soft", "tap-hard"):
         figure(folder / f"{name}.png")
     ball = Piece("ball", "A ball on a wall", "contact", "a book", "Hertz", (), lambda *given: [])
     rows = (Row("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, "stiffer"),)

@@ -49,7 +49,8 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     with progress_bar("evidence") as progress:
         shown = [look(piece, quick, store, progress) for piece in PIECES]
         tap_figures.draw_forces(folder / "taps.png", Store(out / "store"))
-        tap_figures.draw_field(folder / "field.png", Store(out / "store"))
+        for name in tap_figures.FIELDS_OF:
+            tap_figures.draw_field(folder / f"{name}.png", taps.TAPS[name], Store(out / "store"))
         write_evidence(folder, shown)
     for one in shown:
         output(f"{one.piece.level}: {one.piece.title} {one.why}")

@@ -1,5 +1,6 @@
-"""The taps' forces and one field of stress, by CalculiX and by the reference; one column of panels,
-so that a telephone shows them as large as they were drawn.
+"""The taps' forces and their fields of stress, by CalculiX and by the reference.
+
+One column of panels, so that a telephone shows them as large as they were drawn.
 """
 
 from itertools import groupby
@@ -9,11 +10,11 @@ import numpy as np
 
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.store import Store
-from validation.studies.evidence.taps import TAPS, outcome_of, own_of, title
+from validation.studies.evidence.taps import TAPS, Tap, outcome_of, own_of, title
 
 WIDTH = 3.5  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
-FIELD_OF = "tap-frictionless-incompatible"
+FIELDS_OF = ("tap-soft", "tap-hard")
 REACH_MM = 7.0  # from the lowest point, that is shown
 LIMIT = 99.0  # percentile of the stresses at which colours end
 
@@ -35,11 +36,10 @@ def draw_forces(path: Path, store: Store) -> None:
         axes[-1][0].set_xlabel("time (us)")
 
 
-def draw_field(path: Path, store: Store) -> None:
+def draw_field(path: Path, tap: Tap, store: Store) -> None:
     """Von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
     from matplotlib.collections import PolyCollection
 
-    tap = TAPS[FIELD_OF]
     theirs, own = outcome_of(tap, store), own_of(tap, store)
     corners, cut = np.array(own.corners_mm), np.array(own.cut)
     other, mine = (1e-3 * np.array(of.von_mises_kPa)[cut] for of in (theirs, own))

@@ -201,7 +201,7 @@ def test_the_command_leaves_a_page_and_a_table(
     pieces = piece(solve), piece(solve, name="other", slow=True)
     monkeypatch.setattr(command, "PIECES", pieces)
     for name in ("draw_forces", "draw_field"):
-        monkeypatch.setattr(tap_figures, name, lambda path, store: figure(path))
+        monkeypatch.setattr(tap_figures, name, lambda path, *given: figure(path))
     ended = fingertap("evidence", "--quick", "--out", tmp_path)
     assert ended.code == 0
     page = (tmp_path / "evidence" / "index.html").read_text(encoding="utf-8")
@@ -272,7 +272,7 @@ def test_the_taps_figures_are_drawn(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setattr(tap_figures, "outcome_of", lambda *given: theirs)
     monkeypatch.setattr(tap_figures, "own_of", lambda *given: own)
     tap_figures.draw_forces(tmp_path / "taps.png", Store(None))
-    tap_figures.draw_field(tmp_path / "field.png", Store(None))
+    tap_figures.draw_field(tmp_path / "field.png", TAP, Store(None))
     for name in ("taps", "field"):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 

@@ -48,7 +48,8 @@ def impulse_forces(
     nodes, area : (k,)
     residual : (n_points, dim), all forces on the surface's nodes but contact, internal minus
         external, without gravity
-    row : (COLUMNS,), dissipation by the trapezoid rule over the motion of the last step
+    row : (COLUMNS,), dissipation by the trapezoid rule over the motion of the last step; what a
+        node gives back that turns round within it is no friction's and is left to the balance
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step, fall = motion.height, motion.friction, motion.step, motion.fall
@@ -74,11 +75,12 @@ def impulse_forces(
             force_x *= limit / size
             force_z *= limit / size
             size = limit
-        row[law.DISSIPATION] -= 0.5 * step * (spring_force[j, 0] + force_x) * velocity[i, 0]
+        power = (spring_force[j, 0] + force_x) * velocity[i, 0]
         spring_force[j, 0] = force_x
         if not planar:
-            row[law.DISSIPATION] -= 0.5 * step * (spring_force[j, 1] + force_z) * velocity[i, 2]
+            power += (spring_force[j, 1] + force_z) * velocity[i, 2]
             spring_force[j, 1] = force_z
+        row[law.DISSIPATION] += max(0.0, -0.5 * step * power)
         touching[j] = normal > 0.0
         if normal == 0.0:
             continue

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from reference_fem import Material, Settings, Status, Surface
 from reference_fem.contact.friction import drag, return_map
-from reference_fem.contact.law import COLUMNS, Memory, Motion
+from reference_fem.contact.impulse import impulse_forces
+from reference_fem.contact.law import COLUMNS, DISSIPATION, TANGENTIAL, Memory, Motion
 from reference_fem.contact.penalty import contact_forces
 from reference_fem.contact.stiffness import adjoining_cells, penalty_contact
 from reference_fem.stable_step import frequency_bound, stable_step
@@ -56,6 +57,25 @@ def test_a_slide_that_turns_round_within_a_step_dissipates_on_its_way_back() -> 
     force, _, loss = drag(memory, 0, k, 1e-3 - back, 0.0, limit)
     assert force == pytest.approx(limit)
     assert loss == pytest.approx(limit * (back - 2 * limit / k))  # the spring turns without slip
+
+
+@pytest.mark.parametrize(("pull", "loss"), [(0.0, 1e-3), (11.0, 0.0)], ids=["stops", "turns"])
+def test_a_node_that_turns_round_gives_nothing_back(pull: float, loss: float) -> None:
+    # 1 kg slides at 0.1 m/s for a step of 0.02 s on what it presses with 2 N, mu = 0.5, where the
+    # trapezoid takes half the work of 1 N. Pulled back by 11 N, where 5 N would stop it, it turns.
+    step, mass, speed, normal, friction = 0.02, 1.0, 0.1, 2.0, 0.5
+    motion = Motion(
+        np.zeros((1, 2)), np.zeros((1, 2)), np.array([[speed, 0.0]]), np.array([1.0 / mass]),
+        (0.0, 0.0), step, 0.0, friction,
+    )  # fmt: skip
+    memory = Memory(np.ones(1, dtype=np.bool_), np.zeros((1, 1)), np.zeros((1, 1)))
+    row = np.zeros(COLUMNS)
+    impulse_forces(motion, memory, np.zeros(1, dtype=np.int64), np.ones(1),
+                   np.array([[pull, normal]]), row)  # fmt: skip
+    assert row[TANGENTIAL] == pytest.approx(
+        math.copysign(friction * normal, pull - mass * speed / step)
+    )
+    assert row[DISSIPATION] == pytest.approx(loss)
 
 
 def test_stiffness_is_f_k_a2_over_v_and_spread_by_area() -> None:

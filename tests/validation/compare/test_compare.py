@@ -1,5 +1,6 @@
 """``fingertap compare``: the differences a setting makes; what skipping the flight adds (slow)."""
 
+from importlib import resources
 from pathlib import Path
 
 import pandas as pd
@@ -82,16 +83,17 @@ def test_a_failed_run_and_nothing_to_change(tmp_path: Path, fingertap: Run) -> N
 
 
 # Measured, in percent. The flight: on the fast mesh, the whole 0.134 s by 155,000 explicit steps in
-# about a minute; the finger's elastic vibration in flight is all that is left out. The holes: 3.5 %
+# about a minute; the finger's elastic vibration in flight is all that is left out, and the tap's
+# last step, 0.25 % of its duration, falls elsewhere. The holes: 3.5 %
 # of the mass are gone, from the hinges; some of it is the coarse mesh, whose nodes meet the surface
 # elsewhere: on the ls-dyna-like one the peak changes by +0.35 %, the impulse by -0.62 %, the
 # duration by +0.17 %, the time of contact by -0.10 %.
 FLIGHT = {
-    "contact_time_s": 3.3e-5, "tip_velocity_x_m_per_s": 0.056, "tip_velocity_y_m_per_s": 0.015,
-    "peak_normal_force_N": -0.019, "normal_impulse_N_s": -0.0087, "contact_duration_s": -0.0051,
+    "contact_time_s": 3.2e-5, "tip_velocity_x_m_per_s": 0.0062, "tip_velocity_y_m_per_s": 0.0040,
+    "peak_normal_force_N": -0.017, "normal_impulse_N_s": -0.011, "contact_duration_s": -0.15,
 }  # fmt: skip
-HOLES = {"contact_time_s": -0.107, "peak_normal_force_N": 1.24, "normal_impulse_N_s": -0.54,
-         "contact_duration_s": 1.52}  # fmt: skip
+HOLES = {"contact_time_s": -0.102, "peak_normal_force_N": 1.26, "normal_impulse_N_s": -0.51,
+         "contact_duration_s": 1.32}  # fmt: skip
 
 
 @pytest.mark.slow
@@ -106,7 +108,10 @@ HOLES = {"contact_time_s": -0.107, "peak_normal_force_N": 1.24, "normal_impulse_
 def test_what_a_shortcut_changes(
     change: str, measured: dict[str, float], absolute: float, relative: float, tmp_path: Path
 ) -> None:
-    assert call("compare", "soft", "--model", "fem3d", "--set", change, "--out", tmp_path) == 0
+    text = resources.files("validation.scenes").joinpath("soft.toml").read_text("utf-8")
+    scene = tmp_path / "fast.toml"
+    scene.write_text(f'{text}\n[solver.fem]\npreset = "fast"\n', encoding="utf-8")
+    assert call("compare", scene, "--model", "fem3d", "--set", change, "--out", tmp_path) == 0
     (path,) = (tmp_path / "compare").glob("*/differences.csv")
     percent = column(pd.read_csv(path))
     for quantity, value in measured.items():

@@ -13,6 +13,7 @@ NEEDS = (
     ("partial_slip", "hertz"),
     ("tip_compliance", "hertz"),
     ("tip_compliance", "lowest_point"),
+    *(("deforming_tip", other) for other in ("hertz", "lowest_point", "tip_compliance")),
 )
 
 
@@ -37,6 +38,8 @@ class Assumptions:
     """Sections turn against the axis (Timoshenko)."""
     tip_compliance: bool | None = None
     """What the tip yields between the beam's end and the patch."""
+    deforming_tip: bool | None = None
+    """It yields as St. Venant-Kirchhoff's law does at finite strain, and its parts lag."""
     whole_tap: bool | None = None
     """A touch that soon follows a separation is of the same tap (`hcm.tap`)."""
 

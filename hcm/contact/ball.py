@@ -29,7 +29,7 @@ class BallLaw(NamedTuple):
     k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
     radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
-    normal, shear : E* and G*, Pa. holding : k_t, N/m. compliance : (3,) of `round_tip`, m/N.
+    normal, shear : E* and G*, Pa. holding : k_t, N/m. compliance : (5,) of `build`, m/N.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
     tap : (12,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C in X and Y,
         C_XX, C_XY, C_YY; F_t, F_n; d.

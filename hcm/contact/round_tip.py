@@ -208,9 +208,10 @@ def begin_mode(q: Floats, tip: int, before: Contact, contact: Contact, law: Ball
         tap[:] = 0.0
         tap[0], tap[1], tap[2], tap[3] = q[tip], q[tip + 1] + law.height, q[tip + 2], q[tip + 3]
         # alpha from the vertical: cos alpha = -r'_Y/|r'|
-        tap[6] = law.compliance[2] * -q[tip + 3] / size
-        tap[7] = -math.copysign(law.compliance[1], along)
-        tap[8] = law.compliance[0]
+        steep = -q[tip + 3] / size
+        tap[6] = law.compliance[2] * steep
+        tap[7] = -math.copysign(law.compliance[1] + law.compliance[4] * steep, along)
+        tap[8] = law.compliance[0] + law.compliance[3] * steep * steep
         law.springs[:] = 0.0
     elif before.tangential == SLIP and contact.tangential == STICK:
         d, _ = indentation(settle(tap[4], tap[1], before, law)[1], before, law)

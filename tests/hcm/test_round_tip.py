@@ -4,6 +4,7 @@ Maw, Barber and Fawcett, its tangents, its energy, its symmetries.
 
 import dataclasses
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -26,13 +27,15 @@ K = 4 / 3 * NORMAL_E * np.sqrt(R)
 DEEP = 2e-4  # a/R = 0.16
 # the outer spring's width over a, squared: what the sums are wrong by
 GRID = R / (DEEP * R) ** 0.5 * 4 / SPRINGS**2
+YIELDING = {"tip_compliance": True, "deforming_tip": True}
 TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
 
 
 def law(restitution: float = 1.0, mu: float = MU, **switches: bool) -> BallLaw:
     """A tip on a surface through the origin's height below its centre, R."""
     body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=NU),))
-    on = Assumptions("refined", **{"tip_compliance": False, **switches})
+    off = {"tip_compliance": False, "deforming_tip": False}
+    on = Assumptions("refined", **{**off, **switches})
     found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
     assert isinstance(found, BallLaw)
     return found._replace(height=-R)
@@ -143,7 +146,7 @@ def test_a_wandering_tip_dissipates_and_stays_inside_the_cone(seed: int) -> None
 
 
 @pytest.mark.parametrize("tangential", [STICK, SLIP])
-@pytest.mark.parametrize("switches", [{}, {"tip_compliance": True}, {"partial_slip": False}])
+@pytest.mark.parametrize("switches", [{}, YIELDING, {"partial_slip": False}])
 @pytest.mark.parametrize("angle", [-0.7, -2.2])
 def test_tangents_are_the_forces_differences(
     tangential: int, switches: dict[str, bool], angle: float
@@ -172,16 +175,25 @@ def test_tangents_are_the_forces_differences(
     assert np.abs(found - wanted).max() < 0.02 * DEEP / R * np.abs(wanted).max()
 
 
-def test_the_tip_yields_by_its_compliance() -> None:
+@pytest.mark.parametrize(
+    ("switches", "normal"),
+    [
+        ({"tip_compliance": True}, lambda c: (-0.205, 0.30)),
+        (YIELDING, lambda c: (-0.205 + 0.22 * c**2, 0.30 - 0.16 * c)),
+    ],
+)
+def test_the_tip_yields_by_its_compliance(
+    switches: dict[str, bool], normal: Callable[[float], tuple[float, float]]
+) -> None:
     """(X, u_Y) of the springs = (X, g) + C F, with C of the angle at the touch; mirrored alike."""
-    tip = touched(law(tip_compliance=True))
+    tip = touched(law(**switches))
     q = at(0.3 * MU * ETA2 * DEEP, DEEP)
     x, gap = round_tip.place(q, 0, TOUCH, tip)
     ft, fn = ball.contact_force(x, gap, TOUCH, tip)
-    nn, nt, tt = np.array([-0.205, 0.30, 1.34]) / (E * R)
+    nn, nt, tt = np.array([*normal(np.sin(0.7)), 1.34]) / (E * R)
     assert x - q[0] == pytest.approx(tt * np.sin(0.7) * ft - nt * fn, rel=1e-9)
     assert gap + DEEP == pytest.approx(nn * fn - nt * ft, rel=1e-9)
-    other, mirror = touched(law(tip_compliance=True), -np.pi + 0.7), np.array([-1, 1, -1, 1])
+    other, mirror = touched(law(**switches), -np.pi + 0.7), np.array([-1, 1, -1, 1])
     x2, gap2 = round_tip.place(q * mirror, 0, TOUCH, other)
     assert (x2, gap2) == pytest.approx((-x, gap), rel=1e-12)
     forces = np.zeros((2, 4))
@@ -300,4 +312,4 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=NU),))
     found = law_of(body, hcm.Surface(0.02, 0.5), given, Assumptions("refined"))
     assert isinstance(found, BallLaw)
-    assert found.compliance * E * R == pytest.approx([0.5, 0.3, 2.0])
+    assert found.compliance * E * R == pytest.approx([0.5, 0.3, 2.0, 0.22, -0.16])

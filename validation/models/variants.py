@@ -17,6 +17,7 @@ ORDER = (
     "partial_slip",
     "shear",
     "tip_compliance",
+    "deforming_tip",
 )
 
 

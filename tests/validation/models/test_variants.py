@@ -29,7 +29,7 @@ def test_each_is_a_scene_that_can_be_run(variant: Variant) -> None:
 
 def test_what_needs_an_assumption_goes_with_it() -> None:
     names = [variant.name for variant in left_out()]
-    assert "without hertz and partial_slip and tip_compliance" in names
+    assert "without hertz and partial_slip and tip_compliance and deforming_tip" in names
     assert len(set(names)) == len(ORDER)
 
 

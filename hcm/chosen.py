@@ -38,11 +38,11 @@ from hcm.beam.drive import torque_rows, torques_on_rods
 from hcm.contact.build import law_of
 from hcm.flight.rigid_chain import build_rods, clearance, reactions
 from hcm.flight.rigid_flight import TOUCHED, integrate_flight
-from hcm.integrators.gauss_tableau import STAGES
 from hcm.model import Scene, plan_of, rods_state
 from hcm.parameters import (
     GAUSS,
     GENERALIZED_ALPHA,
+    STAGES,
     Finger,
     ParameterError,
     Phalanx,
@@ -69,12 +69,10 @@ BEND_SHARE = 0.25
 BY_TORQUE, BY_WEIGHT = (1.0, 0.5), (0.25, 1.5)
 # rad, of w_f at the touch, by the elements and by the steps
 TURN = 0.3
-# (s!)^2/((2 s)! (2 s + 1)!)
-PHASE_ERROR = math.factorial(STAGES) ** 2 / math.factorial(2 * STAGES)
-PHASE_ERROR /= math.factorial(2 * STAGES + 1)
-# steps of a flight whose vibration is not followed: in a dozen, Newton's method fails again and
-# again on stiff fingers; in 30, 6 of 110 scenes miss an accuracy of 1e-3, by up to 3 times, that
-# they keep in 60
+# where a vibration is followed: from 5 stages to 8 steps grow by 2.1, their cost by 1.6
+FOLLOWING_STAGES = 8
+# steps where it is not: in a dozen, Newton's method fails again and again on stiff fingers; in 30,
+# 6 of 110 scenes miss an accuracy of 1e-3, by up to 3 times, that they keep in 60
 FEW_STEPS = 60
 # of the surface's depth: steps that bend the finger by so much more than a polynomial are shorter
 BENT_TOLERANCE = 1e-4
@@ -87,11 +85,11 @@ RODS_TOLERANCE = 1e-6
 
 SETTINGS = (
     "elements", "flight", "flight_integrator", "flight_step", "flight_tolerance", "contact_step",
-    "contact_tolerance", "contact_integrator", "spectral_radius", "newton_tolerance",
+    "contact_tolerance", "contact_integrator", "stages", "spectral_radius", "newton_tolerance",
 )  # fmt: skip
 """What is chosen, unless it is stated."""
 
-Stated = Mapping[str, object]
+Stated = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -99,7 +97,7 @@ class Chosen:
     """A scene with its settings, and the choices that led to them.
 
     flight_error : what the flight adds to the tap's relative error; inf where it is not known.
-    followed : whether the vibration is followed up to the touch.
+    followed : whether its vibration is followed up to the touch.
     """
 
     scene: Scene
@@ -116,6 +114,7 @@ class Flown:
     error: float
     elements: tuple[int, ...]
     followed: bool = False
+    stages: int = STAGES
 
 
 @dataclass(frozen=True)
@@ -174,17 +173,21 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     ])  # fmt: skip
     # springs that slip by parts leave no smooth pieces
     method = stated.get("contact_integrator", GAUSS if lumped else GENERALIZED_ALPHA)
+    stages = stated.get("stages", flight.stages)
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
-    turn = (STAGE_SHARE if method == GAUSS else of_turn) * math.sqrt(accuracy)
-    step = min(min(turn, LONGEST_TURN) / frequency, 1.0)
-    share, most = NEWTON[GAUSS if method == GAUSS else GENERALIZED_ALPHA]
-    newton = min(max(share * accuracy, 1e-12), most)
-    rate = _hz(frequency)
+    of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
+    step = min(min(of_turn * math.sqrt(accuracy), LONGEST_TURN) / frequency, 1.0)
+    newton = min(max(NEWTON[method][0] * accuracy, 1e-12), NEWTON[method][1])
     choices = (
-        Choice("elements", counts, f"waves of {rate}, above which the tip's spring shields them"),
+        Choice(
+            "elements",
+            counts,
+            f"waves of {_hz(frequency)}, above which the tip's spring shields them",
+        ),
         *flight.choices,
-        Choice("contact_integrator", method, f"order {2 * STAGES if method == GAUSS else 2}"),
-        Choice("contact_step", step, f"oscillations of {rate}"),
+        Choice("contact_integrator", method, f"order {2 * stages if method == GAUSS else 2}"),
+        Choice("stages", stages, "more where a vibration is followed: longer steps"),
+        Choice("contact_step", step, f"oscillations of {_hz(frequency)}"),
         Choice("contact_tolerance", 0.0, "skipped: equal steps need no error of each"),
         Choice("newton_tolerance", newton, "iterations end below the steps' errors"),
     )
@@ -195,10 +198,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
         finger = Finger(tuple([replace(p, elements=n) for p, n in pairs]))
     told = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
     kept = (*(c for c in choices if c.setting not in stated), *told)
-    settings = replace(scene.settings, **made)
-    return Chosen(
-        replace(scene, finger=finger, settings=settings), kept, flight.error, flight.followed
-    )
+    made_of = replace(scene, finger=finger, settings=replace(scene.settings, **made))
+    return Chosen(made_of, kept, flight.error, flight.followed)
 
 
 def contact_frequency(
@@ -238,8 +239,7 @@ def rods_fall(scene: Scene) -> Fall | None:
     rows = zip(flight.states, flight.accelerations, strict=True)
     left_out = [reactions(state, turns, rods, out) for state, turns in rows]
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
-    lasted = float(flight.time[-1]) - start_s
-    return Fall(lasted, speed, left_out[0], left_out[-1], max(left_out))
+    return Fall(float(flight.time[-1]) - start_s, speed, left_out[0], left_out[-1], max(left_out))
 
 
 def _flight(
@@ -273,10 +273,12 @@ def _flight(
         return Flown((*elastic, Choice("flight_step", longest, why)), rung, one)
     highest = followed_frequency(scene.finger, frequency, rung / accuracy, kind[1])
     turn = TURN / (highest * fall.time)
-    step = min((turn / PHASE_ERROR) ** (1 / (2 * STAGES)) / highest, longest)
+    stages = stated.get("stages", FOLLOWING_STAGES)
+    over_phase = math.comb(2 * stages, stages) * math.factorial(2 * stages + 1)
+    step = min((turn * over_phase) ** (1 / (2 * stages)) / highest, longest)
     why = f"the vibration, {rung:.1g} of the tap, arrives in phase up to {_hz(highest)}"
     counts = tuple([_count(p, highest, (720.0 * turn) ** 0.25) for p in phalanges])
-    return Flown((*elastic, Choice("flight_step", step, why)), 0.0, counts, True)
+    return Flown((*elastic, Choice("flight_step", step, why)), 0.0, counts, True, stages)
 
 
 def followed_frequency(finger: Finger, contact: float, share: float, decay: float) -> float:
@@ -290,9 +292,8 @@ def followed_frequency(finger: Finger, contact: float, share: float, decay: floa
     )
     shielded = max(slowest, contact)
     left = share * (slowest / shielded) ** decay
-    if left < 1.0:
-        return slowest * share ** (1 / decay)
-    return shielded * left ** (1 / (1 + decay))
+    whole = slowest * share ** (1 / decay)
+    return whole if left < 1.0 else shielded * left ** (1 / (1 + decay))
 
 
 def _hz(frequency: float) -> str:

@@ -27,7 +27,7 @@ from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_h
 from hcm.compiled import kernel
 from hcm.contact.build import law_of
 from hcm.flight.rigid_chain import Rods, build_rods
-from hcm.integrators.gauss_tableau import STAGES, with_collocation
+from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip
@@ -196,7 +196,7 @@ def build_model(
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, law_of(whole, surface, tip, assumptions), workspace(q.size))
     gauss = [settings.flight_integrator == GAUSS, settings.contact_integrator == GAUSS]
-    integrator = with_collocation(plain, STAGES, *gauss) if any(gauss) else plain
+    integrator = with_collocation(plain, settings.stages, *gauss) if any(gauss) else plain
     times = np.array(settings.frame_times, dtype=float)
     frames = FrameTable(times, np.full((times.size, q.size), np.nan))
     frames.q[times == start_s] = q

@@ -16,6 +16,7 @@ FlightIntegrator = Literal["generalized-alpha", "gauss"]
 
 GENERALIZED_ALPHA: Final = "generalized-alpha"
 GAUSS: Final = "gauss"
+STAGES = 5
 
 LONGEST_S = 1e12
 """Bound on times: beyond it sums of steps lose their digits."""
@@ -222,12 +223,15 @@ class Settings:
     it; False makes a new one in every iteration, which changes no result beyond
     `newton_tolerance`."""
     flight_integrator: FlightIntegrator = GENERALIZED_ALPHA
-    """Generalized-alpha, or Gauss: collocation of order 10 out of contact, which keeps vibrations
+    """Generalized-alpha, or Gauss: collocation out of contact, which keeps vibrations
     in phase over long flights at much longer steps (`hcm.integrators.gauss`); its
     `flight_tolerance` bounds what the last term of a step's polynomial adds to it."""
     contact_integrator: FlightIntegrator = GENERALIZED_ALPHA
     """Generalized-alpha, or Gauss: collocation in contact too, in far longer steps, each of which
     has a row of the history at each stage (`hcm.integrators.stages`)."""
+    stages: Annotated[int, Bound(integer=True, at_least=2, at_most=12)] = STAGES
+    """Of a step of collocation, whose order is twice as many: a vibration that is kept in phase
+    allows steps that grow faster with them than their cost."""
     frame_times: Annotated[tuple[float, ...], Bound("s", at_least=0)] = ()
     """Rising; the posture is kept at these times (interpolated, steps unchanged)."""
     estimate: bool = True

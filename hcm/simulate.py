@@ -15,7 +15,6 @@ from hcm.beam.outline import depth
 from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
-from hcm.integrators.gauss_tableau import STAGES
 from hcm.model import Model, RigidStart, build_model
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
@@ -99,7 +98,7 @@ def simulate(
     q = np.concatenate([segment.q for segment in segments])
     taps = taps_of(events, None if model.tap_ends is None else over_s)
     residual = last.imbalance_J / max(last.kinetic_J, model.roundoff_J)
-    summary = summarize(history, events, taps, residual, settings.contact_integrator == GAUSS)
+    summary = summarize(history, events, taps, residual, _rows_between(settings))
     doubt = ""
     cautions: tuple[str, ...] = ()
     if status is Status.COMPLETED:
@@ -164,6 +163,11 @@ def simulate(
     )
 
 
+def _rows_between(settings: Settings) -> int:
+    """Rows of a step in contact before that of its end: one a stage."""
+    return settings.stages if settings.contact_integrator == GAUSS else 0
+
+
 def _take_steps(
     model: Model, begun: BeamStart, progress: Progress | None
 ) -> tuple[list[Segment], Status, list[float]]:
@@ -175,8 +179,8 @@ def _take_steps(
     new = Motion(*[np.empty_like(part) for part in motion])
     segments, status, code = [begun.segment], begun.status, loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
-    stages = STAGES if GAUSS in (settings.flight_integrator, settings.contact_integrator) else 1
-    between = STAGES if settings.contact_integrator == GAUSS else 0
+    between = _rows_between(settings)
+    stages = settings.stages if settings.flight_integrator == GAUSS else max(between, 1)
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
     over_s: list[float] = []

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hcm.arrays import Floats
 from hcm.compiled import kernel_with
 from hcm.contact.law import SLIP
-from hcm.integrators.gauss_tableau import STAGES, tableau
+from hcm.integrators.gauss_tableau import tableau
 from hcm.result import Event, History, Summary
 
 
@@ -79,12 +79,12 @@ def summarize(
     events: tuple[Event, ...],
     taps: Sequence[tuple[float, float]],
     energy_residual: float,
-    stages: bool = False,
+    stages: int = 0,
 ) -> Summary:
     """Reduce a run to the scalars of its first tap, and the run's energy residual.
 
-    taps : first touch and last separation of each (`tap.taps_of`). stages : whether steps in
-    contact have a row a stage; their largest F_n is where v_n = 0, which is located.
+    taps : first touch and last separation of each (`tap.taps_of`). stages : of steps in contact,
+    a row each; their largest F_n is where v_n = 0, which is located.
     """
     if not taps:
         return Summary(
@@ -100,7 +100,7 @@ def summarize(
     peak_time, peak = vertex(time, fn, first, end, largest_fn)
     if stages:
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
-        impulse = stage_impulse(time, fn, history.mode, tableau(STAGES).b, first, end)
+        impulse = stage_impulse(time, fn, history.mode, tableau(stages).b, first, end)
     of_tap = [e for e in events if e.time_s <= last]
     kinds = [e.kind for e in of_tap]
     first_peak = None

@@ -20,8 +20,6 @@ from hcm.contact.contract import Law
 from hcm.contact.law import IN_FLIGHT
 from hcm.integrators.workspace import Coefficients, Integrator, Workspace
 
-STAGES = 5
-
 
 class Tableau(NamedTuple):
     """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
@@ -164,7 +162,7 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
 
 
 def with_collocation(
-    plain: Integrator, stages: int = STAGES, flight: bool = True, contact: bool = False
+    plain: Integrator, stages: int, flight: bool = True, contact: bool = False
 ) -> GaussIntegrator:
     """The same run with collocation in flight or in contact."""
     own = gauss_work(stages, plain.chain, plain.law)

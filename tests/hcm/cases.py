@@ -15,9 +15,10 @@ from hcm.beam.equations import tangent
 from hcm.beam.minimal_coordinates import minimal_coordinates
 from hcm.beam.outline import Outline
 from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw
-from hcm.integrators.gauss_tableau import STAGES, with_collocation
+from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
+from hcm.parameters import STAGES
 from hcm.record import FrameTable, empty_record, write_row
 from hcm.reference_solution import Start
 from hcm.result import COLUMNS, EVENT_KINDS, Event

@@ -13,9 +13,10 @@ from hcm.beam.equations import residual
 from hcm.contact import law as contact
 from hcm.contact.law import IN_FLIGHT, Contact, contact_law
 from hcm.integrators.gauss import step
-from hcm.integrators.gauss_tableau import STAGES, GaussIntegrator, tableau, with_collocation
+from hcm.integrators.gauss_tableau import GaussIntegrator, tableau, with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
+from hcm.parameters import STAGES
 from hcm.reference_solution import Start, solve_chain
 from hcm.state import Motion, build_motion
 from tests.hcm.cases import (

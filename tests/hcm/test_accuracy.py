@@ -87,7 +87,8 @@ def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
 def test_elements_and_steps_keep_the_orders_of_the_errors() -> None:
     coarse, fine = chosen(1e-2), chosen(1e-6)
     for method in ("generalized-alpha", "gauss"):
-        pair = [chosen(a, contact_integrator=method).scene.settings for a in (1e-3, 1e-5)]
+        how = {"contact_integrator": method, "stages": 5}
+        pair = [chosen(a, **how).scene.settings for a in (1e-3, 1e-5)]
         assert pair[0].contact_step / pair[1].contact_step == pytest.approx(10.0)
     counts = (c.scene.finger.phalanges[-1].elements for c in (fine, coarse))
     assert next(counts) / 10 == pytest.approx(next(counts), abs=1)
@@ -126,6 +127,23 @@ def test_a_vibration_is_followed_as_far_as_its_spectrum_asks_for() -> None:
             assert found == pytest.approx(times * slowest, rel=1e-12)
         above = followed_frequency(SOFT_SCENE.finger, contact, 2.0 * at_contact, decay)
         assert above == pytest.approx(contact * 2.0 ** (1.0 / (1.0 + decay)), rel=1e-12)
+
+
+def test_a_followed_vibration_is_as_far_out_of_phase_by_any_stages() -> None:
+    """T = (s!)^2/((2 s)! (2 s + 1)!) (w h)^(2 s): T and w by two s, h by a third."""
+
+    def error(stages: int) -> float:
+        f = math.factorial
+        return f(stages) ** 2 / (f(2 * stages) * f(2 * stages + 1))
+
+    assert chosen(1e-5).scene.settings.stages == 8
+    assert chosen(1e-3).scene.settings.stages == 5
+    steps = {s: chosen(1e-5, stages=s).scene.settings.flight_step for s in (4, 6, 8)}
+    rows = {s: math.log(error(s)) + 2 * s * math.log(steps[s]) for s in steps}
+    # log T = row + 2 s log w
+    slope = (rows[4] - rows[8]) / 8.0
+    assert rows[6] + 12 * slope == pytest.approx(rows[4] + 8 * slope, rel=1e-9)
+    assert steps[8] > 2.0 * steps[4]
 
 
 # one phalanx that a sudden torque rings: its vibration changes the tap by a tenth

@@ -130,12 +130,23 @@ def test_a_mirrored_tap_is_the_mirror_image(struck_link) -> None:
         np.testing.assert_allclose(mirrored[name], factor * run[name], rtol=0, atol=1e-9 * size)
 
 
-@pytest.mark.parametrize(("step", "bound"), [(3e-5, 1e-4), (1e-5, 1e-5)])
-def test_whole_tap_in_a_few_steps(step: float, bound: float) -> None:
+def test_an_event_takes_few_trials(struck_link) -> None:
+    """Five each measured; eight where a stage's time is a tenth off, and halving takes 40."""
+    chain, law, start, _ = struck_link
+    run = collocated(chain, law, start, 4e-6)
+    assert run.events[0].time_s == 0.0
+    assert run.clock.trials <= 6 * (len(run.events) - 1)
+
+
+@pytest.mark.parametrize(
+    ("step", "bound", "stages"), [(3e-5, 1e-4, 5), (1e-5, 1e-5, 5), (2e-5, 1e-5, 8)]
+)
+def test_whole_tap_in_a_few_steps(step: float, bound: float, stages: int) -> None:
     """Peak, duration and impulse of the soft tap against the kept truth."""
     settings = hcm.Settings(
         flight_integrator="gauss", contact_integrator="gauss", flight_step=6e-5,
-        flight_tolerance=0.0, contact_step=step, contact_tolerance=0.0, estimate=False,
+        flight_tolerance=0.0, contact_step=step, contact_tolerance=0.0, stages=stages,
+        estimate=False,
     )  # fmt: skip
     result = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings)
     found, history = result.summary, result.history

@@ -17,22 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from reference_fem import Status, TapResult
+from reference_fem import TapResult
 from reference_fem.model import Model
 
 Floats = NDArray[np.float64]
 # Sums of some hundred nodes over some thousand steps, where nothing else is inexact.
 EXACT = 1e-6
 # Of the impulse's moment: the centre between two fields. 225 completed cells are off by 0.025 at
-# most, half of them by 1e-5.
-BY_CENTRE = 0.05
+# most, half of them by 1e-5; 24 that were crushed within a few fields by 0.047.
+BY_CENTRE = 0.06
 
 
 def momentum(result: TapResult, model: Model) -> Iterator[str]:
     """A sentence where the body's momentum is not what weight, torques and contact gave it."""
     hinged = model.hinges.count > 0
-    if hinged and result.status is Status.INVERTED_ELEMENT:
-        return  # crushed within a few fields, whose centres say little
     gained, given, impulse = (_angular if hinged else _linear)(result, model)
     bound = (BY_CENTRE if hinged else EXACT) * impulse
     off = np.abs(gained - gained[0] - (given - given[0])).max()

@@ -165,7 +165,7 @@ def test_forces_a_third_too_large_are_seen_in_every_cell() -> None:
 
 @pytest.mark.parametrize("contact", ["penalty", "surface", "impulse"])
 def test_a_finger_s_moment_of_momentum_tells_its_forces(contact: str) -> None:
-    """About the fixed hinge; the centre of the forces is known to the field, 5 % of the impulse."""
+    """About the fixed hinge; the centre of the forces is known to the field, 6 % of the impulse."""
     result, model = ReferenceScene(body="finger", contact=contact, stiffness=1.0).simulate()
     assert violations(result, model) == []
     for factor in (0.9, 1.1):

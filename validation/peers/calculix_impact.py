@@ -43,18 +43,17 @@ def deck(
     end_s: float,
     element: str = "C3D8",
     step_s: float | None = None,
-    fields: str = "V",
-    stress: bool = False,
+    stresses: bool = False,
 ) -> str:
     """Its input file: the body where it starts, unstrained, a floor under it, `end_s` of motion.
 
-    It prints the floor's force after every increment, and `fields`: CalculiX knows one frequency.
+    It prints the floor's force after every increment, and fields: CalculiX knows one frequency.
 
     Parameters
     ----------
     displacement, velocity : (n_points, 3), m and m/s, at the start.
     step_s : of every increment; None: automatic ones.
-    fields : what is printed of the body's nodes. stress : whether that of its elements is.
+    stresses : whether they and displacements are printed, in the place of velocities.
 
     Raises
     ------
@@ -98,7 +97,7 @@ def deck(
               f"{step_s or end_s / INCREMENTS:.6g},{end_s:.6g}",
               "*DLOAD", f"BLOCK,GRAV,{-model.fall[1]},0,-1,0",
               "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
-              "*NODE PRINT,NSET=BODY", fields, *(["*EL PRINT,ELSET=BLOCK", "S"] * stress),
+              "*NODE PRINT,NSET=BODY", *(["U", "*EL PRINT,ELSET=BLOCK", "S"] if stresses else "V"),
               "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"
 

@@ -160,8 +160,8 @@ def by_calculix(tap: Tap) -> Outcome:
     run, model, material, start_s, placed, velocity = prepared(*tap.ours)
     until = run.summary.contact_time_s + run.summary.contact_duration_s - start_s
     deck = calculix_impact.deck(
-        model, material, placed, velocity, until + AFTER_S, tap.element, STEP_S[tap.scene], "U",
-        stress=True,
+        model, material, placed, velocity, until + AFTER_S, tap.element, STEP_S[tap.scene],
+        stresses=True,
     )  # fmt: skip
     return outcome(tap, calculix.run_calculix(deck, TIMEOUT_S))
 

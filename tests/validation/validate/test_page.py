@@ -286,13 +286,13 @@ def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
     assert "Soft finger: the refined model without one of its assumptions" in said
     assert "moves by half ball -20 %, shear +3 % (" in said
     assert "within 1 %: rotary inertia, lowest point" in said
-    assert "tip compliance." not in said  # that run is missing
+    assert ", deforming tip" not in said  # that run is missing
     assert runs.failures() == []
     assert staircase(runs, "soft") == []  # where it leads from is not compared
 
 
 def test_the_staircase_leads_from_the_papers_assumptions_to_the_refined(make_record: Make) -> None:
-    peaks = (60.0, 61.0, 70.0, 75.0, 80.0, 81.0, 82.0, 79.0)
+    peaks = (60.0, 61.0, 70.0, 75.0, 80.0, 81.0, 82.0, 79.0, 78.0)
     steps = [
         make_record("soft", "hcm", v.name, peak=peak)
         for v, peak in zip(cumulative(), peaks, strict=True)
@@ -302,7 +302,7 @@ def test_the_staircase_leads_from_the_papers_assumptions_to_the_refined(make_rec
     reference = make_record("soft", "fem3d", "contact", peak=80.0)
     runs = Runs((*own, *steps, reference), Plan({"soft": "soft"}, ("hcm", "hcm-refined")))
     found = [step[0].error_percent for step in staircase(runs, "soft")]
-    assert found == [-25.0, -23.75, None, -6.25, 0.0, 1.25, 2.5, -1.25]
+    assert found == [-25.0, -23.75, None, -6.25, 0.0, 1.25, 2.5, -1.25, -2.5]
     assert labels(runs, "soft") == {
         "hcm": "hcm, 250 ms", "hcm-refined": "hcm-refined, 50 s", "": "fem3d contact, 50 s",
     }  # fmt: skip

@@ -44,7 +44,7 @@ def told(row: Row) -> str:
         return word(row)
     u = row.verdict.uncertainty
     e = signed(row.verdict.difference, min(6, max(1, 1 - math.floor(math.log10(u or 1.0)))))
-    return f"{e[:-2]} \N{PLUS-MINUS SIGN} {u:.2g} %: {word(row)}"
+    return f"{e[:-2]} \N{PLUS-MINUS SIGN} {u:{'.2g' if u < 99.5 else '.0f'}} %: {word(row)}"
 
 
 def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:

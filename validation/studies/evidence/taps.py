@@ -226,25 +226,23 @@ def rows(tap: Tap, progress: Progress, store: Store) -> list[Row]:
     own_time, own_force = np.array(own.time_s), np.array(own.normal_force_N)
     apart = (np.interp(time, own_time, own_force) - force)[force > 0.0]
     rms = 100.0 * float(np.sqrt(np.mean(apart**2)) / force.max())
-    numbers: dict[str, tuple[float, float, str]] = {
-        JUDGED[0]: (force.max(), own_force.max(), f"RMS of the curve {rms:.2g} % of it")
-    }
+    numbers: dict[str, tuple[float, float]] = {JUDGED[0]: (force.max(), own_force.max())}
     if force[-1] == 0.0:
         impulses = np.trapezoid(force, time), np.trapezoid(own_force, own_time)
         lasting = duration(time, force), duration(own_time, own_force)
         stress = theirs.peak_stress_R_Pa, own.peak_stress_R_Pa
-        numbers |= dict(zip(JUDGED[1:], ((*both, "") for both in (impulses, lasting, stress)),
-                            strict=True))  # fmt: skip
+        numbers |= dict(zip(JUDGED[1:], (impulses, lasting, stress), strict=True))
     by = (
-        f"{theirs.program} on {theirs.date}, {theirs.machine}, {theirs.wall_time_s / 60:.0f} min,"
-        f" steps of {1e6 * theirs.step_s:g} us"
+        f"RMS of the curve {rms:.2g} % of it; {theirs.program} on {theirs.date}, {theirs.machine},"
+        f" {theirs.wall_time_s / 60:.0f} min, steps of {1e6 * theirs.step_s:g} us"
     )
     found = []
     for of in quantities(*numbers):
-        outside, ours, remark = numbers[of.key]
+        outside, ours = numbers[of.key]
         error = own.errors[of.key]
         known = error * abs(float(outside / ours)), float(ours), error
-        found.append(Row(of.title, unit_of(of.key), "fem3d", float(outside), *known, remark or by))
+        remark = by if of.key == JUDGED[0] else ""
+        found.append(Row(of.title, unit_of(of.key), "fem3d", float(outside), *known, remark))
     if theirs.von_mises_kPa:
         outside, ours, apart = fields(theirs, own)
         error = own.errors[JUDGED[0]] / own_force.max()

@@ -156,6 +156,7 @@ def test_a_verdict_in_words() -> None:
     assert told(replace(ROW, ours=2.02)) == "+1.0 ± 2.5 %: agrees"
     assert told(replace(ROW, outside_error=math.inf)) == "cannot tell"
     assert told(replace(ROW, outside_error=0.4)) == "+5.0 ± 20 %: cannot tell"
+    assert told(replace(ROW, outside_error=4.0)) == "+5.0 ± 200 %: cannot tell"
 
 
 def test_rows_are_kept_and_read_back(tmp_path: Path) -> None:

@@ -43,6 +43,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
+    "write_computation_times": False,  # pages that load scripts from elsewhere
     "abort_on_example_error": True,
     "image_scrapers": ("matplotlib",),
 }

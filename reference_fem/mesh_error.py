@@ -51,7 +51,7 @@ RESOLVED = 0.5
 AT_RADIUS, POWER, OF_IMPULSE = 0.06, 1.5, 0.25
 # Relative error of the stress at R where a shaft's cells are as long as its diameter, and of the
 # other numbers, which goes with the square (measured: 8 and 0.5 % at 0.2). Beside the patch's it
-# leaves 2 % of 176 impulses beyond twice what is stated, in its place 8 %.
+# leaves 2 % of 196 impulses beyond twice what is stated, in its place 8 %.
 OF_STRESS, OF_SECTION = 0.4, 0.15
 # Share of the patch's that is left where two meshes agree and both resolve the patch.
 LEAST = 1.0 / 3.0

@@ -99,7 +99,8 @@ WHY = (
     "A ball is no half-space: outside of its patch it yields too, by a share of a/R, and the spin"
     " of a tap that sticks is a small difference of large impulses, so that it grows by 1.3 a/R. A"
     " rigid wall adds what Mindlin leaves out, pressure that pulls sideways (Dundurs' constant is"
-    " 0.29 for nu = 0.3, 0.09 for nu = 0.45). hcm's law of a round tip is Mindlin's, on a body"
+    " 0.29 for nu = 0.3, 0.09 for nu = 0.45): where the patch is followed to nothing, the elements"
+    " meet the published ones at nu = 0.3, and Mindlin at 0.45. hcm's law is Mindlin's, on a body"
     " whose own compliance is that of the finger's tip."
 )
 PIECES = (

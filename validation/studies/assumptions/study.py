@@ -95,7 +95,7 @@ def by_variants(
         _swept(lasting, "assumptions", models, (), workers, out),
         _swept(table, "own-tap", [_model(refined, OWN, "rigid")], (), workers, out),
     ]
-    return xarray.concat(found, "model")
+    return xarray.concat(found, "model", data_vars="all")
 
 
 def _model(variant: Variant, name: str, flight: str) -> dict[str, Any]:

@@ -225,4 +225,4 @@ def _map(axis: Any, table: pd.DataFrame, errors: Numbers, of: Quantity) -> None:
     axis.scatter(patch, shown, 9, table["surface.friction"], zorder=3, clip_on=False)
     axis.set_ylim(-EDGE, EDGE)
     beyond = int((np.abs(errors) > EDGE).sum())
-    axis.set_xlabel("predicted a/R" + f" ({beyond} beyond the edge)" * (beyond > 0))
+    axis.set_xlabel("predicted a/R" + f"\n({beyond} beyond the edge)" * (beyond > 0))

@@ -10,6 +10,7 @@ from tests.validation.commands import Make, Patch
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError
 from validation.harness.record import RunRecord
+from validation.models import solid_mesh
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
@@ -27,7 +28,13 @@ from validation.validate.ladder.report import (
     write_ladder,
 )
 from validation.validate.ladder.run_tables import accuracy_against_cost, contact_patches
-from validation.validate.ladder.rungs import paper_rung, structure_rung, uncertainties
+from validation.validate.ladder.rungs import (
+    CONTACT,
+    mesh_keys,
+    paper_rung,
+    structure_rung,
+    uncertainties,
+)
 from validation.validate.ladder.runs import reduced, scene_contact
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.paper_tables import TABLE_2, TABLE_3, paper_rows
@@ -247,6 +254,20 @@ def test_a_scene_that_fails_is_named_and_the_others_go_on(
     ladder = compute_ladder(("soft", "hard"), False, Path("nowhere"))
     assert ladder.failures == ["soft: soft broke", "hard: hard broke"]
     assert ladder.rows == []
+
+
+@pytest.mark.parametrize("name", ["soft", "hard"])
+@pytest.mark.parametrize("mesh", CONTACT)
+def test_meshes_of_rung_three_start_above_the_surface(name: str, mesh: tuple[float, ...]) -> None:
+    scene = load_scene(name)
+    impact = impact_of(scene)
+    keys, _ = mesh_keys(mesh, 0.015)
+    solid = solid_mesh.build_mesh(load_scene(name, keys).tables, 3)
+    hinge, angle = -0.08, impact.angles[-1]  # of the last of three phalanges of 40 mm
+    height = -0.04 * np.sin(impact.angles[:-1]).sum() + impact.sphere_height_m
+    tip = solid.points[np.unique(solid.cells[solid.cell_sets["phalanx_3"]])]
+    lowest = height + (np.sin(angle) * (tip[:, 0] - hinge) + np.cos(angle) * tip[:, 1]).min()
+    assert 0.0 < lowest < 5e-6  # the clearance of 1.5 um, less a node's sagitta and the lead's way
 
 
 @pytest.mark.slow

@@ -82,7 +82,7 @@ def contact_rung(
     contact = Contact(found.stiffness_N_per_m, 1 / found.eta_squared)
     diameter = min(scene.tables.per_phalanx(scene.tables.finger.diameter))
     meshes = CONTACT_FULL if full else CONTACT
-    settings = [_overrides(mesh, diameter) for mesh in meshes]
+    settings = [mesh_keys(mesh, diameter) for mesh in meshes]
     meshed = [(load_scene(source, overrides), name) for overrides, name in settings]
     records = [runs.obtain(full_contact, finer, impact, name) for finer, name in meshed]
     sizes = [CONVERGED if mesh is None else mesh[0] for mesh in meshes]
@@ -96,7 +96,7 @@ def contact_rung(
     return rows, records[-1], own, predicted
 
 
-def _overrides(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str], str]:
+def mesh_keys(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str], str]:
     """The scene's keys of a mesh, and its name."""
     preset = "solver.fem.preset=converged"
     if mesh is None:

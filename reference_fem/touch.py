@@ -50,7 +50,7 @@ def predicted_touch(
     chain, _ = chain_and_start(model.chain, None)
     last = model.body_of_point == chain.links - 1
     radius = float(np.abs(model.points[last, 1]).max())
-    axis = float(state.angles[-1])
+    axis = math.remainder(float(state.angles[-1]), 2.0 * math.pi)  # it may have whirled
     reach = float(np.ptp(model.points[last, 0])) - radius
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
     lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) - [0.0, radius]

@@ -56,6 +56,9 @@ def test_one_phalanx_touches_as_a_hinged_rod_with_hertz_law(friction: float) -> 
     assert touch.mass == pytest.approx(mass, rel=0.03)
     assert touch.speed == pytest.approx(-rate * x)
     assert touch.angle == pytest.approx(math.pi / 2 - tilt)
+    whirled = ChainState(np.array([tilt + 4.0 * math.pi]), np.array([rate]), 0.0)
+    again = predicted_touch(mesh, (MATERIAL,), Surface(0.03, friction), Drive(), whirled)
+    assert again.angle == pytest.approx(touch.angle)
     modulus = MATERIAL.plane_strain_modulus
     energy = 8 / 15 * modulus * touch.patch_radius**5 / R**2
     assert energy == pytest.approx(0.5 * touch.mass * touch.speed**2)

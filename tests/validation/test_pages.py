@@ -229,6 +229,7 @@ def test_a_tap_to_turn_and_step_through_loads_nothing(browser: Any, tmp_path: Pa
     assert (z, now) == (pytest.approx(1e3 * (points[:, 2] + 2e-4)), pytest.approx(0.2))
     assert [line for line in browser.get_log("browser") if line["level"] == "SEVERE"] == []
     check_requests(browser)
+    assert 'name="viewport"' in page.read_text(encoding="utf-8").split("</head>")[0]
 
 
 def check_requests(browser: Any) -> None:

@@ -17,6 +17,7 @@ from validation.harness.figures import BLACK, COLORS, GREY
 from validation.harness.files import write_text
 
 EXTRA = "interactive"
+NARROW = '<meta name="viewport" content="width=device-width, initial-scale=1">'  # of a phone
 Curves = Mapping[str, NDArray[Any]]  # by label: time since the first touch (s), F_n, F_t (N)
 
 
@@ -111,4 +112,5 @@ def write_interactive(
         margin={"l": 60, "r": 20, "t": 50, "b": 40},
     )
     shown = {"config": {"displaylogo": False, "responsive": True}, "default_height": "95vh"}
-    write_text(path, figure.to_html(auto_play=False, **shown))
+    page = figure.to_html(auto_play=False, **shown)
+    write_text(path, page.replace("<head>", f"<head>{NARROW}", 1))

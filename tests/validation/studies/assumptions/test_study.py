@@ -44,7 +44,7 @@ def test_the_studys_figure_shows_medians_and_the_refined_models_errors(tmp_path:
         shown = below.collections[-1].get_offsets()
         np.testing.assert_allclose(shown[:, 0], table["patch_over_radius"])
         np.testing.assert_allclose(shown[:, 1], np.clip(errors[refined, :, n], -8.0, 8.0))
-        assert below.get_xlabel() == "predicted a/R" + " (1 beyond the edge)" * (n == 0)
+        assert below.get_xlabel() == "predicted a/R" + "\n(1 beyond the edge)" * (n == 0)
 
 
 @pytest.mark.usefixtures("figures_kept")

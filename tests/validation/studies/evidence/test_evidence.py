@@ -260,6 +260,15 @@ def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -
     assert len(taps.rows(TAP, quiet, Store(None))) == 5
 
 
+def test_soft_springs_are_given_to_both_programs(monkeypatch: Patch) -> None:
+    soft = replace(OWN, normal_force_N=(0.0, 4.0, 5.5, 2.0, 0.0), errors=dict.fromkeys(ERRORS, 5.0))
+    monkeypatch.setattr(taps, "outcome_of", lambda *given: STOPPED)
+    monkeypatch.setattr(taps, "own_of", lambda tap, _: OWN if tap.factor == taps.STIFF else soft)
+    peak, _ = taps.rows(replace(TAP, factor=1.0), quiet, Store(None))
+    # a tenth of either, as on stiff springs, and not the 5 N that springs may change
+    assert (peak.ours, peak.ours_error, peak.outside_error) == pytest.approx((5.5, 0.55, 1.0))
+
+
 def test_a_triangles_duration() -> None:
     time, force = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 0.0, 100.0, 0.0, 0.0])
     assert taps.duration(time, force) == pytest.approx(2 * 0.99)

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from hcm.arrays import Floats
+from hcm.arrays import Complexes, Floats
 from hcm.compiled import kernel
 
 # w: four coordinates a node, neighbours at most seven places apart (hcm.beam.chain).
@@ -93,3 +93,29 @@ def solve(rows: Floats, x: Floats) -> None:
         x0 = x[k] - older - (row[4] * x3 + row[5] * x2) - row[6] * x1
         x[k] = x0
         x7, x6, x5, x4, x3, x2, x1 = x6, x5, x4, x3, x2, x1, x0
+
+
+@kernel
+def solve_border(
+    factors: Floats | Complexes, skew: complex, y: int, column: Floats, border: Floats | Complexes
+) -> bool:
+    """Border S^-1 c of the column c, which may be the same array; whether S + skew c e_y^T is
+    regular.
+    """
+    for i in range(column.size):
+        border[i] = column[i]
+    solve(factors, border)
+    return abs(1.0 + skew * border[y]) > SMALLEST_PIVOT
+
+
+@kernel
+def take_border(
+    skew: complex, y: int, border: Floats | Complexes, right: Floats | Complexes
+) -> None:
+    """Overwrite z = S^-1 b by (S + skew c e_y^T)^-1 b, the border being S^-1 c.
+
+    z - S^-1 c skew z_y/(1 + skew (S^-1 c)_y) (Sherman and Morrison).
+    """
+    share = skew * right[y] / (1.0 + skew * border[y])
+    for i in range(HALF_BANDWIDTH, right.size):
+        right[i] -= share * border[i]

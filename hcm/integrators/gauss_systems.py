@@ -17,7 +17,7 @@ moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 import numpy as np
 
 from hcm.arrays import Complexes, Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, solve_border, take_border
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
 from hcm.compiled import kernel
@@ -117,26 +117,12 @@ def fits(h: float, contact: Contact, integrator: GaussIntegrator) -> bool:
 
 
 @kernel
-def border_of(
-    factors: Floats | Complexes, share: complex, border: Floats | Complexes, chain: Chain,
-    right: Floats,
-) -> bool:  # fmt: skip
-    """Solve for the column `right` (w + n,) of a sliding tip, as `generalized_alpha.solve_linear`
-    does, its factor being `share`; whether the matrix is regular with it.
-    """
-    for m in range(border.size):
-        border[m] = right[m]
-    solve(factors, border)
-    return abs(1.0 + share * border[HALF_BANDWIDTH + chain.tip + 1]) > SMALLEST_PIVOT
-
-
-@kernel
 def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrator) -> bool:
     """Keep the factors of all systems for the stiffness at q (n,)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
     gauss.key[0], law = np.nan, integrator.law
     skew = tangent(q, h * h, 0.0, chain, contact, law, gauss.stiff)
-    column = integrator.work.right
+    column, y = integrator.work.right, HALF_BANDWIDTH + chain.tip + 1
     if skew != 0.0:
         column[:] = 0.0
         fill_column(q, chain.tip, chain.scale, contact, law, column[HALF_BANDWIDTH:])
@@ -153,9 +139,8 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
                 add_difference(table.lam[k].real, damp, mass, gauss.real_factors)
             if not factorize(gauss.real_factors):
                 return False
-            share = mu.real * skew
-            if skew != 0.0 and not border_of(
-                gauss.real_factors, share, gauss.real_border, chain, column
+            if skew != 0.0 and not solve_border(
+                gauss.real_factors, mu.real * skew, y, column, gauss.real_border
             ):
                 return False
         else:
@@ -167,7 +152,7 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
                 add_difference(table.lam[k], damp, mass, factors)
             if not factorize(factors):
                 return False
-            if skew != 0.0 and not border_of(factors, mu * skew, gauss.border[k], chain, column):
+            if skew != 0.0 and not solve_border(factors, mu * skew, y, column, gauss.border[k]):
                 return False
     for w in range(chain.hinge.size):
         gauss.frame[w, 0], gauss.frame[w, 1] = direction(q, w, chain)
@@ -200,10 +185,7 @@ def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
             real[w + m] = row[m]
         solve(gauss.real_factors, real)
         if skew != 0.0:
-            border, own = gauss.real_border, table.mu[0].real * skew
-            own *= real[y] / (1.0 + own * border[y])
-            for m in range(w, real.size):
-                real[m] -= own * border[m]
+            take_border(table.mu[0].real * skew, y, gauss.real_border, real)
         for m in range(row.size):
             row[m] = real[w + m]
     for k in range(odd, table.mu.size):
@@ -213,9 +195,6 @@ def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
             right[w + m] = complex(re[m], im[m])
         solve(gauss.factors[k], right)
         if skew != 0.0:
-            column, share = gauss.border[k], table.mu[k] * skew
-            share *= right[y] / (1.0 + share * column[y])
-            for m in range(w, right.size):
-                right[m] -= share * column[m]
+            take_border(table.mu[k] * skew, y, gauss.border[k], right)
         for m in range(re.size):
             re[m], im[m] = right[w + m].real, right[w + m].imag

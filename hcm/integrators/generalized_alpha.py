@@ -11,7 +11,7 @@ frequency. The equations of motion hold at the step's end with q..1 and lam1 as 
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, SMALLEST_PIVOT, factorize, solve
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, solve_border, take_border
 from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
@@ -44,8 +44,8 @@ def refactorize(
     if skew != 0.0:
         border[:] = 0.0
         fill_column(q, chain.tip, chain.scale, contact, law, border[HALF_BANDWIDTH:])
-        solve(work.factors, border)
-        if not abs(1.0 + skew * border[HALF_BANDWIDTH + chain.tip + 1]) > SMALLEST_PIVOT:
+        y = HALF_BANDWIDTH + chain.tip + 1
+        if not solve_border(work.factors, skew, y, border, border):
             return False
     key[1], key[2], key[3] = stiffness_key(contact, law)
     key[0], key[4] = weight, skew
@@ -62,8 +62,7 @@ def solve_linear(
     """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
 
     A = S + skew c e_y^T, S symmetric and factorized, e_y the tip's Y (c = e_x for a tip without a
-    radius): the solution is z - S^-1 c skew z_y/(1 + skew (S^-1 c)_y), S z = right (Sherman and
-    Morrison).
+    radius).
     """
     _, chain, law, work = integrator
     mode, key, right = stiffness_key(contact, law), work.key, work.right
@@ -73,10 +72,7 @@ def solve_linear(
     solve(work.factors, right)
     skew = key[4]
     if skew != 0.0:
-        y, border = HALF_BANDWIDTH + chain.tip + 1, work.border
-        share = skew * right[y] / (1.0 + skew * border[y])
-        for i in range(HALF_BANDWIDTH, right.size):
-            right[i] -= share * border[i]
+        take_border(skew, HALF_BANDWIDTH + chain.tip + 1, work.border, right)
     return True
 
 

@@ -16,6 +16,7 @@ from validation.models import adapter, solid_inputs, solid_mesh, without_estimat
 from validation.models.adapter import to_record
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.scene import Scene
 from validation.studies.calibration.scenes import AFTER_S, Case
 from validation.studies.stated_errors import Compared, compare
 
@@ -72,7 +73,7 @@ def solve_case(case: Case) -> Solved:
     return Solved(run.status, tight.status, run.message, numbers, seconds, tight.message)
 
 
-def _updates(case: Case) -> float:
+def _updates(tables: Scene, kind: str) -> float:
     """Elements times steps of the tight tap, predicted of the half model.
 
     Contact lasts 2.94 δ/v (Johnson, Contact Mechanics, 11.4.1), or `AFTER_S` with further taps; a
@@ -80,7 +81,6 @@ def _updates(case: Case) -> float:
     """
     import meshes
 
-    tables = load_scene("soft", (*case.overrides, *TIGHT_SOLID)).tables
     try:
         sizing, touch = solid_mesh.sizing_of(tables, 3), solid_mesh.predicted_touch(tables, 3)
     except ValueError as error:
@@ -89,7 +89,7 @@ def _updates(case: Case) -> float:
         return 0.0
     geometry, material = solid_inputs.finger_geometry(tables), solid_inputs.inputs(tables)[0][-1]
     stays = 2.94 * touch.patch_radius**2 / geometry.radii[-1] / max(touch.speed, 1e-9)
-    if case.kind == "three taps":
+    if kind == "three taps":
         stays = max(stays, AFTER_S)
     nu = material.poisson_ratio
     modulus = material.youngs_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -98,9 +98,9 @@ def _updates(case: Case) -> float:
 
 
 def _tight_solid(case: Case) -> Solve | None:
-    if _updates(case) > MOST_UPDATES:
-        return None
     scene = load_scene("soft", (*case.overrides, *TIGHT_SOLID, *without_estimate(case.model)))
+    if _updates(scene.tables, case.kind) > MOST_UPDATES:
+        return None
     return lambda: unless_interrupted(adapter(case.model).run(scene).record)
 
 

@@ -70,8 +70,8 @@ def _of_history(rows: Mapping[str, Any], run: Run, scene: Scene) -> dict[str, bo
     numbers = [array for array in rows.values() if array.dtype.kind == "f"]
     if not tap.any() or not all(np.isfinite(array).all() for array in numbers):
         return {"a history that is not finite, or without the tap": True}
-    if step:  # a touch lies between two of a solid's steps
-        tap[max(int(tap.argmax()) - 1, 0)] = True
+    if step:  # a touch, and its end, lie between two of a solid's steps
+        tap |= np.convolve(tap, [True] * 3, "same")
     least = -1e-6 * rows["kinetic_energy_J"].max()
     integral = np.trapezoid(normal[tap], time[tap])
     found = {

@@ -1,7 +1,7 @@
 """A table as CSV (full precision, for programs), Markdown and LaTeX (rounded, for people)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,9 +40,9 @@ def write_table(folder: Path, name: str, table: "pd.DataFrame", caption: str) ->
     write_text(folder / f"{name}.tex", latex)
 
 
-def table_of(rows: Sequence[Any], columns: Sequence[str]) -> "pd.DataFrame":
-    """Rows, mappings or dataclass instances, as a table of these columns."""
+def table_of(rows: Iterable[Any], columns: Sequence[str] | None = None) -> "pd.DataFrame":
+    """Rows, mappings or dataclass instances, as a table of these columns; None: of all."""
     import pandas as pd
 
     mappings = [row if isinstance(row, Mapping) else vars(row) for row in rows]
-    return pd.DataFrame(mappings, columns=list(columns))
+    return pd.DataFrame(mappings, columns=columns)

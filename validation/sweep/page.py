@@ -13,7 +13,7 @@ import numpy as np
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP
-from validation.harness.tables import write_table
+from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
 from validation.sweep.figures import draw_distribution, draw_map, draw_parity
@@ -141,8 +141,6 @@ SOBOL_NOTE = (
 
 def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Dataset) -> Path:
     """Figures, tables and ``index.html``; returns the page."""
-    import pandas as pd
-
     chosen, columns = pairs(plan), variables(points)
     labels = [solver.label for solver in plan.solvers]
     found = [o for o in outputs(plan, data, chosen) if np.isfinite(o.values).any()]
@@ -152,7 +150,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
                 figures: Sequence[Path] = ()) -> None:  # fmt: skip
         tables = []
         if rows:
-            write_table(folder, name, pd.DataFrame(rows), title)
+            write_table(folder, name, table_of(rows), title)
             tables = [{"name": name, "rows": list(rows), "columns": list(rows[0])}]
         if rows or figures:
             entry = {"title": title, "notes": notes, "figures": figures, "tables": tables}

@@ -11,7 +11,7 @@ from validation.harness.console import output
 from validation.harness.files import write_json, write_text
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
-from validation.harness.tables import for_people
+from validation.harness.tables import for_people, table_of
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,7 @@ def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool 
 
     rows : mappings or dataclass instances.
     """
-    import pandas as pd
-
-    table = pd.DataFrame([row if isinstance(row, Mapping) else vars(row) for row in rows])
+    table = table_of(rows)
     where = provenance({})
     labelled = table.assign(
         processor=where["processor"], versions=json.dumps(where["versions"], sort_keys=True)

@@ -8,6 +8,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from validation.compare.claims import Claim
+from validation.harness.tables import table_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -150,8 +151,6 @@ def counts(rows: Sequence[Row]) -> dict[str, int]:
 
 def ledger_table(rows: Sequence[Row]) -> pd.DataFrame:
     """The ledger as a table, states in words."""
-    import pandas as pd
-
-    table = pd.DataFrame({**vars(row.claim), **vars(row)} for row in rows)
+    table = table_of({**vars(row.claim), **vars(row)} for row in rows)
     words = [str(ours).lower() if isinstance(ours, bool) else ours for ours in table["our_value"]]
     return table.assign(our_value=words).drop(columns=["kind", "note", "claim"])

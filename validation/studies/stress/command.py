@@ -11,7 +11,7 @@ from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, write_json
 from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
-from validation.harness.tables import write_table
+from validation.harness.tables import table_of, write_table
 from validation.models.hcm import warm_up_flights
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.stress.campaign import run_cells
@@ -43,8 +43,6 @@ def run_peers(out: Path) -> None:
     UserError
         The output folder cannot be written: nothing was run.
     """
-    import pandas as pd
-
     from validation.studies.stress.hcm.peers import peers_table
     from validation.studies.stress.reference.peers import ABSENT, calculix_table
 
@@ -61,7 +59,7 @@ def run_peers(out: Path) -> None:
             output(ABSENT)
             continue
         write_json(folder / f"{name}.json", {"rows": found})
-        table = pd.DataFrame(found)
+        table = table_of(found)
         write_table(folder, name, table, caption)
         output(table.to_markdown(index=False, disable_numparse=True))
     output(f"files in {folder}")
@@ -95,8 +93,6 @@ def run_stress(
     RunFailedError
         A cell is wrong and silent, or a process died; the finished cells are kept.
     """
-    import pandas as pd
-
     if peers:
         run_peers(out)
         return
@@ -116,7 +112,7 @@ def run_stress(
         for wanted in maps:
             progress(0.97, f"tables and figures, {wanted.name}")
             summary.append(write_map(folder, wanted, table_rows(wanted, finished)))
-        write_table(folder, "summary", pd.DataFrame(summary), "Answers by map")
+        write_table(folder, "summary", table_of(summary), "Answers by map")
         found = [stored_peers(out, name) for name in ("peers", "peers-reference")]
         write_stress_page(folder, summary, *found)
     for line in summary:

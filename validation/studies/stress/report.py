@@ -13,7 +13,7 @@ from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.line_store import LineStore
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
-from validation.harness.tables import write_table
+from validation.harness.tables import table_of, write_table
 from validation.studies.stated_errors import TIMES, WRONG
 from validation.studies.stress.campaign import verdict_inputs
 from validation.studies.stress.limits import limit
@@ -83,9 +83,7 @@ def write_map(folder: Path, wanted: Map, rows: Sequence[Mapping[str, Any]]) -> d
 
     A list of scenes (a map of one y) gets no figure.
     """
-    import pandas as pd
-
-    write_table(folder, wanted.name, pd.DataFrame(rows), f"Map {wanted.name}: {wanted.solver}")
+    write_table(folder, wanted.name, table_of(rows), f"Map {wanted.name}: {wanted.solver}")
     limits = limit(wanted, rows)
     if len(wanted.y) > 1:
         draw_map(folder / f"{wanted.name}.png", wanted, rows, limits)

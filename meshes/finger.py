@@ -10,6 +10,7 @@ from meshes.full_volume import from_contact, with_full_volume
 from meshes.geometry import FingerGeometry
 from meshes.halving import Halved, halve
 from meshes.mesh import FingerMesh, Floats, Ints
+from meshes.mirror import turned_over
 from meshes.phalanx import PhalanxBlocks, mesh_phalanx
 from meshes.plan import PhalanxPlan, plan_finger
 from meshes.quality import volumes
@@ -34,7 +35,7 @@ def finger_hexahedra(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:
     MeshError
         If a size exceeds the body, the mesh would be too large, or gmsh is missing or fails.
     """
-    return _assemble(geometry, plan_finger(geometry, sizing, 3), 3)
+    return _assemble(geometry, sizing, 3)
 
 
 def finger_quadrilaterals(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:
@@ -45,11 +46,12 @@ def finger_quadrilaterals(geometry: FingerGeometry, sizing: Sizing) -> FingerMes
     MeshError
         As `finger_hexahedra`.
     """
-    return _assemble(geometry, plan_finger(geometry, sizing, 2), 2)
+    return _assemble(geometry, sizing, 2)
 
 
-def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int) -> FingerMesh:
+def _assemble(geometry: FingerGeometry, sizing: Sizing, dim: int) -> FingerMesh:
     """Put the phalanges in a row, number them on, and join what they hold into sets."""
+    plans = plan_finger(geometry, sizing, dim)
     built = {plan: _prepare(mesh_phalanx(plan, dim), plan) for plan in dict.fromkeys(plans)}
     points: list[Floats] = []
     cells: list[Ints] = []
@@ -90,7 +92,8 @@ def _assemble(geometry: FingerGeometry, plans: tuple[PhalanxPlan, ...], dim: int
         node_sets["symmetry"] = np.concatenate(symmetry)
     nodes, elements = np.vstack(points), np.vstack(cells)
     sets = node_sets, facet_sets, cell_sets
-    return FingerMesh(nodes, elements, *sets, geometry, np.vstack(ties))
+    mesh = FingerMesh(nodes, elements, *sets, geometry, np.vstack(ties))
+    return mesh if sizing.contact_angle >= 0.0 else turned_over(mesh)
 
 
 def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:

@@ -1,4 +1,6 @@
-"""The full body from the half model: its mirror image about the plane of motion joined to it."""
+"""Mirror images: about the plane of motion, joined to the half model, and about that of hinges."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -59,3 +61,11 @@ def mirrored(half: FingerMesh) -> FingerMesh:
     ties = np.unique(new[np.vstack([half.ties, image[half.ties]])], axis=0)
     sets = kept, facets, cell_sets
     return FingerMesh(points[old], np.vstack(ordered), *sets, half.shape, ties)
+
+
+def turned_over(mesh: FingerMesh) -> FingerMesh:
+    """The mesh's mirror image about y = 0: the same numbers and sets, wound outwards."""
+    points = mesh.points.copy()
+    points[:, 1] = 0.0 - points[:, 1]
+    facets = {name: sides[:, ::-1] for name, sides in mesh.facet_sets.items()}
+    return replace(mesh, points=points, cells=orient(points, mesh.cells), facet_sets=facets)

@@ -101,7 +101,7 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
     )
     n = count_even(0.25 * math.pi * radius, size, least=2)
     shaft = length - radius if rounded else length
-    angle, contact = sizing.block_angle, sizing.contact_angle
+    angle, contact = sizing.block_angle, abs(sizing.contact_angle)
     quarter = 0.5 * math.pi
     along_size = min(axial_size, size)
     even = PhalanxPlan(
@@ -155,7 +155,7 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
 
 
 def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[PhalanxPlan, ...]:
-    """Plan every phalanx.
+    """Plan every phalanx, to be turned over where the contact lies on the upper side.
 
     Raises
     ------

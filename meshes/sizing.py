@@ -39,12 +39,12 @@ class Sizing:
     is meshed evenly. Below: edges are `tip_size` within `patch_size` of the contact point and grow
     beyond, in all three directions, by the factor `growth` from one to the next. The element count
     grows only with ``log(1/tip_size)`` per direction, so 1e-4 is possible."""
-    contact_angle: Annotated[float, Bound("rad, from the pole to the shaft", at_least=0,
+    contact_angle: Annotated[float, Bound("rad, from shaft to shaft", at_least=-0.5 * math.pi,
                                           at_most=0.5 * math.pi)] = math.radians(52.0)  # fmt: skip
-    """Angle between the axis (towards the tip) and the contact direction, measured towards the
-    lower side. At impact the last phalanx of the paper's finger points 38 degrees below the
-    horizontal, so its lowest point is 52 degrees off the axis. The refinement follows it from the
-    pole to the shaft; see `block_angle`."""
+    """Angle between the axis (towards the tip) and the contact direction, positive towards the
+    lower side; a finger that swung over touches with its upper one. At impact the last phalanx of
+    the paper's finger points 38 degrees below the horizontal, so its lowest point is 52 degrees off
+    the axis. The refinement follows it from the pole to the shaft; see `block_angle`."""
     growth: Annotated[float, Bound(above=1, at_most=LARGEST_GROWTH)] = 1.25
     """Largest ratio of neighbouring edges in the refinement."""
     patch_size: Annotated[float, Bound("m", at_least=0, at_most=100)] = 0.0
@@ -72,10 +72,10 @@ class Sizing:
     def block_angle(self) -> float:
         """Angle off the axis at which the cube's edge meets the sphere, rad.
 
-        At the contact between 40 and 54 degrees. Beyond, blocks would be too flat: the edge stays,
-        and the contact lies inside the cap or inside the ring between edge and equator.
+        At the contact between 40 and 54 degrees, on either side. Beyond, blocks would be too flat:
+        the edge stays, and the contact lies inside the cap or the ring between edge and equator.
         """
-        return min(max(self.contact_angle, math.radians(40.0)), math.radians(54.0))
+        return min(max(abs(self.contact_angle), math.radians(40.0)), math.radians(54.0))
 
     def coarser(self, factor: float) -> Self:
         """The same mesh with every edge `factor` times as long.

@@ -16,8 +16,9 @@ from reference_fem.settings import Drive, Material, Settings, Surface
 class Touch:
     """A prediction before anything is solved, good to some 5 % in the patch on the paper's fingers.
 
-    angle : between the last phalanx's axis and the direction to the surface, rad, 0 to π/2: one
-        that lies θ below the horizontal touches a ball's π/2 - θ off its axis
+    angle : between the last phalanx's axis and the direction to the surface, rad, -π/2 to π/2: one
+        that lies θ below the horizontal touches a ball's π/2 - θ off its axis; beyond the vertical
+        with its upper side
     speed : of the lowest point towards the surface, m/s; at least 0.
     mass : that it meets the surface with, kg
     force, patch_radius : Hertz's at the turn, N and m
@@ -50,7 +51,8 @@ def predicted_touch(
     chain, _ = chain_and_start(model.chain, None)
     last = model.body_of_point == chain.links - 1
     radius = float(np.abs(model.points[last, 1]).max())
-    axis = math.remainder(float(state.angles[-1]), 2.0 * math.pi)  # it may have whirled
+    axis = float(state.angles[-1])
+    off = math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)  # it may have whirled
     reach = float(np.ptp(model.points[last, 0])) - radius
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
     lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) - [0.0, radius]
@@ -64,7 +66,7 @@ def predicted_touch(
     stiffness = 4.0 / 3.0 * materials[-1].plane_strain_modulus * math.sqrt(radius)
     approach = (1.25 * mass * speed**2 / stiffness) ** 0.4
     return Touch(
-        angle=min(max(0.5 * math.pi - axis, 0.0), 0.5 * math.pi),
+        angle=min(max(off, -0.5 * math.pi), 0.5 * math.pi),
         speed=speed,
         mass=mass,
         force=stiffness * approach**1.5,

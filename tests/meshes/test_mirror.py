@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import meshes
-from meshes.quality import scaled_jacobians
+from meshes.quality import scaled_jacobians, volumes
 from meshes.topology import outer_facets
+from tests.meshes.fingers import BUILD
 
 GEOMETRY = meshes.FingerGeometry((0.04, 0.04), (0.015, 0.015))
 HALF = meshes.finger_hexahedra(GEOMETRY, meshes.Sizing(2.5e-3, 4e-3, 1.5e-3))
@@ -23,6 +24,18 @@ def volume(mesh: meshes.FingerMesh) -> float:
     corner = mesh.points[outer_facets(mesh.cells)]
     splits = ([0, 1, 2], [0, 2, 3], [1, 2, 3], [1, 3, 0])
     return float(sum(np.linalg.det(corner[:, split]).sum() for split in splits) / 12.0)
+
+
+def outwards(corner: np.ndarray) -> np.ndarray:
+    """Normals of facets (k, 4, 3) or (k, 2, 2) times the way from the axis or the ball's centre."""
+    dim = corner.shape[2]
+    if dim == 3:
+        normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    else:
+        normal = (corner[:, 1] - corner[:, 0])[:, ::-1] * [1.0, -1.0]
+    way = corner.mean(axis=1) - np.array([-sum(GEOMETRY.lengths) + 7.5e-3, 0.0, 0.0])[:dim]
+    way[:, 0] = np.minimum(way[:, 0], 0.0)
+    return np.einsum("ij,ij->i", normal, way)
 
 
 def test_full_body_is_twice_the_half_with_the_plane_shared() -> None:
@@ -56,12 +69,7 @@ def test_facets_point_outwards_and_close_on_the_plane(name: str) -> None:
     assert len(sides) == 2 * len(HALF.facet_sets[name])
     outer = {tuple(side) for side in np.sort(outer_facets(FULL.cells), axis=1).tolist()}
     assert {tuple(side) for side in np.sort(sides, axis=1).tolist()} <= outer
-    corner = FULL.points[sides]
-    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
-    inside = np.array([-sum(GEOMETRY.lengths) + 7.5e-3, 0.0, 0.0])
-    outward = corner.mean(axis=1) - inside
-    outward[:, 0] = np.minimum(outward[:, 0], 0.0)  # the shaft's axis, then the ball's centre
-    assert (np.einsum("ij,ij->i", normal, outward) > 0).all()
+    assert (outwards(FULL.points[sides]) > 0).all()
 
 
 def test_each_phalanx_owns_its_cells_and_nodes() -> None:
@@ -79,3 +87,23 @@ def test_a_full_body_or_a_plane_has_no_mirror_image() -> None:
     for mesh in (FULL, plane):
         with pytest.raises(meshes.MeshError, match="only a half model"):
             meshes.mirrored(mesh)
+
+
+@pytest.mark.parametrize("dim", [3, 2])
+def test_a_finger_that_swung_over_has_the_mirrored_mesh(dim: int) -> None:
+    """Bit for bit, with halved cells and full volume, wound outwards, fine on the upper side."""
+    sizes = {"growth": 1.4, "patch_size": 1e-3, "halvings": 2, "full_volume": True}
+    lower, upper = (
+        BUILD[dim](GEOMETRY, meshes.Sizing(3e-3, 3e-3, 3e-4, contact_angle=a, **sizes))
+        for a in (0.7, -0.7)
+    )
+    assert np.array_equal(upper.points, lower.points * [1.0, -1.0, 1.0][:dim])
+    assert np.array_equal(upper.ties, lower.ties)
+    assert np.array_equal(np.sort(upper.cells), np.sort(lower.cells))
+    assert volumes(upper.points, upper.cells) == pytest.approx(volumes(lower.points, lower.cells))
+    for kind in ("node_sets", "cell_sets"):
+        own, other = getattr(upper, kind), getattr(lower, kind)
+        assert all(np.array_equal(own[name], other[name]) for name in other)
+    sides = upper.facet_sets["surface"]
+    assert np.array_equal(np.sort(sides), np.sort(lower.facet_sets["surface"]))
+    assert (outwards(upper.points[sides]) > 0).all()

@@ -14,7 +14,9 @@ from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, L, R
 from tests.meshes.lengths import edge_lengths
 
 
-@pytest.mark.parametrize("angle", [0.0, 5.0, 20.0, 39.0, 45.0, 52.0, 60.0, 75.0, 83.0, 90.0])
+@pytest.mark.parametrize(
+    "angle", [-70.0, -30.0, 0.0, 5.0, 20.0, 39.0, 45.0, 52.0, 60.0, 75.0, 83.0, 90.0]
+)
 @pytest.mark.parametrize("dim", [3, 2])
 def test_the_patch_is_even_wherever_the_finger_touches(dim: int, angle: float) -> None:
     patch, fine = 0.9e-3, 2e-4

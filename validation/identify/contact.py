@@ -65,7 +65,7 @@ class ContactIdentification:
     stiffness, ratio : their convergence over the levels; None with fewer than three.
     hertz_N_per_m, mindlin : what Hertz and Mindlin say at the same force.
     paper_N_per_m, paper_eta_squared : the scene's own tip (the paper's printed k in its scenes).
-    touch_angle : off the axis, rad.
+    touch_angle : off the axis, rad; negative towards the upper side.
     levels : coarse to fine.
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
@@ -156,7 +156,8 @@ def identify_contact(
         paper_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle=angle,
         levels=tuple(levels),
-        tip_compliance=yields(scene, material, angle, EDGES[: len(refinements)]),
+        # the keys are those of the mirror image that touches with its lower side
+        tip_compliance=yields(scene, material, abs(angle), EDGES[: len(refinements)]),
         force_curve_N=tuple(forces),
         indentation_curve_m=tuple(indent(tip, area, f).indentation_m for f in forces),
         hertz_curve_m=tuple(hertz_indentation(material, radius, f) for f in forces),

@@ -5,6 +5,7 @@ It is the reduced model's fall without its vibrations (they change its peak forc
 point lies below the tip node, its surface is put lower, to where that state touches.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +26,8 @@ class Impact:
     angles, rates : absolute, from -X, counter-clockwise, rad and rad/s, one per phalanx.
     time_s : of this state.
     sphere_height_m : depth of the plane that a hemispherical end touches in this state.
-    touch_angle : between the last phalanx's axis and the direction to the surface, rad.
+    touch_angle : between the last phalanx's axis and the direction to the surface, rad; negative
+        towards its upper side.
     """
 
     angles: tuple[float, ...]
@@ -79,13 +81,14 @@ def impact_of(scene: NamedScene) -> Impact:
     state = state_at(touch - LEAD_S)
     radius = 0.5 * float(diameters[-1])
     last = float(state.angles[-1])
+    off = math.remainder(0.5 * math.pi - last, 2.0 * math.pi)  # it may have whirled
     lowest = float(lengths @ np.sin(state.angles)) + radius * (1.0 - np.sin(last))
     return Impact(
         angles=tuple(map(float, state.angles)),
         rates=tuple(map(float, state.rates)),
         time_s=state.time_s,
         sphere_height_m=float(lowest + CLEARANCE * radius),
-        touch_angle=float(np.clip(0.5 * np.pi - last, 0.0, 0.5 * np.pi)),
+        touch_angle=float(np.clip(off, -0.5 * np.pi, 0.5 * np.pi)),
     )
 
 

@@ -6,12 +6,17 @@ explicit run which takes over has the same momentum and energy.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from reference_fem.arrays import Array, ComplexArray, Index
 from reference_fem.torques import Torques
+
+SHALLOW = 1e-5
+"""Depth over the finger's reach of a touch that may be stepped over."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +185,7 @@ def fly(
 ) -> tuple[Callable[[float], ChainState], float | None]:
     """Integrate from `start` until the gap of the rigidly moved surface closes.
 
-    Dormand-Prince 8(5,3); steps are bounded so that the closing is not stepped over.
+    Dormand-Prince 8(5,3); what opens again within a step is found by `_first_closing`.
 
     Parameters
     ----------
@@ -229,6 +234,9 @@ def fly(
             raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
         solutions.append((end, solution.sol))
         now, hits = solution.y[:, -1], solution.t_events[0]
+        earlier = _first_closing(chain, solution.sol, solution.t, gap)
+        if earlier is not None:
+            hits = np.array([earlier])
         if hits.size:
             break
 
@@ -238,6 +246,42 @@ def fly(
         return ChainState(values[:links], values[links:], time_s)
 
     return state_at, float(hits[0]) if hits.size else None
+
+
+def _first_closing(
+    chain: RigidChain, flown: Callable[..., Array], times: Array, gap: Callable[[Array], float]
+) -> float | None:
+    """First time at which the gap closes between `times`, at which it is open; None if never.
+
+    With l_j from hinge to hinge, the last to the body's farthest point, the gap changes over a time
+    h by at most c = Σ l_j h max |ω_j|, so that it stays above (g_0 + g_1 - c)/2 between its ends.
+    Where that is negative, h is halved, until c is below Σ l_j times `SHALLOW`. A rod ends twice as
+    far as its mass centre, with its rims and ball less than four times; rates that are parabolas
+    over h exceed the largest at both ends and the middle by a quarter at most.
+    """
+    reach = np.append(np.linalg.norm(np.diff(chain.origins, axis=0), axis=1), 0.0)
+    reach[-1] = 4.0 * np.linalg.norm(chain.arms[-1, -1])
+
+    def height(time: float) -> float:
+        return gap(flown(time)[: chain.links])
+
+    heights = [height(time) for time in times]
+    closing, ends = None, list(zip(times, heights, strict=True))
+    spans = list(pairwise(ends))[::-1]
+    while spans:
+        (begin, above), (end, below) = spans.pop()
+        middle = 0.5 * (begin + end)
+        rates = np.abs(flown(np.array([begin, middle, end]))[chain.links :]).max(axis=1)
+        change = 1.25 * (end - begin) * float(reach @ rates)
+        if above <= 0.0 or above + below > change or change < SHALLOW * reach.sum():
+            continue
+        between = height(middle)
+        if between < 0.0:
+            closing = brentq(height, begin, middle, xtol=1e-15)
+            spans = [((begin, above), (closing, 0.0))]
+        else:
+            spans += [((middle, between), (end, below)), ((begin, above), (middle, between))]
+    return closing
 
 
 def pose(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from reference_fem.rigid_chain import ChainState, RigidChain, fly, pose
@@ -92,6 +93,40 @@ def test_thin_rods_arrive_as_two_independent_solvers_say() -> None:
 
 def test_unreached_surface_is_no_hit() -> None:
     assert fly(chain(2, ROD), rest(2), lambda a: 0.081 - LENGTH * np.sin(a).sum(), 1.0)[1] is None
+
+
+@pytest.mark.parametrize("turns", [0.4, 1.0, 3.7])
+@pytest.mark.parametrize("past", [1e-4, 1e-2])
+def test_a_whirling_end_touches_within_a_step(turns: float, past: float) -> None:
+    """θ = ω t of a free rod: the gap H - l sin θ first closes at arcsin(H/l)/ω.
+
+    It takes steps of 5 ms, the longest ones, of several turns each; one that is a whole turn has
+    the same gap at all of its ends.
+    """
+    spin = 2.0 * np.pi * turns / 5e-3
+    body = replace(chain(1, ROD), fall=np.zeros(2))
+    start = ChainState(np.array([-0.3]), np.array([spin]), 0.0)
+    top = 1.0 - past
+    _, contact = fly(body, start, lambda a: LENGTH * (top - np.sin(a[0])), 0.02)
+    # the angle is a straight line in time: rounding alone, which arcsin magnifies near 1
+    assert contact == pytest.approx((0.3 + np.arcsin(top)) / spin, rel=1e-9)
+    never = fly(body, start, lambda a: LENGTH * (1.0 + past - np.sin(a[0])), 0.02)
+    assert never[1] is None
+
+
+def test_a_dip_below_the_surface_is_not_hidden_by_a_later_one() -> None:
+    """Two torque-free turns a step: the first of both touches counts, and what lies below stays."""
+    spin = 2.0 * np.pi * 2.0 / 5e-3
+    body = replace(chain(1, ROD), fall=np.zeros(2))
+    start = ChainState(np.array([-0.3]), np.array([spin]), 0.0)
+
+    def gap(angles: np.ndarray) -> float:  # the second turn goes deeper
+        return LENGTH * (1.0 - (0.99 + 0.01 * angles[0]) * float(np.sin(angles[0])))
+
+    state_at, contact = fly(body, start, gap, 0.2)
+    first = brentq(lambda a: gap(np.array([a])), 0.0, 0.5 * np.pi)
+    assert contact == pytest.approx((0.3 + first) / spin, rel=1e-9)
+    assert state_at(contact).angles[0] == pytest.approx(first, rel=1e-9)
 
 
 def test_pose_keeps_hinges_together_and_velocity_is_its_derivative() -> None:

@@ -27,6 +27,7 @@ myst_heading_anchors = 3
 exclude_patterns = ["gallery/**", "plugin-example/**", "reference/generated/**"]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False}
+html_static_path, html_css_files = ["_static"], ["tables.css"]
 html_title = "Fingertap"
 html_show_sourcelink = False
 smartquotes = False  # --set is not a dash

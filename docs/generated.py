@@ -59,9 +59,9 @@ def scene_keys() -> str:
             default = value.get("default")
             shown = "–" if default is None else f"`{default}`".replace("True", "true")
             text = value.get("description", "")
-            own.append((f"`{key}`", shown.replace("False", "false"), allowed(value), text))
+            own.append((f"`{key}`", text, shown.replace("False", "false"), allowed(value)))
         if own:
-            head = ("key", "default", "allowed", "what it means")
+            head = ("key", "what it means", "default", "allowed")
             yield f"## [{name}]\n\n{found.get('description', '')}\n\n{table(head, own)}\n"
         for value, path in inner:
             yield from tables(value, path)

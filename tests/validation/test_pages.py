@@ -101,7 +101,7 @@ def evidence_page(folder: Path, request: pytest.FixtureRequest) -> Path:
     for name in ("taps", "tap-soft", "tap-hard"):
         figure(folder / f"{name}.png")
     ball = Piece("ball", "A ball on a wall", "contact", "a book", "Hertz", (), lambda *given: [])
-    rows = (Row("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, "stiffer"),)
+    rows = (Row("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, 30 * "stiffer "),)
     write_evidence(folder, [Shown(ball, rows), Shown(replace(ball, name="b"), (), "left out")])
     return folder / "index.html"
 
@@ -165,6 +165,12 @@ def test_a_page_in_a_browser(
     assert script("return document.querySelectorAll('h1').length") == 1
     bottom = "return document.querySelector('.verdict').getBoundingClientRect().bottom"
     assert 0 < script(bottom) <= LAPTOP[1]
+
+    wide = script("""
+        const wide = [...document.querySelectorAll("table")].filter(
+            t => t.closest(".scroll").scrollWidth > t.closest(".scroll").clientWidth);
+        return wide.map(t => getComputedStyle(t.querySelector("td")).position);""")
+    assert set(wide) <= (set() if name == "evidence" else {"sticky"})  # its remarks stand below
 
     alts = script("return [...document.images].map(image => image.alt)")
     assert alts

@@ -1,7 +1,7 @@
 """One self-contained HTML page: styles and pictures inside, nothing loaded from elsewhere."""
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,11 @@ def number(value: Any) -> str:
     return rounded(value) or "–"
 
 
+def worded(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> list[str]:
+    """Columns that hold words: they stand at the left, numbers at the right."""
+    return [name for name in columns if any(str(row.get(name) or "")[:1].isalpha() for row in rows)]
+
+
 def bar(value: float | None, error: float | None) -> str:
     """A number with its error, rounded as `number` where none is stated."""
     if value is None or error is None:
@@ -55,5 +60,6 @@ def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"inline": inline, "signed": signed, "number": number, "with_error": bar}
+    environment.filters |= {"inline": inline, "signed": signed, "number": number}
+    environment.filters |= {"with_error": bar, "worded": worded}
     write_text(path, environment.get_template(template).render(context))

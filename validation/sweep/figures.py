@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from validation.harness.figures import BLACK, BLUE, COLORS, panels
+from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
 from validation.sweep.axis import quantity_of
 from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
@@ -67,7 +67,9 @@ def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
     rows = max(len(names) - 1, 1)
     size = float(np.nanquantile(np.abs(output.values), 0.98)) or 1.0
     low, high = (-size, size) if output.signed else (np.nanmin(output.values), size)
-    with panels(path, rows, rows, width=2.1, height=1.9, style={"font.size": 7}) as axes:
+    inches = max(2.1, 4.2 / rows)  # a panel alone is as wide as two
+    style = {"font.size": 8}
+    with panels(path, rows, rows, width=inches, height=0.9 * inches, style=style) as axes:
         for row, column in itertools.product(range(rows), repeat=2):
             axis = axes[row, column]
             if column > row:
@@ -76,8 +78,8 @@ def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
             x, y = names[column], names[min(row + 1, len(names) - 1)]
             over = columns[y] if len(names) > 1 else output.values
             shown = axis.scatter(
-                columns[x], over, c=output.values, s=9, vmin=low, vmax=high,
-                cmap="RdBu_r" if output.signed else "viridis", edgecolors="none",
+                columns[x], over, c=output.values, s=12, vmin=low, vmax=high,
+                cmap="RdBu_r" if output.signed else "viridis", edgecolors=GREY, linewidths=0.3,
             )  # fmt: skip
             for name, side in ((x, "x"), (y, "y")):
                 if (len(names) > 1 or side == "x") and _even_in_logarithm(columns[name]):

@@ -2,6 +2,7 @@
 
 from validation.compare.differences import Difference, difference
 from validation.compare.verdict import unit_slip
+from validation.harness.page import signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.models.variants import cumulative, left_out
 from validation.validate.plan import REDUCED, REFINED, Runs
@@ -99,11 +100,14 @@ def what_matters(runs: Runs) -> list[str]:
                 continue
             rows = [difference(scene, REFINED, entry, run, whole) for entry in OF_A_TAP]
             most = max((row.error_percent or 0.0 for row in rows), key=abs)
-            moved[variant.name.removeprefix("without ").replace("_", " ")] = most
+            first, *needing = variant.name.removeprefix("without ").replace("_", " ").split(" and ")
+            moved[first + f" (with it {', '.join(needing)})" * bool(needing)] = most
         if not moved:
             continue
         ranked = sorted(moved, key=lambda name: -abs(moved[name]))
-        large = [f"{name} {moved[name]:+.0f} %" for name in ranked if abs(moved[name]) > MATTERS]
+        large = [
+            f"{name} {signed(moved[name], 0)}" for name in ranked if abs(moved[name]) > MATTERS
+        ]
         small = [name for name in ranked if abs(moved[name]) <= MATTERS]
         text = f"{scene.capitalize()} finger: the refined model without one of its assumptions"
         text += f" moves by {', '.join(large) or 'less than a percent'} (peak, impulse or duration,"

@@ -284,9 +284,9 @@ def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
     runs = Runs((make_record("soft", "hcm-refined", "", 100.0), *variants[:-1], failed_one), plan)
     (said,) = what_matters(runs)  # of the hard finger there are no runs
     assert "Soft finger: the refined model without one of its assumptions" in said
-    assert "moves by half ball -20 %, shear +3 % (" in said
-    assert "within 1 %: rotary inertia, lowest point" in said
-    assert ", deforming tip" not in said  # that run is missing
+    assert "moves by half ball −20 %, shear +3 % (" in said
+    assert "within 1 %: rotary inertia, lowest point (with it tip compliance, deforming" in said
+    assert ", deforming tip." not in said  # that run is missing
     assert runs.failures() == []
     assert staircase(runs, "soft") == []  # where it leads from is not compared
 

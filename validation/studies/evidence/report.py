@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -90,6 +91,16 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
         axis.figure.legend(loc="outside upper left", ncols=3)
 
 
+def tally(shown: Sequence[Shown]) -> list[dict[str, Any]]:
+    """How many numbers of each piece agree, differ or do neither."""
+    return [
+        {"how many": one.piece.title}
+        | {said: [word(row) for row in one.rows].count(said) or None for said in COLORS}
+        for one in sorted(shown, key=lambda one: LEVELS.index(one.piece.level))
+        if one.rows
+    ]
+
+
 def write_evidence(folder: Path, shown: Sequence[Shown]) -> None:
     """Write ``index.html``, ``evidence.csv`` (.md, .tex) and ``hierarchy.png``."""
     rows = [(one.piece, row) for one in shown for row in one.rows]
@@ -107,6 +118,6 @@ def write_evidence(folder: Path, shown: Sequence[Shown]) -> None:
     context = {
         "levels": {level: [s for s in shown if s.piece.level == level] for level in LEVELS},
         "words": [word(row) for _, row in rows], "left_out": [s for s in shown if not s.rows],
-        "folder": folder, "told": told, "provenance": provenance({}),
+        "tally": tally(shown), "folder": folder, "told": told, "provenance": provenance({}),
     }  # fmt: skip
     write_page(folder / "index.html", "evidence.html.j2", context)

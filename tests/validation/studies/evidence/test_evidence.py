@@ -1,6 +1,7 @@
 """Evidence from outside: the theories beside it, what a piece's rows become, and the page."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +30,7 @@ from validation.studies.evidence.ball import (
 )
 from validation.studies.evidence.command import PIECES, look
 from validation.studies.evidence.mindlin import spin
-from validation.studies.evidence.report import told, word
+from validation.studies.evidence.report import Shown, tally, told, word, write_evidence
 from validation.studies.evidence.rows import LEVELS, Piece, Row
 from validation.studies.evidence.static_beam import PIECES as BEAMS
 from validation.studies.evidence.static_beam import ClampedBeam, princeton_rows
@@ -267,6 +268,21 @@ def test_soft_springs_are_given_to_both_programs(monkeypatch: Patch) -> None:
     peak, _ = taps.rows(replace(TAP, factor=1.0), quiet, Store(None))
     # a tenth of either, as on stiff springs, and not the 5 N that springs may change
     assert (peak.ours, peak.ours_error, peak.outside_error) == pytest.approx((5.5, 0.55, 1.0))
+
+
+def test_the_page_counts_each_pieces_verdicts_and_puts_remarks_below(tmp_path: Path) -> None:
+    for name in ("taps", "tap-soft", "tap-hard"):
+        figure(tmp_path / f"{name}.png")
+    rows = (ROW, replace(ROW, ours=3.0, remark=""), replace(ROW, ours=4.0))
+    shown = [
+        Shown(piece(lambda *given: []), rows),
+        Shown(piece(lambda *given: [], level="beam"), ()),
+    ]
+    assert tally(shown) == [{"how many": "One", "agrees": None, "differs": 3, "cannot tell": None}]
+    write_evidence(tmp_path, shown)
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert page.count('colspan="6"><div>as told</div>') == page.count('class="remark"') == 2
+    assert re.search(r">One</td><td[^>]*>–</td><td[^>]*>3</td>", page)
 
 
 def test_a_triangles_duration() -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.validation.commands import Capture, Ended, Run, call
 from validation.harness.provenance import provenance
 from validation.harness.record import Event, RunRecord
 from validation.scenes.load import load_scene
@@ -22,6 +23,17 @@ def interrupts_are_heard() -> Iterator[None]:
     yield
     for number, answer in before.items():
         signal.signal(number, answer)
+
+
+@pytest.fixture
+def fingertap(capsys: Capture) -> Run:
+    """Runs a command in the test's own process."""
+
+    def run(*arguments: object) -> Ended:
+        code = call(*arguments)
+        return Ended(code, *capsys.readouterr())
+
+    return run
 
 
 @pytest.fixture

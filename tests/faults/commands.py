@@ -3,14 +3,13 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parents[2]
-CODE = "from validation.cli import main; main()"
+from tests.processes import COMMAND, started
+
 PATIENCE_S = 900.0
 ORPHAN_S = 10.0  # within which every process of a command that was killed has to be gone
 
@@ -45,14 +44,10 @@ class Ended:
 
 def start(arguments: tuple[str, ...], out: Path, **popen: Any) -> "subprocess.Popen[str]":
     """A command that writes into a folder; one thread, for the machine is shared."""
-    environment = os.environ | {
-        "PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1",
-        "OMP_WAIT_POLICY": "passive",
-    }  # fmt: skip
-    return subprocess.Popen(
-        [sys.executable, "-c", CODE, *arguments, "--out", str(out)],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment,
-        start_new_session=True, **popen,
+    return started(
+        "-c", COMMAND, *arguments, "--out", out,
+        env={"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, **popen,
     )  # fmt: skip
 
 

@@ -26,6 +26,8 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any
 
+from tests.processes import started
+
 SHARES = {  # of a campaign; the last three start processes of their own, which takes seconds each
     "arguments": 0.18, "values": 0.29, "texts": 0.1, "units": 0.14, "mesh_files": 0.08,
     "stores": 0.07, "restarts": 0.05, "signals": 0.03, "disks": 0.03, "surroundings": 0.03,
@@ -33,7 +35,6 @@ SHARES = {  # of a campaign; the last three start processes of their own, which 
 OUTCOMES = {0: "done", 1: "failed", 2: "refused"}
 HUNG_S = 240  # of a machine that others use too
 MEMORY = 8 * 2**30  # address space of a try, and of each process that it starts
-ROOT = Path(__file__).parents[2]
 
 Account = dict[str, Any]
 Counts = Counter[tuple[str, str]]
@@ -72,15 +73,14 @@ def serve(folder: Path) -> None:
 
 def answered(labels: Sequence[str], folder: Path) -> Iterator[tuple[str, Account]]:
     """Tries made by one process after another: one that ends costs its try."""
-    one = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    arguments = [sys.executable, "-m", "tests.hostile.campaign", "--serve", str(folder)]
-    environment, pipe = os.environ | one | {"PYTHONPATH": str(ROOT)}, subprocess.PIPE
+    one, pipe = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"), subprocess.PIPE
     process: subprocess.Popen[str] | None = None
     for label in labels:
         if process is None:
-            process = subprocess.Popen(
-                arguments, stdin=pipe, stdout=pipe, text=True, cwd=ROOT, env=environment
-            )
+            process = started(
+                *("-m", "tests.hostile.campaign", "--serve", folder),
+                env=one, stdin=pipe, stdout=pipe,
+            )  # fmt: skip
         assert process.stdin is not None
         assert process.stdout is not None
         print(label, file=process.stdin, flush=True)

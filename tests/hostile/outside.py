@@ -9,10 +9,11 @@ from pathlib import Path
 
 from tests.faults import disks as full
 from tests.faults.bench import Bench, Tally
-from tests.faults.commands import CODE, ROOT, RUN
+from tests.faults.commands import RUN
 from tests.faults.signals import signals as injected
 from tests.hostile.inside import PLANE
 from tests.hostile.oracle import CODES, Said, Tried
+from tests.processes import COMMAND, ROOT
 
 LONG = (*PLANE, "--set=solver.fem.flight=explicit", "--resume")
 VARIABLES = {
@@ -64,8 +65,9 @@ def surroundings(dice: random.Random, folder: Path) -> Tried:
         path.mkdir()
     line = f'cd "$1"{gone.replace(".", str(there))}; shift; umask {mask:o}; "$@" {streams}'
     done = subprocess.run(
-        ["/bin/bash", "-o", "pipefail", "-c", line, "sh", there, sys.executable, "-c", CODE, *given,
-         "--out", out], capture_output=True, text=True, errors="backslashreplace", check=False,
+        ["/bin/bash", "-o", "pipefail", "-c", line, "sh", there, sys.executable, "-c", COMMAND,
+         *given, "--out", out],
+        capture_output=True, text=True, errors="backslashreplace", check=False,
         env=os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_NUM_THREADS": "1"} | changed,
         preexec_fn=lambda: resource.setrlimit(number, (size, size)),
     )  # fmt: skip

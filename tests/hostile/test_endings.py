@@ -4,21 +4,17 @@ import errno
 import os
 import resource
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.faults.commands import LONG, ROOT, RUN, finish, start
-from tests.hostile.test_surroundings import command
-from tests.validation.commands import fake_adapter
-from validation.cli import main
-from validation.harness.record import RunRecord
+from tests.faults.commands import LONG, RUN, finish, start
+from tests.hostile.oracle import left_over
+from tests.processes import python
+from tests.validation.commands import Make, Patch, Run, call_apart, fake_adapter
 from validation.models.adapter import Outcome
 from validation.runs import execute
 
@@ -28,20 +24,15 @@ EXPLICIT = LONG[:-1]  # without --resume
 SLOW = (*RUN, "--set", "solver.hcm.contact_step=1e-9", "--set", "solver.hcm.flight_step=1e-7")
 
 
-def left_over(out: Path) -> list[str]:
-    """Names of files and folders that are half written."""
-    return [path.name for path in out.rglob(".*")]
-
-
 def test_a_finished_run_prints_its_scalars_though_no_file_has_room(tmp_path: Path) -> None:
     def limited() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
-    done = command(*RUN, "--out", str(tmp_path), preexec_fn=limited)
-    assert done.returncode == 1
-    assert "soft, hcm: completed" in done.stdout
-    assert "peak Fn                        64.47" in done.stdout
-    store, error = done.stderr.splitlines()
+    ended = call_apart(*RUN, "--out", tmp_path, preexec_fn=limited)
+    assert ended.code == 1
+    assert "soft, hcm: completed" in ended.out
+    assert "peak Fn                        64.47" in ended.out
+    store, error = ended.err.splitlines()
     assert "a result cannot be stored" in store
     assert "its files could not all be written (File too large)" in error
     assert error.endswith("the same command runs it again")
@@ -57,11 +48,7 @@ def full_disk(*_: object) -> None:
 
 @pytest.mark.parametrize("stored", [False, True])
 def test_a_full_disk_names_what_goes_on(
-    stored: bool,
-    make_record: Callable[..., RunRecord],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    stored: bool, make_record: Make, monkeypatch: Patch, tmp_path: Path, fingertap: Run
 ) -> None:
     restart = tmp_path / "run" / "soft-fem3d" / "restart.npz"
 
@@ -74,12 +61,10 @@ def test_a_full_disk_names_what_goes_on(
     monkeypatch.setattr(execute, "write_history", full_disk)
     if not stored:
         monkeypatch.setattr("validation.harness.stored_run.write_record", full_disk)
-    with pytest.raises(SystemExit) as end:
-        main(["run", "soft", "--model", "fem3d", "--out", str(tmp_path)])
-    assert end.value.code == 1
-    captured = capsys.readouterr()
-    assert "soft, fem3d: completed" in captured.out
-    line = captured.err.splitlines()[-1]
+    ended = fingertap("run", "soft", "--model", "fem3d", "--out", tmp_path)
+    assert ended.code == 1
+    assert "soft, fem3d: completed" in ended.out
+    line = ended.err.splitlines()[-1]
     assert "No space left on device" in line
     if stored:
         assert "the store has it" in line
@@ -146,16 +131,8 @@ except KeyboardInterrupt as error:
 
 @pytest.mark.parametrize("how", SIGNALS)
 def test_what_a_signal_finds_half_written_is_removed(how: signal.Signals, tmp_path: Path) -> None:
-    script = tmp_path / "writing.py"
-    script.write_text(WRITING)
-    out = tmp_path / "out"
-    out.mkdir()
-    done = subprocess.run(
-        [sys.executable, str(script), str(out), str(int(how))],
-        capture_output=True, text=True, timeout=60, check=False,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+    done = python("-c", WRITING, tmp_path, int(how))
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split() == [how.name, how.name]
-    assert left_over(out) == []
-    assert [path.name for path in out.iterdir()] == ["store"]
+    assert left_over(tmp_path) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["store"]

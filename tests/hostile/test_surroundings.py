@@ -4,40 +4,20 @@ import json
 import os
 import resource
 import stat
-import subprocess
-import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tests.faults.commands import CODE, ROOT
-from validation.cli import main
+from tests.processes import ROOT
+from tests.validation.commands import Ended, Make, Run, call_apart
 from validation.harness.files import write_run
-from validation.harness.record import RunRecord
 from validation.harness.store import Store, key
 from validation.harness.stored_run import keep_run
 from validation.models.inputs import run_inputs
 from validation.scenes.load import load_scene
 
 HCM = ("run", "soft", "--model", "hcm")
-
-
-def command(*arguments: str, **popen: Any) -> "subprocess.CompletedProcess[str]":
-    environment = os.environ | {"PYTHONPATH": str(ROOT)} | popen.pop("env", {})
-    return subprocess.run(
-        [sys.executable, "-c", CODE, *arguments],
-        capture_output=True, text=True, timeout=60, env=environment, check=False, **popen,
-    )  # fmt: skip
-
-
-def refusal(done: "subprocess.CompletedProcess[str]") -> str:
-    """The one line of a command that refused."""
-    assert (done.returncode, done.stdout) == (2, "")
-    (line,) = done.stderr.splitlines()
-    return line
 
 
 @pytest.mark.parametrize(
@@ -48,7 +28,7 @@ def refusal(done: "subprocess.CompletedProcess[str]") -> str:
 def test_an_environment_that_numba_cannot_work_in_is_one_line(
     variable: str, value: str, tmp_path: Path
 ) -> None:
-    line = refusal(command(*HCM, "--out", str(tmp_path), env={variable: value}))
+    line = call_apart(*HCM, "--out", tmp_path, env={variable: value}).refusal
     assert f"{variable} = {value!r}: must be" in line
     assert "unset it" in line
     assert list(tmp_path.iterdir()) == []
@@ -60,7 +40,7 @@ def test_too_little_address_space_is_said_at_once(tmp_path: Path) -> None:
     def small() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
-    line = refusal(command(*HCM, "--out", str(tmp_path), preexec_fn=small))
+    line = call_apart(*HCM, "--out", tmp_path, preexec_fn=small).refusal
     assert "ulimit -v 400000: must be at least" in line
 
 
@@ -72,18 +52,16 @@ def test_closed_streams_take_nothing_and_spoil_nothing(
         for number in closed:
             os.close(number)
 
-    given = ("run", "nowhere", "--model", "hcm"), (*HCM, "--json", "--out", str(tmp_path))
-    refused, done = (command(*arguments, preexec_fn=close) for arguments in given)
-    assert (refused.returncode, refused.stdout, refused.stderr) == (2, "", "")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == "" if 1 in closed else json.loads(done.stdout)["model"] == "hcm"
+    given = ("run", "nowhere", "--model", "hcm"), (*HCM, "--json", "--out", tmp_path)
+    refused, done = (call_apart(*arguments, preexec_fn=close) for arguments in given)
+    assert refused == Ended(2, "", "")
+    assert (done.code, done.err) == (0, "")
+    assert done.out == "" if 1 in closed else json.loads(done.out)["model"] == "hcm"
     assert (tmp_path / "run" / "soft-hcm" / "summary.json").exists()
 
 
 @pytest.mark.parametrize("umask", [0o077, 0o022, 0o002])
-def test_modes_are_the_users_to_mask(
-    umask: int, make_record: Callable[..., RunRecord], tmp_path: Path
-) -> None:
+def test_modes_are_the_users_to_mask(umask: int, make_record: Make, tmp_path: Path) -> None:
     before = os.umask(umask)
     try:
         write_run(tmp_path / "out" / "run", make_record())
@@ -103,9 +81,7 @@ def test_a_byte_order_mark_is_no_syntax_error(tmp_path: Path) -> None:
     assert load_scene(str(tmp_path / "scene.toml")).tables == load_scene("soft").tables
 
 
-def test_a_scenes_name_can_be_written(
-    make_record: Callable[..., RunRecord], tmp_path: Path
-) -> None:
+def test_a_scenes_name_can_be_written(make_record: Make, tmp_path: Path) -> None:
     path = tmp_path / os.fsdecode(b"\xff.toml")
     path.write_bytes((ROOT / "validation" / "scenes" / "soft.toml").read_bytes())
     name = load_scene(str(path)).name
@@ -113,30 +89,22 @@ def test_a_scenes_name_can_be_written(
     write_run(tmp_path / "run", replace(make_record(), scene=name))
 
 
-def ended(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    with pytest.raises(SystemExit) as end:
-        main(list(arguments))
-    assert end.value.code == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
-
-
 @pytest.mark.parametrize("path", ["a\0b", "m" * 5000, "a\0b.toml", "m" * 300 + ".toml"])
-def test_no_path_is_a_trace(path: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "scene" in ended(capsys, "run", path, "--model", "hcm")
-    assert "scene" in ended(capsys, "render", path, "--out", str(tmp_path))
-    assert "--out" in ended(capsys, *HCM, "--out", str(tmp_path / path))
+def test_no_path_is_a_trace(path: str, tmp_path: Path, fingertap: Run) -> None:
+    assert "scene" in fingertap("run", path, "--model", "hcm").refusal
+    assert "scene" in fingertap("render", path, "--out", str(tmp_path)).refusal
+    assert "--out" in fingertap(*HCM, "--out", str(tmp_path / path)).refusal
     escaped = path.replace("\0", "\\u0000")
     mesh = f'solver.fem.mesh="{escaped}.vtu"'
     out = str(tmp_path / "out")
-    line = ended(capsys, "run", "soft", "--model", "fem2d", "--set", mesh, "--out", out)
+    line = fingertap("run", "soft", "--model", "fem2d", "--set", mesh, "--out", out).refusal
     assert "no such file" in line
 
 
-def test_a_pipe_is_no_scene_and_no_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pipe_is_no_scene_and_no_mesh(tmp_path: Path, fingertap: Run) -> None:
     """Reading it would wait for a writer for ever."""
     os.mkfifo(tmp_path / "pipe.toml")
-    assert "is no file" in ended(capsys, "run", str(tmp_path / "pipe.toml"), "--model", "hcm")
+    assert "is no file" in fingertap("run", str(tmp_path / "pipe.toml"), "--model", "hcm").refusal
     os.mkfifo(tmp_path / "pipe.vtu")
     tables = load_scene("soft", [f"solver.fem.mesh={tmp_path / 'pipe.vtu'}"]).tables
     assert run_inputs(tables, "fem2d")["mesh_sha256"] == ""

@@ -1,11 +1,13 @@
-"""A command of the program in the test's own process, and what tests call their helpers."""
+"""A command of the program in the test's own process or another, and what tests call helpers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from tests.processes import COMMAND, python
 from validation.cli import main
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome
@@ -40,11 +42,6 @@ class Ended:
 Run = Callable[..., Ended]
 
 
-def one_line(capsys: Capture) -> str:
-    """What was said to stderr: one line that names the program."""
-    return Ended(2, *capsys.readouterr()).line
-
-
 def call(*arguments: object) -> int:
     """The command's exit code."""
     try:
@@ -52,6 +49,12 @@ def call(*arguments: object) -> int:
     except SystemExit as end:
         return int(end.code or 0)
     return 0
+
+
+def call_apart(*arguments: object, **how: Any) -> Ended:
+    """How the command ends in a process of its own; `how` as `python` takes it."""
+    done = python("-c", COMMAND, *arguments, **how)
+    return Ended(done.returncode, done.stdout, done.stderr)
 
 
 def fake_adapter(run: Callable[..., Outcome]) -> SimpleNamespace:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.commands import call, one_line
+from tests.validation.commands import Run
 from validation import models
 from validation.harness.identity import program
 from validation.models.adapter import Outcome
@@ -59,17 +59,16 @@ def test_scalars_of_a_half_sine_are_its_own() -> None:
 def test_example_runs_as_a_model_by_its_equations(
     example: ModuleType,
     install: Callable[[Callable[[], Any]], None],
-    capsys: pytest.CaptureFixture[str],
+    fingertap: Run,
 ) -> None:
     install(lambda: example)
-    assert call("run", "soft", "--model", "mine", "--json") == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(fingertap("run", "soft", "--model", "mine", "--json").out)
     # energy of the impact returns all its momentum: impulse = 2 m_eff v, duration = pi sqrt(m/k)
     duration, speed = found["contact_duration_s"], -found["tip_velocity_at_contact_m_per_s"][1]
     mass = 0.78e6 * (duration / np.pi) ** 2
     assert found["normal_impulse_N_s"] == pytest.approx(2 * mass * speed, rel=1e-4)
-    assert call("run", "driven-1", "--model", "mine") == 2
-    assert "torques are not carried" in one_line(capsys)
+    ended = fingertap("run", "driven-1", "--model", "mine")
+    assert "torques are not carried" in ended.refusal
 
 
 def _changed(**changes: Any) -> Callable[..., Any]:
@@ -110,27 +109,29 @@ def test_model_that_fails_is_named_in_one_line(
     example: ModuleType,
     install: Callable[[Callable[[], Any]], None],
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    fingertap: Run,
 ) -> None:
     broken = SimpleNamespace(**{**vars(example), **changes})
     install(lambda: broken)
-    assert call("run", "soft", "--model", "mine", "--out", str(tmp_path)) == 1
-    said = one_line(capsys)
-    assert words in said
-    assert "mine" in said
+    ended = fingertap("run", "soft", "--model", "mine", "--out", tmp_path)
+    assert ended.code == 1
+    assert words in ended.line
+    assert "mine" in ended.line
 
 
 def test_model_that_cannot_be_loaded_or_is_none_is_named(
-    install: Callable[[Callable[[], Any]], None], capsys: pytest.CaptureFixture[str]
+    install: Callable[[Callable[[], Any]], None], fingertap: Run
 ) -> None:
-    install(lambda: importlib.import_module("no_such_package"))
-    assert call("run", "soft", "--model", "mine") == 1
-    assert "model mine (rigid_rod): cannot be loaded: ModuleNotFoundError" in one_line(capsys)
-    install(SimpleNamespace)
-    assert call("run", "soft", "--model", "mine") == 1
-    assert "lacks name, kind" in one_line(capsys)
-    assert call("run", "soft", "--model", "mime") == 2
-    assert "did you mean mine?" in one_line(capsys)
+    for what, model, code, words in (
+        (lambda: importlib.import_module("no_such_package"), "mine", 1,
+         "model mine (rigid_rod): cannot be loaded: ModuleNotFoundError"),
+        (SimpleNamespace, "mine", 1, "lacks name, kind"),
+        (SimpleNamespace, "mime", 2, "did you mean mine?"),
+    ):  # fmt: skip
+        install(what)
+        ended = fingertap("run", "soft", "--model", model)
+        assert ended.code == code
+        assert words in ended.line
 
 
 def test_result_is_of_the_code_that_a_model_has_now(
@@ -148,13 +149,12 @@ def test_result_is_of_the_code_that_a_model_has_now(
 
 
 @pytest.mark.skipif(importlib.util.find_spec("exudyn") is None, reason="extra bench")
-def test_exudyn_agrees_on_the_soft_finger(capsys: pytest.CaptureFixture[str]) -> None:
-    found = {}
-    for model in ("hcm", "exudyn"):
-        assert call("run", "soft", "--model", model, "--json") == 0
-        found[model] = json.loads(capsys.readouterr().out)
+def test_exudyn_agrees_on_the_soft_finger(fingertap: Run) -> None:
+    found = {
+        model: json.loads(fingertap("run", "soft", "--model", model, "--json").out)
+        for model in ("hcm", "exudyn")
+    }
     # two beam codes; half a contact step of 0.5 us is 1e-3 of what Exudyn samples
     for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
         assert found["exudyn"][key] == pytest.approx(found["hcm"][key], rel=1e-3)
-    assert call("run", "driven-1", "--model", "exudyn") == 2
-    assert "drive.torques" in one_line(capsys)
+    assert "drive.torques" in fingertap("run", "driven-1", "--model", "exudyn").refusal

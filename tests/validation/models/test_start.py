@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.validation.commands import Capture, call, one_line
+from tests.validation.commands import Run
 from validation.models import adapter, solid_mesh
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene
@@ -77,9 +77,8 @@ def test_motion_goes_on_from_a_state_in_mid_flight(model: str, rel: float) -> No
         ("start.angles=1.2", "at the start the finger reaches as low"),
     ],
 )
-def test_bad_start_is_refused(change: str, words: str, capsys: Capture) -> None:
-    assert call("run", "soft", "--model", "hcm", "--set", change) == 2
-    assert words in one_line(capsys)
+def test_bad_start_is_refused(change: str, words: str, fingertap: Run) -> None:
+    assert words in fingertap("run", "soft", "--model", "hcm", "--set", change).refusal
 
 
 def test_schema_has_the_start() -> None:

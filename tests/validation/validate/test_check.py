@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.validation.commands import Capture, Make, Patch, call, one_line
+from tests.validation.commands import Make, Patch, Run
 from validation.compare.verdict import judge, unit_slip
 from validation.harness.record import RunRecord
 from validation.validate import command as validate_command
@@ -74,7 +74,7 @@ def test_unit_slips_are_powers_of_a_thousand(value: float, power: int) -> None:
     ],
 )
 def test_bad_request_is_refused_before_anything_runs(
-    arguments: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: Patch, capsys: Capture
+    arguments: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own").mkdir()
@@ -82,8 +82,7 @@ def test_bad_request_is_refused_before_anything_runs(
                                      "[material]\nyoungs_modulus = 1e9\ndensity = 1e3\n"
                                      "poisson_ratio = 0.3\n[surface]\nheight = 0.05\n"
                                      "friction = 0\n[tip]\nnormal_stiffness = 1e6\n")  # fmt: skip
-    assert call("validate", *arguments) == 2
-    assert words in one_line(capsys)
+    assert words in fingertap("validate", *arguments).refusal
     assert not Path("out").exists()
 
 
@@ -107,7 +106,7 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
 
 
 def test_checks_end_with_their_own_code_in_json_and_junit(
-    make_record: Make, monkeypatch: Patch, tmp_path: Path, capsys: Capture
+    make_record: Make, monkeypatch: Patch, tmp_path: Path, fingertap: Run
 ) -> None:
     stated = {"peak_normal_force_N": 0.4, "normal_impulse_N_s": 1e-9}
     records = (
@@ -124,11 +123,11 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
     page: dict[str, list[str]] = {part: [] for part in parts}
     monkeypatch.setattr(validate_command, "report", lambda *a: page)
     wanted = ("validate", "soft", "--models", "hcm", "--out", tmp_path, "--tolerance")
-    assert call(*wanted, "peak=5,impulse=5") == 0
-    assert call(*wanted, "peak=2,impulse=5,stress=1") == 3
-    said = one_line(capsys)
-    assert "1 of 3 checks" not in said
-    assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in said
+    assert fingertap(*wanted, "peak=5,impulse=5").code == 0
+    ended = fingertap(*wanted, "peak=2,impulse=5,stress=1")
+    assert ended.code == 3
+    assert "2 of 3 checks" in ended.line
+    assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in ended.line
     suite = ET.parse(tmp_path / "validate" / "junit.xml").getroot()
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("3", "2", "0")
     verdicts = json.loads((tmp_path / "validate" / "validate.json").read_text())["verdicts"]

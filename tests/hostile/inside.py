@@ -154,6 +154,7 @@ def units(dice: random.Random, folder: Path) -> Tried:
         tried.fell.append(f"one: {code} {said[-300:]}, two: {code_of_two} {said_of_two[-300:]}")
     if one is None or two is None:
         return tried
+
     def bar(key: str, powers: tuple[int, int, int]) -> float:
         """Both stated errors in the second's units; infinite where one has no bound."""
         errors = [result["error_estimates"].get(key, 0.0) for result in (one, two)]

@@ -1,21 +1,19 @@
-"""What README and the pages under docs/ show: commands, scenes, plans, programs, links."""
+"""What README and the pages under docs/ show beside commands: scenes, plans, programs, links."""
 
 import re
 import runpy
-import shlex
 import subprocess
 import tomllib
 from importlib import metadata
 from pathlib import Path
 from urllib.parse import urlsplit
 
-import cyclopts
 import matplotlib as mpl
 import pytest
 from matplotlib import pyplot as plt
 from packaging.requirements import Requirement
 
-from tests.validation.commands import Capture, Patch, Run
+from tests.validation.commands import Capture, Patch
 from validation.cli import app
 from validation.render.off_screen import LIBRARIES, missing_libraries
 from validation.scenes.load import validate
@@ -31,13 +29,6 @@ EXAMPLES = sorted((DOCS / "gallery").glob("*.py"))
 def blocks(path: Path, language: str) -> list[str]:
     text = path.read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
-
-
-def commands(path: Path) -> list[list[str]]:
-    """The words behind ``fingertap`` of every command in a code span or on a line of a block."""
-    text = path.read_text(encoding="utf-8")
-    found = re.findall(r"(?:`|^|&& )(?:\.venv/bin/)?fingertap +([^`\n]*)", text, flags=re.MULTILINE)
-    return [words for line in found if (words := shlex.split(line, comments=True))]
 
 
 def test_two_commands_do_all_the_set_up() -> None:
@@ -58,41 +49,11 @@ def test_ci_runs_the_readmes_test_command() -> None:
     assert shown.stdout.strip() == blocks(PAGES[0], "sh")[1].strip()
 
 
-def test_every_command_shown_is_one() -> None:
-    shown = {(path.name, *words) for path in PAGES for words in commands(path)}
-    assert len(shown) > 30
-    for page, *words in shown:
-        try:
-            app.parse_args(words, print_error=False, exit_on_error=False)
-        except cyclopts.MissingArgumentError:
-            # a command that is only named
-            assert not any(word.startswith("-") for word in words), (page, words)
-            assert len(words) <= 2, (page, words)
-
-
 def test_every_option_named_alone_is_one() -> None:
     known = app.generate_docs(output_format="markdown", recursive=True)
     for page in PAGES:
         for option in re.findall(r"`(--[a-z-]+)", page.read_text(encoding="utf-8")):
             assert option in known, (page.name, option)
-
-
-def test_the_commands_of_the_tutorial_the_readme_and_ones_own_scene_run(
-    fingertap: Run, monkeypatch: Patch, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    pages = (DOCS / "tutorial.md", PAGES[0], DOCS / "how_to" / "scene.md")
-    shown = {tuple(words): None for page in pages for words in commands(page)}  # each once
-    long = (
-        ("validate",),
-        ("run", "finger.toml", "--model", "fem3d"),
-    )  # beginnings; with `fast` it runs
-    ran = [words for words in shown if not any(words[: len(one)] == one for one in long)]
-    assert len(ran) == 11
-    said = [fingertap(*words) for words in ran]
-    assert [ended.code for ended in said] == [0] * len(ran), [ended.err for ended in said]
-    for line in blocks(pages[0], "text")[0].splitlines():
-        assert line in said[0].out
 
 
 def test_scenes_and_plans_shown_are_such(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from hcm.chosen import Chosen, check_accuracy, choose
+from hcm.chosen import Chosen, choose, settings_for
 from hcm.companion import folded, grazes
 from hcm.estimate import (
     LARGEST_ERROR,
@@ -48,10 +48,9 @@ def simulate_within(
     Where errors are estimated, a run that is expected to have a larger one, or whose tap may end by
     chance, is solved once more for one that is 3 to 9 times smaller; the time is that of both.
     """
-    check_accuracy(accuracy)
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
+    chosen = settings_for(accuracy, scene, stated)
     while True:
-        chosen = choose(target, scene, stated)
         spent += time.perf_counter() - began
         result = _solve(chosen.scene, progress)
         spent += result.statistics.wall_time_s
@@ -72,6 +71,7 @@ def simulate_within(
         smaller = min(max(expected / accuracy, COMPANION), COMPANION**2)
         target = accuracy / smaller
         began = time.perf_counter()
+        chosen = choose(target, scene, stated)
     choices = (*chosen.choices, *([Choice("accuracy", target, again)] if again else []))
     if expected is not None and expected > accuracy:
         result = _short(result, expected, accuracy, chance)

@@ -80,6 +80,9 @@ BENT_TOLERANCE = 1e-4
 # most the second, by the contact's integrator: collocation's iteration ends on its way of a step
 RODS_SHARE = 1e-3
 NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
+# where torques whirl the finger: what the iteration leaves in the highest modes adds up in a flight
+# without damping, to 5 % of a peak at 1e-6, 0.01 % at 1e-9
+DRIVEN_NEWTON = (1e-6, 1e-9)
 # of a flight as rods, beside one that decides, over the surface's depth
 RODS_TOLERANCE = 1e-6
 
@@ -129,13 +132,7 @@ class Fall:
 
 
 def check_accuracy(accuracy: float) -> None:
-    """Refuse what no settings are known for.
-
-    Raises
-    ------
-    ParameterError
-        It is too small or too large.
-    """
+    """Raise `ParameterError` where no settings are known for so small or large an accuracy."""
     if not SMALLEST <= accuracy <= LARGEST:
         raise ParameterError(
             f"accuracy = {accuracy!r}: must be {SMALLEST:g} to {LARGEST:g}, the largest relative"
@@ -177,13 +174,10 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
     step = min(min(of_turn * math.sqrt(accuracy), LONGEST_TURN) / frequency, 1.0)
-    newton = min(max(NEWTON[method][0] * accuracy, 1e-12), NEWTON[method][1])
+    share, most = DRIVEN_NEWTON if method == GAUSS and _driven(scene) else NEWTON[method]
+    newton = min(max(share * accuracy, 1e-12), most)
     choices = (
-        Choice(
-            "elements",
-            counts,
-            f"waves of {_hz(frequency)}, above which the tip's spring shields them",
-        ),
+        Choice("elements", counts, f"waves of {_hz(frequency)}; the spring shields higher ones"),
         *flight.choices,
         Choice("contact_integrator", method, f"order {2 * stages if method == GAUSS else 2}"),
         Choice("stages", stages, "more where a vibration is followed: longer steps"),
@@ -250,7 +244,7 @@ def _flight(
     one = (1,) * len(phalanges)
     if fall is None:
         return Flown((), math.inf, one)
-    kind = BY_TORQUE if any(map(any, torque_rows(scene.drive, len(phalanges))[1])) else BY_WEIGHT
+    kind = BY_TORQUE if _driven(scene) else BY_WEIGHT
     bent, rung = BEND_SHARE * fall.bending / fall.speed, kind[0] * fall.ringing / fall.speed
     stiff = bent <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
@@ -279,6 +273,11 @@ def _flight(
     why = f"the vibration, {rung:.1g} of the tap, arrives in phase up to {_hz(highest)}"
     counts = tuple([_count(p, highest, (720.0 * turn) ** 0.25) for p in phalanges])
     return Flown((*elastic, Choice("flight_step", step, why)), 0.0, counts, True, stages)
+
+
+def _driven(scene: Scene) -> bool:
+    """Whether torques drive the finger."""
+    return any(map(any, torque_rows(scene.drive, len(scene.finger.phalanges))[1]))
 
 
 def followed_frequency(finger: Finger, contact: float, share: float, decay: float) -> float:

@@ -9,6 +9,7 @@ import pytest
 import hcm
 from hcm.accuracy import HELD, simulate_within
 from hcm.chosen import (
+    NEWTON,
     contact_frequency,
     followed_frequency,
     rods_fall,
@@ -169,6 +170,28 @@ def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
     assert wrong > 5e-3
     assert few.accuracy.expected > wrong
     assert any("was wanted" in caution for caution in few.cautions)
+
+
+# three phalanges that torques whirl: the flight lasts 3,300 steps of the highest modes
+WHIRLED = hcm.Scene(
+    hcm.Finger((hcm.Phalanx(0.01328, 0.002141, 3.222e7, 6766.0),) * 3),
+    hcm.Surface(0.012817, 0.073), hcm.Tip(1455.0, 0.632),
+    hcm.Drive((-2.733e-4, 5.544e-4, -1.073e-4)), NO_ESTIMATE,
+)  # fmt: skip
+
+
+def test_iterations_leave_no_error_in_a_flight_without_damping() -> None:
+    """Changed by less than 0.1 % by a thousandth of the tolerance, by 5 % by that of a fall."""
+    scene = settings_for(1e-2, WHIRLED).scene
+    share, loosest = NEWTON[scene.settings.contact_integrator]
+
+    def solved(tolerance: float) -> np.ndarray:
+        changed = replace(scene.settings, newton_tolerance=tolerance)
+        return numbers(hcm.simulate(**replace(scene, settings=changed).arguments()))
+
+    exact = solved(1e-3 * scene.settings.newton_tolerance)
+    assert np.abs(solved(scene.settings.newton_tolerance) / exact - 1.0).max() < 1e-3
+    assert np.abs(solved(min(1e-2 * share, loosest)) / exact - 1.0).max() > 1e-2
 
 
 def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from hcm.beam.chain import Chain, Probe, build_chain
 from hcm.beam.equations import tangent
 from hcm.beam.minimal_coordinates import minimal_coordinates
 from hcm.beam.outline import Outline
-from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw
+from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw, contact_law
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
@@ -29,6 +29,7 @@ HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
 SURFACE = hcm.Surface(height=0.1, friction=0.5)
 SOFT_TIP = hcm.Tip(0.78e6)
 HARD_TIP = hcm.Tip(5.15e6)
+SOFT_LAW = contact_law(SURFACE, SOFT_TIP)
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e6)  # a surface out of reach
 # The soft finger's tap from rest by `hcm.reference_solution`: DOP853, rtol 1e-10, known to 1e-7.
 TRUTH = {
@@ -55,7 +56,10 @@ def finger(phalanx: hcm.Phalanx, count: int = 3, **changes: float) -> hcm.Finger
 
 
 def straight_links(
-    body: hcm.Finger, angles: Floats, spins: Floats, drive: hcm.Drive | None = None
+    body: hcm.Finger,
+    angles: Floats = STRIKING,
+    spins: Floats = SPINS,
+    drive: hcm.Drive | None = None,
 ) -> tuple[Chain, Start]:
     """Unstrained links that point along `angles` (rad from +X) and turn at `spins` (rad/s)."""
     chain, rest = build_chain(body, drive or hcm.Drive())

@@ -12,14 +12,13 @@ from hcm.beam.chain import Chain, build_chain, build_probe
 from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.energy import energies, stress_at_probe
 from hcm.beam.equations import residual
-from hcm.contact.law import IN_FLIGHT, contact_law
+from hcm.contact.law import IN_FLIGHT
 from hcm.reference_solution import Start, solve_chain
 from tests.hcm.cases import (
     NOWHERE,
     SOFT,
+    SOFT_LAW,
     SOFT_TIP,
-    SPINS,
-    STRIKING,
     SURFACE,
     finger,
     integrate,
@@ -179,10 +178,9 @@ def test_free_vibration_of_a_hinged_beam_decays(
 def test_loop_agrees_with_the_truth() -> None:
     """A tap with friction of one damped link's elements, against DOP853 in minimal coordinates."""
     body = finger(SOFT, elements=1, relaxation_time=TAU)
-    chain, start = straight_links(body, STRIKING, SPINS)
-    law = contact_law(SURFACE, SOFT_TIP)
-    exact = solve_chain(chain, law, start, 1e-10, 1e-14)
-    run = integrate(chain, law, start, 1e-7, xi=1.0)
+    chain, start = straight_links(body)
+    exact = solve_chain(chain, SOFT_LAW, start, 1e-10, 1e-14)
+    run = integrate(chain, SOFT_LAW, start, 1e-7, xi=1.0)
     assert run.kinds() == [e.kind for e in exact.events]
     assert run["normal_force"].max() == pytest.approx(exact.peak_normal_force_N, rel=1e-5)
     for event, found in zip(exact.events, run.events, strict=True):

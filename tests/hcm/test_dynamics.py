@@ -8,15 +8,13 @@ from scipy.integrate import quad
 
 import hcm
 from hcm.beam.chain import build_chain
-from hcm.contact.law import contact_law
 from hcm.reference_solution import Start
 from tests.hcm.cases import (
     HARD,
     NOWHERE,
     SOFT,
+    SOFT_LAW,
     SOFT_TIP,
-    SPINS,
-    STRIKING,
     SURFACE,
     finger,
     integrate,
@@ -119,8 +117,8 @@ def impulse_of(run, column: np.ndarray) -> float:
 def struck_chain():
     """Three soft links that turn and strike the surface, without gravity."""
     body = finger(SOFT, elements=3)
-    chain, start = straight_links(body, STRIKING, SPINS, hcm.Drive((), 0.0))
-    run = integrate(chain, contact_law(SURFACE, SOFT_TIP), start, 5e-8)
+    chain, start = straight_links(body, drive=hcm.Drive((), 0.0))
+    run = integrate(chain, SOFT_LAW, start, 5e-8)
     return body, chain, start, run
 
 

@@ -11,7 +11,7 @@ from hcm.beam.chain import Chain
 from hcm.beam.energy import energies
 from hcm.beam.equations import residual
 from hcm.contact import law as contact
-from hcm.contact.law import IN_FLIGHT, Contact, contact_law
+from hcm.contact.law import IN_FLIGHT, Contact
 from hcm.integrators.gauss import step
 from hcm.integrators.gauss_tableau import GaussIntegrator, tableau, with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
@@ -22,9 +22,8 @@ from hcm.state import Motion, build_motion
 from tests.hcm.cases import (
     NOWHERE,
     SOFT,
+    SOFT_LAW,
     SOFT_TIP,
-    SPINS,
-    STRIKING,
     SURFACE,
     TRUTH,
     finger,
@@ -85,7 +84,7 @@ def test_order_in_coordinates_and_velocities(
 ) -> None:
     """Three links whose axial vibrations the start excites, against DOP853."""
     drive = hcm.Drive((2e-2, 1e-2, 5e-3), 9.8, reaction=True) if driven else hcm.Drive()
-    chain, start = straight_links(finger(SOFT, elements=1), ANGLES, SPINS, drive)
+    chain, start = straight_links(finger(SOFT, elements=1), ANGLES, drive=drive)
     time = 4e-5
     exact = solve_chain(chain, NOWHERE, start, 1e-13, 1e-17, end_time=time).end
     errors = []
@@ -119,7 +118,7 @@ def test_phase_of_a_vibrating_bar(stages: int, h_omega: float) -> None:
 @pytest.fixture(scope="module")
 def tumbling():
     """Soft links that whirl about the hinge without gravity: 200 steps of 0.1 ms."""
-    chain, start = straight_links(finger(SOFT), ANGLES, SPINS, STILL)
+    chain, start = straight_links(finger(SOFT), ANGLES, drive=STILL)
     integrator, old, _ = prepared(chain, start, tolerance=1e-12)
     states = [old]
     for _ in range(200):
@@ -172,7 +171,7 @@ def test_factors_turn_with_the_phalanges(tumbling) -> None:
 
 def test_a_step_back_returns(tumbling) -> None:
     """Symmetric: the step of -h undoes that of h, to the iteration's tolerance."""
-    chain, start = straight_links(finger(SOFT), ANGLES, SPINS)
+    chain, start = straight_links(finger(SOFT), ANGLES)
     integrator, old, new = prepared(chain, start)
     back = build_motion(chain, start.coordinates, start.velocities)
     for _ in range(3):
@@ -262,10 +261,9 @@ def test_two_taps_agree_with_generalized_alpha() -> None:
 
 def test_contact_is_generalized_alphas_alone() -> None:
     """From a state in contact the run is the same to the last bit, events and all."""
-    chain, start = straight_links(finger(SOFT, elements=2), STRIKING, SPINS)
+    chain, start = straight_links(finger(SOFT, elements=2))
     start = replace(start, contact=Contact(contact.COMPRESSION, contact.SLIP, 1.0, 0.0, 0.0, 0.0))
-    law = contact_law(SURFACE, SOFT_TIP)
-    ours, theirs = (integrate(chain, law, start, 1e-6, collocation=c) for c in (True, False))
+    ours, theirs = (integrate(chain, SOFT_LAW, start, 1e-6, collocation=c) for c in (True, False))
     assert len(ours.events) >= 2
     assert ours.contact.normal == contact.FLIGHT
     np.testing.assert_array_equal(ours.table, theirs.table)

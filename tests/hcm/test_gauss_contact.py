@@ -12,8 +12,6 @@ from hcm.reference_solution import Start, solve_chain
 from tests.hcm.cases import (
     SOFT,
     SOFT_TIP,
-    SPINS,
-    STRIKING,
     SURFACE,
     TRUTH,
     Run,
@@ -92,7 +90,7 @@ def test_half_a_swing_on_the_spring(steps: float) -> None:
 
 def test_stick_and_slip_are_located() -> None:
     """The transitions of a tap that sticks, slips and sticks again, as fine steps find them."""
-    chain, start = straight_links(finger(SOFT, elements=2), STRIKING, SPINS)
+    chain, start = straight_links(finger(SOFT, elements=2))
     law = contact_law(replace(SURFACE, friction=1.0), replace(SOFT_TIP, tangential_ratio=0.2))
     fine = integrate(chain, law, start, 5e-8, xi=1.0)
     coarse = collocated(chain, law, start, 1e-5)

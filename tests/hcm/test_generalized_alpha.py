@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcm.contact.law import IN_FLIGHT, contact_law
+from hcm.contact.law import IN_FLIGHT
 from hcm.integrators.generalized_alpha import change_step, initial_acceleration, local_error, step
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import solve_chain
@@ -11,10 +11,7 @@ from hcm.state import build_motion
 from tests.hcm.cases import (
     NOWHERE,
     SOFT,
-    SOFT_TIP,
-    SPINS,
-    STRIKING,
-    SURFACE,
+    SOFT_LAW,
     finger,
     integrate,
     order_of,
@@ -28,9 +25,8 @@ RADII = [0.0, 0.5, 0.8, 1.0]
 @pytest.fixture(scope="module")
 def struck_links():
     """Three soft links of two elements that strike the surface, and their truth."""
-    chain, start = straight_links(finger(SOFT, elements=2), STRIKING, SPINS)
-    law = contact_law(SURFACE, SOFT_TIP)
-    return chain, law, start, solve_chain(chain, law, start, 1e-11, 1e-15, dense=True)
+    chain, start = straight_links(finger(SOFT, elements=2))
+    return chain, SOFT_LAW, start, solve_chain(chain, SOFT_LAW, start, 1e-11, 1e-15, dense=True)
 
 
 @pytest.mark.parametrize("xi", RADII)

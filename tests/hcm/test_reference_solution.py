@@ -13,6 +13,7 @@ from tests.hcm.cases import (
     HARD,
     HARD_TIP,
     SOFT,
+    SOFT_LAW,
     SOFT_TIP,
     SPINS,
     STRIKING,
@@ -36,11 +37,10 @@ def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
     q = expand(z, mapping.source)
     v = expand(start.velocities[mapping.place] + rng.standard_normal(z.size), mapping.source)
     contact = Contact(COMPRESSION, STICK, 0.0, 3.0, q[chain.tip + 1] + 0.1, q[chain.tip] + 1e-5)
-    law = contact_law(SURFACE, SOFT_TIP)
-    a = bordered_acceleration(q, v, mapping, chain, contact, law)
+    a = bordered_acceleration(q, v, mapping, chain, contact, SOFT_LAW)
     left, forces = np.empty(q.size), np.empty(q.size)
-    residual(q, v, a, chain, contact, law, left)
-    residual(q, v, np.zeros(q.size), chain, contact, law, forces)
+    residual(q, v, a, chain, contact, SOFT_LAW, left)
+    residual(q, v, np.zeros(q.size), chain, contact, SOFT_LAW, forces)
     # in units of force: slopes' rows are moments
     assert np.abs(left * chain.scale).max() < 1e-10 * np.abs(forces * chain.scale).max()
 
@@ -50,7 +50,7 @@ def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
 )
 def test_truth_is_converged_and_conserves_energy(phalanx: hcm.Phalanx, tip: hcm.Tip) -> None:
     """Two tolerances agree on events and peak; energy lost is the friction's work."""
-    chain, start = straight_links(finger(phalanx, elements=2), STRIKING, SPINS)
+    chain, start = straight_links(finger(phalanx, elements=2))
     law = contact_law(SURFACE, tip)
     coarse, fine = (
         truth.solve_chain(chain, law, start, rtol, atol)
@@ -68,9 +68,9 @@ def test_truth_is_converged_and_conserves_energy(phalanx: hcm.Phalanx, tip: hcm.
 def test_loop_agrees_with_truth_from_one_state() -> None:
     """The paper's contact step, five elements a phalanx, against the truth."""
     body = finger(SOFT)
-    chain, start = straight_links(body, STRIKING, SPINS)
+    chain, start = straight_links(body)
     exact = truth.solve(body, SURFACE, SOFT_TIP, start=start, rtol=1e-10, atol=1e-14)
-    run = integrate(chain, contact_law(SURFACE, SOFT_TIP), start, 1e-7)
+    run = integrate(chain, SOFT_LAW, start, 1e-7)
     assert run.kinds() == [e.kind for e in exact.events]
     # measured: 5e-11 s at separation; 3.6e-8 s where v_n, full of short waves, turns
     assert run.time_of("separation") == pytest.approx(exact.time_of("separation"), abs=5e-10)
@@ -84,9 +84,8 @@ def test_loop_agrees_with_truth_from_one_state() -> None:
 
 
 def test_dense_states_are_only_kept_on_request() -> None:
-    chain, start = straight_links(finger(SOFT, elements=1), STRIKING, SPINS)
-    law = contact_law(SURFACE, SOFT_TIP)
-    solved = truth.solve_chain(chain, law, start, 1e-8, 1e-12)
+    chain, start = straight_links(finger(SOFT, elements=1))
+    solved = truth.solve_chain(chain, SOFT_LAW, start, 1e-8, 1e-12)
     with pytest.raises(ValueError, match="dense=True"):
         solved.at(1e-5)
 

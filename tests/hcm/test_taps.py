@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.contact.law import contact_law
 from hcm.reference_solution import Start
 from tests.hcm.cases import (
     HARD,
     HARD_TIP,
     SOFT,
+    SOFT_LAW,
     SOFT_TIP,
-    SPINS,
-    STRIKING,
     SURFACE,
     finger,
     integrate,
@@ -138,13 +136,12 @@ def test_audit_closes_and_dissipation_only_grows(
 
 def test_mirrored_scene_gives_the_mirrored_tap() -> None:
     """X -> -X of the state at impact: same normal force, opposite tangential force."""
-    chain, start = straight_links(finger(SOFT, elements=3), STRIKING, SPINS)
+    chain, start = straight_links(finger(SOFT, elements=3))
     flip = np.ones(chain.scale.size)
     for place in {*chain.first, *chain.second}:
         flip[[place, place + 2]] = -1.0
     mirrored = Start(flip * start.coordinates, flip * start.velocities)
-    law = contact_law(SURFACE, SOFT_TIP)
-    one, two = (integrate(chain, law, s, 1e-7) for s in (start, mirrored))
+    one, two = (integrate(chain, SOFT_LAW, s, 1e-7) for s in (start, mirrored))
     assert one.kinds() == two.kinds()
     signs = {"normal_force": 1, "tangential_force": -1, "tip_x": -1, "tip_y": 1}
     for column, sign in signs.items():

@@ -71,8 +71,8 @@ def read_record(folder: Path) -> RunRecord:
     history, forces = (_read_arrays(folder / name) for name in (HISTORY, FORCES))
     check_arrays(history, ("time_s",))
     check_arrays(forces, FORCE_COLUMNS)
-    summary = {key: _scalar(value, None) for key, value in values["summary"].items()}
-    errors = {key: _scalar(value, math.inf) for key, value in values["errors"].items()}
+    summary = {key: restored(value, None) for key, value in values["summary"].items()}
+    errors = {key: restored(value, math.inf) for key, value in values["errors"].items()}
     events = tuple(Event(float(time), kind) for time, kind in values["events"])
     return RunRecord(
         **{**values, "summary": summary, "errors": errors, "events": events},
@@ -82,10 +82,10 @@ def read_record(folder: Path) -> RunRecord:
     )
 
 
-def _scalar(value: Any, nothing: float | None) -> Any:
+def restored(value: Any, nothing: float | None) -> Any:
     """A scalar or a vector as it was before JSON, which has neither tuples nor infinity."""
     if isinstance(value, list):
-        return tuple(_scalar(item, nothing) for item in value)
+        return tuple(restored(item, nothing) for item in value)
     return nothing if value is None else value
 
 

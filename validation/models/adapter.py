@@ -19,6 +19,11 @@ from validation.scenes.tables import TorqueTable
 Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being done
 
 
+def part(progress: Progress, low: float, high: float) -> Progress:
+    """A callback whose 0..1 is low..high of another's."""
+    return lambda fraction, text: progress(low + (high - low) * fraction, text)
+
+
 @dataclass(frozen=True)
 class Checkpoint:
     """Where a long run leaves its state as it goes, and whether to continue from there."""

@@ -14,6 +14,7 @@ import numpy as np
 from validation.harness.files import atomic, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
+from validation.harness.stored_run import restored
 from validation.sweep.axis import quantity_of
 from validation.sweep.plan import Plan
 from validation.sweep.points import PointTable
@@ -50,12 +51,7 @@ def solved(row: Mapping[str, Any] | None) -> Solved:
     """A row of the store; an error of null is infinite."""
     if row is None:
         return Solved()
-    errors = {
-        key: tuple(math.inf if part is None else part for part in value)
-        if isinstance(value, list)
-        else math.inf if value is None else value
-        for key, value in row["errors"].items()
-    }  # fmt: skip
+    errors = {key: restored(value, math.inf) for key, value in row["errors"].items()}
     return Solved(**{**row, "errors": errors})
 
 

@@ -3,7 +3,6 @@
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -106,45 +105,34 @@ def read_tolerances(text: str) -> Mapping[str, float]:
     return found
 
 
-@dataclass(frozen=True)
-class Checked:
-    """A tolerance that was asked for, and what became of it.
-
-    outcome : inside, outside or cannot tell, or missing where a run is.
-    text : in words with numbers.
-    """
-
-    scene: str
-    model: str
-    quantity: str
-    outcome: str
-    text: str
+def outcome(row: Difference) -> str:
+    """Of a tolerance that was asked for: inside, outside, cannot tell, or missing with a run."""
+    return "missing" if row.verdict is None else row.verdict.check or "cannot tell"
 
 
-def _checked(row: Difference) -> Checked:
-    where = f"{row.scene}, {row.model}: {row.quantity.title}"
-    verdict = row.verdict
-    outcome: str = "missing" if verdict is None else verdict.check or "cannot tell"
+def told(row: Difference) -> str:
+    """The same in words with numbers."""
+    where, verdict = f"{row.scene}, {row.model}: {row.quantity.title}", row.verdict
     if verdict is None:
-        text = f"{where}: nothing to compare"
-    else:
-        known = "with no stated error"
-        if verdict.uncertainty is not None:
-            known = f"known to {verdict.uncertainty:.2g} %"
-        text = f"{where} {verdict.difference:+.2f} % ({known}), tolerance {row.tolerance:g} %: "
-        text += outcome
-    return Checked(row.scene, row.model, row.quantity.key, outcome, text)
+        return f"{where}: nothing to compare"
+    known = "with no stated error"
+    if verdict.uncertainty is not None:
+        known = f"known to {verdict.uncertainty:.2g} %"
+    difference = f"{where} {verdict.difference:+.2f} % ({known})"
+    return f"{difference}, tolerance {row.tolerance:g} %: {outcome(row)}"
 
 
-def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Checked]:
+def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Difference]:
     """Write ``validate.json`` (all verdicts) and ``junit.xml`` (a test for each tolerance).
+
+    Returns the differences that a tolerance was asked for.
 
     Parameters
     ----------
     failures : one line for each run that failed.
     """
     rows = differences(runs, COMPARED)
-    checks = [_checked(row) for row in rows if row.tolerance is not None]
+    checks = [row for row in rows if row.tolerance is not None]
     content = {
         "verdicts": [_verdict(row) for row in rows],
         "failures": list(failures),
@@ -174,17 +162,17 @@ def _verdict(row: Difference) -> dict[str, Any]:
     }
 
 
-def _junit(checks: Sequence[Checked], failures: Sequence[str]) -> str:
+def _junit(checks: Sequence[Difference], failures: Sequence[str]) -> str:
     """JUnit's XML: a failed run is an error, a check that is not inside a failure."""
-    wrong = [check for check in checks if check.outcome != "inside"]
+    wrong = [row for row in checks if outcome(row) != "inside"]
     counts = {"tests": len(checks) + len(failures), "failures": len(wrong), "errors": len(failures)}
     attributes = {name: str(count) for name, count in counts.items()}
     suite = ET.Element("testsuite", {"name": "fingertap validate", **attributes})
-    for check in checks:
-        name = f"{check.scene}.{check.model}"
-        case = ET.SubElement(suite, "testcase", classname=name, name=check.quantity)
-        if check.outcome != "inside":
-            ET.SubElement(case, "failure", message=check.text, type=check.outcome)
+    for row in checks:
+        name = f"{row.scene}.{row.model}"
+        case = ET.SubElement(suite, "testcase", classname=name, name=row.quantity.key)
+        if row in wrong:
+            ET.SubElement(case, "failure", message=told(row), type=outcome(row))
     for failure in failures:
         case = ET.SubElement(suite, "testcase", classname="runs", name=failure)
         ET.SubElement(case, "error", message=failure)

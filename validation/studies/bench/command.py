@@ -9,7 +9,7 @@ from validation.harness.console import output, progress_bar, say
 from validation.harness.files import output_folder
 from validation.harness.provenance import version
 from validation.harness.store import Store
-from validation.models.adapter import Progress
+from validation.models.adapter import Progress, part
 from validation.peers import bar_programs
 from validation.studies.bench import (
     bar,
@@ -31,11 +31,6 @@ from validation.studies.bench.work_precision import Point, Setting, Solver
 
 LEDGER = "What each shortcut saves, and what it costs"
 QUICK_BUDGET_S, BUDGET_S = 0.15, 0.5  # for the repeats of one setting
-
-
-def part(progress: Progress, low: float, high: float) -> Progress:
-    """A callback whose 0..1 is low..high of another's."""
-    return lambda fraction, text: progress(low + (high - low) * fraction, text)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
-from validation.models.adapter import Progress
+from validation.models.adapter import Progress, part
 from validation.runs.execute import Job, in_fresh_process
 from validation.studies.paper.case_runs import solve_cases
 from validation.studies.paper.cases import experiments, undriven_cases
@@ -50,9 +50,7 @@ def solve_all(progress: Progress, store: Store) -> tuple[Runs, IdentifiedTorque]
         common, two = found.common, found.by_case["driven-2"].best_factor
         driven = driven_cases(common.factor, common.uncertainty, two, factors)
         cases = (*driven, *undriven_cases(), *experiments())
-        return solve_cases(
-            cases, pool, lambda share, what: progress(0.2 + 0.5 * share, what), store
-        ), found
+        return solve_cases(cases, pool, part(progress, 0.2, 0.7), store), found
 
 
 def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh = False) -> None:
@@ -81,7 +79,7 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         if reference:
             references = run_references(
                 lambda changes, name: run_scenes(runs_folder, "fem3d", changes, name, store),
-                lambda share, what: progress(0.75 + 0.15 * share, what),
+                part(progress, 0.75, 0.9),
             )
         progress(0.9, "ledger and figures")
         findings = {

@@ -1,6 +1,5 @@
 """What the ramp's experiment found: the file that the package keeps, and how it is told."""
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cache, partial
@@ -46,13 +45,10 @@ def to_json(outcome: Outcome, provenance: Mapping[str, Any]) -> dict[str, Any]:
 @cache
 def kept_outcome() -> Outcome:
     """What the package keeps, made by `fingertap identify ramp --json`."""
-    text = resources.files("validation").joinpath("data", FILE).read_text(encoding="utf-8")
-    kept = json.loads(text)
-    points = (Point(**{**point, "agreeing": tuple(point["agreeing"])}) for point in kept["points"])
-    found = kept["exclusion"]
-    boxes = {row: tuple(mine) for row, mine in found["excluded"].items()}
-    exclusion = Exclusion(**{**found, "excluded": boxes, "left": tuple(found["left"])})
-    return Outcome(tuple(points), exclusion)
+    from pydantic import TypeAdapter
+
+    content = resources.files("validation").joinpath("data", FILE).read_bytes()
+    return TypeAdapter(Outcome).validate_json(content)
 
 
 def closest(points: Iterable[Point]) -> Point:

@@ -12,6 +12,7 @@ from validation.harness.files import output_folder, write_json
 from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
 from validation.harness.tables import table_of, write_table
+from validation.models.adapter import part
 from validation.models.hcm import warm_up_flights
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.stress.campaign import run_cells
@@ -48,8 +49,8 @@ def run_peers(out: Path) -> None:
 
     folder = output_folder(out / "stress")
     with progress_bar("stress --peers") as progress:
-        rows = peers_table(lambda share, text: progress(0.6 * share, text))
-        reference = calculix_table(lambda share, text: progress(0.6 + 0.4 * share, text))
+        rows = peers_table(part(progress, 0.0, 0.6))
+        reference = calculix_table(part(progress, 0.6, 1.0))
     tables = {
         "peers": (rows, "Ten hard cells, the same equations"),
         "peers-reference": (reference, "Hard cells of the reference, CalculiX' automatic step"),
@@ -107,7 +108,7 @@ def run_stress(
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_flights)
         with workers(os.cpu_count() or 1) as pool:
-            run_cells(cells, finished, pool, lambda share, text: progress(0.95 * share, text))
+            run_cells(cells, finished, pool, part(progress, 0.0, 0.95))
         summary = []
         for wanted in maps:
             progress(0.97, f"tables and figures, {wanted.name}")

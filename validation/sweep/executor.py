@@ -35,7 +35,7 @@ COUNTED_S = 5.0  # between two looks how many workers there are
 class Crew:
     """What solves batches.
 
-    submit : of an executor. workers : how many of them there are now. name : for messages.
+    submit : of an executor. workers : how many of them there are now.
     """
 
     submit: Submit

@@ -41,10 +41,9 @@ def staircase(runs: Runs, scene: str) -> list[list[Difference]]:
 
 def labels(runs: Runs, scene: str) -> dict[str, str]:
     """Names of a scene's compared models and of what they are compared with, with their times."""
-    found = [*((model, runs.of_model(scene, model)) for model in runs.plan.models)]
-    found += [("", runs.reference(scene))]
+    found = {model: runs.of_model(scene, model) for model in runs.plan.models}
     named = {}
-    for model, run in found:
+    for model, run in (found | {"": runs.reference(scene)}).items():
         time = None if run is None else run.value("wall_time_s")
         if time is not None:
             time = float(f"{time:.2g}")

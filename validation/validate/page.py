@@ -46,7 +46,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
 
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     """Figs. 7 and 9; returns paths and captions."""
-    forces, meshes = (folder / f"{name}.png" for name in ("forces", "elements"))
+    forces, meshes = folder / "forces.png", folder / "elements.png"
     lines = [r for s in runs.scenes for r in runs.lines(s)]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
     compared = {
@@ -55,17 +55,17 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         if (reference := runs.reference(scene)) is not None
     }
     overlay_figure(forces, lines, band, runs.scenes, compared)
-    counted = [
-        (title, run)
-        for scene in runs.scenes
-        for variant, title in MESHES.items()
-        if (run := runs.find(scene, ("hcm", variant))) is not None
-    ]
     found = [
         (forces, "Models and references (as the paper's fig. 9), below them the models' difference"
                  " from the reference. Source: the runs below."),
     ]  # fmt: skip
     if runs.plan.in_full:
+        counted = [
+            (title, run)
+            for scene in runs.scenes
+            for variant, title in MESHES.items()
+            if (run := runs.find(scene, ("hcm", variant))) is not None
+        ]
         mesh_figure(meshes, counted, runs.scenes)
         text = "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs."
         found.append((meshes, text))

@@ -9,11 +9,14 @@ import xarray
 
 from tests.validation.commands import Run, call
 from validation.errors import UserError
+from validation.harness.record import RunRecord
 from validation.models import hcm as hcm_adapter
 from validation.models import solid, solid_mesh
+from validation.models.adapter import Outcome
+from validation.models.solid_accuracy import solved_within
 from validation.render.run_folder import read_steps
 from validation.runs.execute import Job, in_fresh_process, solve
-from validation.scenes.load import load_scene
+from validation.scenes.load import NamedScene, load_scene
 
 
 @pytest.fixture
@@ -168,6 +171,46 @@ def test_a_solid_keeps_the_accuracy_asked_of_it() -> None:
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, None)
     told = {c["setting"]: c["value"] for c in record.accuracy["choices"]}
     assert ("element" in told, told["contact"]) == (False, "impulse")
+
+
+@pytest.mark.parametrize(
+    ("second", "kept", "left", "caution"),
+    [
+        (0.008, 1, 0.008, ""),
+        (0.02, 1, 0.02, "expects a relative error of 0.02; 0.01 was wanted; coarse"),
+        (0.04, 0, 0.03, "expects a relative error of 0.03; 0.01 was wanted; coarse"),
+        (None, 0, 0.03, "expects a relative error of 0.03; 0.01 was wanted; coarse"),
+    ],
+)
+def test_a_solid_that_expects_more_is_solved_again(
+    second: float | None, kept: int, left: float, caution: str
+) -> None:
+    """On a mesh for a third at least; the better of both is kept, and says what it expects."""
+    asked: list[float] = []
+
+    def solver(scene: NamedScene) -> Outcome:
+        asked.append(scene.tables.solver.accuracy_of("fem"))
+        expected = 0.03 if len(asked) == 1 else second
+        ok = expected is not None
+        held = {"wanted": asked[-1], "expected": expected, "choices": []}
+        said = "" if ok and expected <= 0.01 else "coarse"
+        status = "COMPLETED" if ok else "UNSTABLE"
+        found = {"wall_time_s": 1.0, "elements": len(asked) - 1}
+        return Outcome(RunRecord("soft", "fem3d", "", status, ok, said, found, accuracy=held))
+
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
+    assert asked == [0.01, pytest.approx(0.01 / 3.0, rel=1e-2)]
+    assert (record.summary["elements"], record.summary["wall_time_s"]) == (kept, 2.0)
+    assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
+    assert "0.03 was expected" in record.accuracy["choices"][-1]["reason"]
+    assert (record.ok, record.message) == (True, caution)
+
+
+def test_a_solid_that_keeps_its_accuracy_is_solved_once() -> None:
+    held = {"wanted": 0.01, "expected": 0.009, "choices": []}
+    once = [Outcome(RunRecord("soft", "fem3d", "", "COMPLETED", True, "", {}, accuracy=held))]
+    scene = load_scene("soft", ["solver.accuracy=0.01"])
+    assert solved_within(lambda asked: once.pop(), scene).record.accuracy is held
 
 
 def test_memory_is_not_charged_for_the_parent(tmp_path: Path) -> None:

@@ -41,6 +41,7 @@ class Solved:
 
     status, tight_status : of both solves. caution, tight_caution : what they say of themselves.
     numbers : by quantity. seconds : of the run without its estimates, of the tight one.
+    expected : the relative error that a run held to an accuracy says it has.
     """
 
     status: str
@@ -49,6 +50,7 @@ class Solved:
     numbers: dict[str, Compared]
     seconds: tuple[float, float]
     tight_caution: str = ""
+    expected: float | None = None
 
 
 def solve_case(case: Case) -> Solved:
@@ -70,7 +72,8 @@ def solve_case(case: Case) -> Solved:
         return Solved("REFUSED", "", str(refusal), {}, (0.0, 0.0))
     seconds = float(run.summary["wall_time_s"]), time.perf_counter() - middle
     numbers = compare(run.summary, run.errors, tight.summary) if tight.ok else {}
-    return Solved(run.status, tight.status, run.message, numbers, seconds, tight.message)
+    expected = run.accuracy.get("expected")
+    return Solved(run.status, tight.status, run.message, numbers, seconds, tight.message, expected)
 
 
 def _updates(tables: Scene, kind: str) -> float:

@@ -11,7 +11,15 @@ from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.scenes.load import load_scene
 from validation.studies.calibration.command import calibrate
-from validation.studies.calibration.report import Row, misses, numbers_of, table, write_report
+from validation.studies.calibration.report import (
+    HELD,
+    Row,
+    held,
+    misses,
+    numbers_of,
+    table,
+    write_report,
+)
 from validation.studies.calibration.scenes import KINDS, case
 from validation.studies.calibration.solves import solve_case
 from validation.studies.stated_errors import compare
@@ -82,6 +90,29 @@ def test_tight_solves_with_a_caution_are_counted_apart() -> None:
     for name, (number, missed) in expected.items():
         assert judged[name]["numbers"] == number
         assert judged[name]["more than 2 stated errors off"] == missed
+
+
+def test_runs_that_say_they_fall_short_are_counted_apart() -> None:
+    """Four at 1e-2: kept, far off and said so, far off in silence, judged by a doubtful solve."""
+
+    def row(number: int, error: float, expected: float | None, doubt: str = "") -> Row:
+        numbers = dict.fromkeys(HELD, (1.0, 0.0, error, 1.0))
+        result = {"status": "COMPLETED", "numbers": numbers, "expected": expected, "caution": "",
+                  "tight_caution": doubt, "seconds": (1.0, 1.0)}  # fmt: skip
+        return number, case("hcm", number, 1e-2), result
+
+    found = [row(0, 5e-3, 8e-3), row(1, 0.05, 0.06), row(4, 0.04, None), row(5, 0.02, 0.0, "?")]
+    by = {entry["scenes"]: entry for entry in held(found)}
+    assert list(by) == ["falls", "driven", "judged without a caution", "all"]
+    shares = {name: (entry["number"], round(entry["within (%)"]), entry["beyond 3 times"],
+                     entry["say they keep it"], round(entry["of these within (%)"]),
+                     entry["of these beyond 3 times"]) for name, entry in by.items()}  # fmt: skip
+    assert shares == {
+        "falls": (2, 50, 1, 2, 50, 1),
+        "driven": (2, 0, 1, 1, 0, 0),
+        "judged without a caution": (3, 33, 2, 2, 50, 1),
+        "all": (4, 25, 2, 3, 33, 1),
+    }
 
 
 def test_the_report_names_scenes_that_can_be_run_again(tmp_path: Path) -> None:

@@ -72,7 +72,9 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = 
                     handles.append(handle)
                     labels.append(label)
         if handles:
-            axes[0][0].figure.legend(handles, labels, loc="outside lower center", ncols=4)
+            axes[0][0].figure.legend(
+                handles, labels, loc="outside lower center", ncols=min(4, 2 * len(scenes))
+            )
 
 
 def assumption_bars(

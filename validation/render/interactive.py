@@ -91,7 +91,7 @@ def write_interactive(
         scene={
             "aspectmode": "data",
             "domain": {"x": [0, 1], "y": [0.4, 1]},
-            "camera": {"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.3, "z": 3}},
+            "camera": {"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.4, "z": 4}},
             **{f"{axis}axis": {"title": {"text": f"{axis.upper()} (mm)"}} for axis in "xy"},
             "zaxis": {"title": {"text": ""}, "showticklabels": False},
         },

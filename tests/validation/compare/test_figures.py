@@ -33,6 +33,19 @@ def test_the_residual_is_the_difference_over_the_references_peak(
 
 
 @pytest.mark.usefixtures("figures_kept")
+@pytest.mark.parametrize("scenes", [("soft",), ("soft", "hard")])
+def test_the_legend_lies_within_the_figure(
+    scenes: tuple[str, ...], make_record: Make, tmp_path: Path
+) -> None:
+    runs = [make_record("soft", "fem3d", f"{n} ls-dyna-like") for n in range(5)]
+    overlay_figure(tmp_path / "f.png", runs, (), scenes)
+    (legend,) = plt.gcf().legends
+    box, whole = legend.get_window_extent(), plt.gcf().bbox
+    assert 0.0 <= box.x0 < box.x1 <= whole.x1
+    assert 0.0 <= box.y0 < box.y1 <= whole.y1
+
+
+@pytest.mark.usefixtures("figures_kept")
 def test_points_are_differences_and_bars_their_uncertainty(
     make_record: Make, tmp_path: Path
 ) -> None:

@@ -1,8 +1,8 @@
 """The whole tap by CalculiX: the reference's mesh, impact state, hinges and contact's stiffness.
 
 What CalculiX does otherwise stands in `peers.calculix_impact`; its steps are implicit (HHT, alpha =
--0.05) and take three or four Newton iterations each: ten minutes a tap. So its outcome is kept in
-``validation/data`` with date and machine; ``--fresh`` runs it again.
+-0.05) and take three or four Newton iterations each: ten minutes to an hour a tap. So its outcome
+is kept in ``validation/data`` with date and machine; ``--fresh`` runs it again.
 """
 
 import json

@@ -185,7 +185,7 @@ def fly(
 ) -> tuple[Callable[[float], ChainState], float | None]:
     """Integrate from `start` until the gap of the rigidly moved surface closes.
 
-    Dormand-Prince 8(5,3); what opens again within a step is found by `_first_closing`.
+    Dormand-Prince 8(5,3); what opens again within a step is found by `first_closing`.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def fly(
             raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
         solutions.append((end, solution.sol))
         now, hits = solution.y[:, -1], solution.t_events[0]
-        earlier = _first_closing(chain, solution.sol, solution.t, gap)
+        earlier = first_closing(chain, solution.sol, solution.t, gap)
         if earlier is not None:
             hits = np.array([earlier])
         if hits.size:
@@ -248,7 +248,7 @@ def fly(
     return state_at, float(hits[0]) if hits.size else None
 
 
-def _first_closing(
+def first_closing(
     chain: RigidChain, flown: Callable[..., Array], times: Array, gap: Callable[[Array], float]
 ) -> float | None:
     """First time at which the gap closes between `times`, at which it is open; None if never.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from validation.harness import identity
 from validation.harness.provenance import processor
-from validation.harness.quantities import quantities, unit_of
+from validation.harness.quantities import quantities
 from validation.harness.store import Store, json_format
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
@@ -249,20 +249,23 @@ def rows(tap: Tap, progress: Progress, store: Store) -> list[Row]:
     numbers = numbers_of(time, force, theirs.peak_stress_R_Pa)
     own_numbers, share = numbers_of(own_time, own_force, own.peak_stress_R_Pa), shares(tap, store)
     by = (
-        f"RMS of the curve {rms:.2g} % of it; {theirs.program} on {theirs.date}, {theirs.machine},"
-        f" {theirs.wall_time_s / 60:.0f} min, steps of {1e6 * theirs.step_s:g} us"
+        f"{force.max():.4g} and {own_force.max():.4g} N; RMS of the curve {rms:.2g} %;"
+        f" {theirs.program} on {theirs.date}, {theirs.machine}, {theirs.wall_time_s / 60:.0f} min,"
+        f" steps of {1e6 * theirs.step_s:g} us"
     )
     found = []
     for of in quantities(*numbers):
-        outside, ours, error = numbers[of.key], own_numbers[of.key], share[of.key]
+        outside, ours = (of.factor * by_key[of.key] for by_key in (numbers, own_numbers))
+        error = share[of.key]
         known = error * abs(outside), ours, error * abs(ours)
         remark = by if of.key == JUDGED[0] else ""
-        found.append(Row(of.title, unit_of(of.key), "fem3d", outside, *known, remark))
+        found.append(Row(of.title, of.unit, "fem3d", outside, *known, remark))
     if theirs.von_mises_kPa:
-        outside, ours, apart = fields(theirs, own)
+        *sizes, apart = fields(theirs, own)
+        outside, ours = (1e-6 * size for size in sizes)
         error = share[JUDGED[0]]
         found.append(Row(
-            "von Mises' stress at the peak, RMS over the body", "Pa", "fem3d", outside,
+            "von Mises' stress at the peak, RMS over the body", "MPa", "fem3d", outside,
             error * outside, ours, error * ours, f"the fields differ by {100 * apart:.2g} % of it"
         ))  # fmt: skip
     return found

@@ -258,7 +258,9 @@ def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -
         STOPPED, time_s=(*STOPPED.time_s, 4e-6), normal_force_N=(0.0, 8.0, 10.0, 4.0, 0.0)
     )
     monkeypatch.setattr(taps, "outcome_of", lambda *given: ended)
-    assert len(taps.rows(TAP, quiet, Store(None))) == 5
+    _, impulse, *_, whole = taps.rows(TAP, quiet, Store(None))
+    assert (impulse.outside, impulse.unit) == (pytest.approx(0.022), "mN s")
+    assert (whole.outside, whole.unit) == (pytest.approx(7**0.5), "MPa")
 
 
 def test_soft_springs_are_given_to_both_programs(monkeypatch: Patch) -> None:

@@ -56,8 +56,7 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = 
         for axis, scene in zip(axes[0], scenes, strict=True):
             draw(axis, scene)
             axis.axhline(0, color=BLACK, linewidth=0.6)
-            axis.set_title(f"{scene} finger", fontsize=10, loc="left")
-            axis.set_ylabel("contact force (N)")
+            axis.set(title=f"{scene} finger", ylabel="contact force (N)")
             axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction")
             axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction")
         if below is not None:
@@ -99,7 +98,7 @@ def assumption_bars(
     for number, (axis, title) in enumerate(zip(axes, titles, strict=True)):
         axis.barh(places, np.array(values)[:, number], left=starts[:, number], color=colors)
         axis.set_yticks(places, [])
-        axis.set_title(title, fontsize=10, loc="left")
+        axis.set_title(title)
     axes[0].set_yticks(places, [name.replace("_", " ") for name in names])
     return places
 
@@ -141,7 +140,7 @@ def difference_figure(
             axis.margins(x=0.12)
             axis.set_ylim(places[-1] - 0.6, 0.6)
             axis.locator_params("x", nbins=3)
-            axis.set_title(axis.get_title("left"), fontsize=9, loc="left")
+            axis.set_title(axis.get_title("left"), fontsize=9)
         figure = axes[0][0].figure
         figure.text(0.01, 0.99, f"{models[0].scene} finger", va="top", fontsize=10)
         figure.supxlabel(f"% from {labels['']} (line)", fontsize=9)

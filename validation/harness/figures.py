@@ -16,6 +16,8 @@ STYLE = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.7,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
     "axes.grid": True,
     "grid.linewidth": 0.4,
     "grid.color": "#dddddd",
@@ -66,8 +68,6 @@ def panels(
 
 def label(axis: Any, title: str, x: str, y: str) -> None:
     """Title at the left, axes named, a line at zero, a legend."""
-    axis.set_title(title, fontsize=10, loc="left")
-    axis.set_xlabel(x)
-    axis.set_ylabel(y)
+    axis.set(title=title, xlabel=x, ylabel=y)
     axis.axhline(0, color=BLACK, linewidth=0.6)
     axis.legend()

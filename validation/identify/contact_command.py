@@ -104,7 +104,7 @@ def draw(path: Path, found: ContactIdentification) -> None:
         axis.axhline(found.force_N, color=BLACK, lw=0.6, ls=":")
         axis.set(xlabel="indentation (µm)", ylabel="normal force (N)", xlim=(0, None))
         axis.set_ylim(0, None)
-        axis.set_title(f"{found.scene} finger: the meshed tip on a rigid plane", fontsize=10)
+        axis.set_title(f"{found.scene} finger: the meshed tip on a rigid plane", loc="center")
         axis.legend()
 
 

@@ -37,7 +37,7 @@ def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[s
                 axis.plot(ends, ends, color=BLACK, linewidth=0.8)
                 if ends[0] > 0.0 and ends[1] > 20.0 * ends[0]:
                     axis.set(xscale="log", yscale="log")
-            axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9, loc="left")
+            axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9)
             axis.set(xlabel=labels[pair.base], ylabel=labels[pair.own])
 
 
@@ -55,9 +55,8 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 share = np.arange(1, apart.size + 1) / max(apart.size, 1)
                 color = COLORS[number % len(COLORS)]
                 axis.step(100 * apart, 100 * share, where="post", color=color, label=pair.title)
-            axis.set_xscale("log")
-            axis.set_title(entry.title, fontsize=9, loc="left")
-            axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)")
+            axis.set_title(entry.title, fontsize=9)
+            axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
         axes[0, 0].legend()
 
 

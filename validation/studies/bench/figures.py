@@ -54,10 +54,8 @@ def _draw_series(
 
 
 def _logarithmic(axis: Any, title: str, x: str, size: int) -> None:
-    axis.set_xscale("log")
-    axis.set_yscale("log")
-    axis.set_title(title, fontsize=size, loc="left")
-    axis.set_xlabel(x)
+    axis.set(xscale="log", yscale="log", xlabel=x)
+    axis.set_title(title, fontsize=size)
 
 
 def _plain_ticks(axis: Any) -> None:
@@ -160,8 +158,7 @@ def _bars(
         axis.set_yticks(range(len(names)), names, fontsize=7)
         axis.invert_yaxis()
         axis.set_axisbelow(True)
-        axis.set_xlabel(x)
-        axis.set_title(title, fontsize=10, loc="left")
+        axis.set(title=title, xlabel=x)
 
 
 def kernels(path: Path, speeds: Sequence[Speed]) -> None:

@@ -68,7 +68,7 @@ def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits:
             axis.set_yticks(*_ticks(wanted.y, 6))
             axis.set_xlabel(wanted.x_name)
             if wanted.panel_name:
-                axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9, loc="left")
+                axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9)
         axes[0][0].set_ylabel(wanted.y_name)
         seen = [answer for answer in Answer if answer in {row["answer"] for row in rows}]
         patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]

@@ -1,13 +1,16 @@
 import signal
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.validation.commands import Capture, Ended, Run, call
+from tests.validation.commands import Capture, Ended, Patch, Run, Use, call, fake_adapter
 from validation.harness.provenance import provenance
 from validation.harness.record import Event, RunRecord
+from validation.models.adapter import Outcome
+from validation.runs import execute
 from validation.scenes.load import load_scene
 
 PEAK, DURATION, CONTACT, FRICTION = 64.0, 2e-4, 0.136, 0.5
@@ -89,3 +92,18 @@ def make_record() -> Callable[..., RunRecord]:
         return RunRecord(scene, model, variant, **fields)
 
     return make
+
+
+@pytest.fixture
+def fake_model(monkeypatch: Patch, make_record: Callable[..., RunRecord]) -> Use:
+    """Every model becomes one that returns the given record or raises the given error."""
+
+    def use(record: RunRecord | None = None, error: BaseException | None = None) -> None:
+        def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
+            if error is not None:
+                raise error
+            return Outcome(replace(record or make_record(), scene=scene.name))
+
+        monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
+
+    return use

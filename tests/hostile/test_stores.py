@@ -1,7 +1,6 @@
 """A store's forged entries: discarded in one line and computed again, or a run like any other."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,21 +8,14 @@ import numpy as np
 import pytest
 
 from tests.hostile.stores import NAMED, seal
-from tests.validation.commands import Make, Patch, Run, fake_adapter
-from validation.models.adapter import Outcome
-from validation.runs import execute
+from tests.validation.commands import Make, Run, Use
 
 
 @pytest.fixture
-def whole(make_record: Make, monkeypatch: Patch, tmp_path: Path, fingertap: Run) -> Path:
+def whole(make_record: Make, fake_model: Use, tmp_path: Path, fingertap: Run) -> Path:
     """An output folder whose store holds a run."""
     time = np.linspace(0.136, 0.1362, 5)
-    record = make_record(history={"time_s": time, "normal_force_N": np.ones(5)})
-
-    def run(scene: Any, progress: Any, checkpoint: Any) -> Outcome:
-        return Outcome(replace(record, scene=scene.name))
-
-    monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
+    fake_model(make_record(history={"time_s": time, "normal_force_N": np.ones(5)}))
     assert fingertap("run", "soft", "--model", "hcm", "--out", tmp_path / "out").code == 0
     return tmp_path / "out"
 

@@ -40,6 +40,7 @@ class Ended:
 
 
 Run = Callable[..., Ended]
+Use = Callable[..., None]
 
 
 def call(*arguments: object) -> int:

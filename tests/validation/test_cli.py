@@ -1,5 +1,4 @@
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -7,31 +6,12 @@ from typing import Any
 import pytest
 
 from tests.processes import COMMAND, ROOT, python
-from tests.validation.commands import Capture, Make, Patch, Run, fake_adapter
+from tests.validation.commands import Capture, Make, Patch, Run, Use
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say_error
 from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS
-from validation.harness.record import RunRecord
-from validation.models.adapter import Outcome
-from validation.runs import execute
 
-Use = Callable[..., None]
 HCM = ("run", "soft", "--model", "hcm")
-
-
-@pytest.fixture
-def fake_model(monkeypatch: Patch, make_record: Make) -> Use:
-    """Every model becomes one that returns the given record or raises the given error."""
-
-    def use(record: RunRecord | None = None, error: BaseException | None = None) -> None:
-        def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
-            if error is not None:
-                raise error
-            return Outcome(replace(record or make_record(), scene=scene.name))
-
-        monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
-
-    return use
 
 
 def read(text: str) -> dict[str, Any]:

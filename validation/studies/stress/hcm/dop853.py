@@ -4,7 +4,7 @@ It shares the beams' forces with hcm, and neither the time integration, nor Newt
 hinges' multipliers, nor the search for events.
 """
 
-from hcm import Scene
+from hcm import Scene, TapResult
 from hcm import reference_solution as truth
 from hcm.posture import Postures
 from validation.studies.stress.hcm.judge import examine, with_step
@@ -19,9 +19,10 @@ LONGEST_S = 0.01
 
 def judge_by_dop853(scene: Scene) -> Verdict:
     """The verdict of the laws, and then peak F_n, impulse and duration by DOP853."""
-    found, result = examine(scene)
-    if result is None:
-        return found
+    return examine(scene, _by_dop853, with_step)
+
+
+def _by_dop853(found: Verdict, scene: Scene, result: TapResult) -> Verdict:
     kept = result.event_postures
     assert isinstance(kept, Postures)
     assert kept.v is not None
@@ -41,5 +42,4 @@ def judge_by_dop853(scene: Scene) -> Verdict:
         (other.peak_normal_force_N, other.normal_impulse_N_s, other.end.time_s - start.time_s),
         (s.peak_normal_force_N, s.normal_impulse_N_s, s.contact_duration_s),
     )
-    found = found.compared("DOP853 with event handling from the state at contact", error)
-    return with_step(found, scene, result)
+    return found.compared("DOP853 with event handling from the state at contact", error)

@@ -1,5 +1,6 @@
 """Judging a cell of the reduced model: run, checked by what did not produce it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import hcm
@@ -9,6 +10,8 @@ from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.judging import SMALLER_STEP, tap_scalars
 from validation.studies.stress.stability_map import Answer, Verdict
 
+# Of a completed run that breaks no law: the verdict so far, and the verdict with one more check.
+Check = Callable[[Verdict, hcm.Scene, hcm.TapResult], Verdict]
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
 
@@ -32,7 +35,7 @@ def first_tap(result: hcm.TapResult) -> tuple[float, ...] | None:
     return tap_scalars(result.summary, result.history)
 
 
-def confirm(scene: hcm.Scene, result: hcm.TapResult, found: Verdict) -> Verdict:
+def confirm(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
     """The verdict on a completed run, by a run with smaller steps and tolerances.
 
     A tighter run that does not end in the work allowed gives way to one that is less tight; where
@@ -52,26 +55,28 @@ def confirm(scene: hcm.Scene, result: hcm.TapResult, found: Verdict) -> Verdict:
     return replace(found, error=float("inf")).judged(Answer.WRONG, failed)
 
 
-def examine(scene: hcm.Scene) -> tuple[Verdict, hcm.TapResult | None]:
-    """Run a scene and check its invariants; the result where it is right so far."""
-    scene = observed(scene)
+def examine(scene: hcm.Scene, *checks: Check) -> Verdict:
+    """Run a scene and check its invariants, then by `checks` in turn where it is right so far."""
+    run = observed(scene)
     try:
-        result = hcm.simulate(**scene.arguments())
+        result = hcm.simulate(**run.arguments())
     except hcm.ParameterError as refusal:
-        return Verdict(Answer.REFUSED, str(refusal)), None
+        return Verdict(Answer.REFUSED, str(refusal))
     s = result.statistics
     found = Verdict(
         Answer.RIGHT, "", "mechanics of its states, contact law", None,
         result.summary.energy_residual, s.steps, s.wall_time_s,
     )  # fmt: skip
-    broken = violations(scene, result)
+    broken = violations(run, result)
     if broken:
-        return found.judged(Answer.WRONG, "; ".join(broken)), None
+        return found.judged(Answer.WRONG, "; ".join(broken))
     if result.status is not hcm.Status.COMPLETED:
         flags = (hcm.Status.UNREPEATABLE, hcm.Status.TOO_FLEXIBLE, hcm.Status.UNRESOLVED)
         answer = Answer.FLAGGED if result.status in flags else Answer.STOPPED
-        return found.judged(answer, result.message), None
-    return found, result
+        return found.judged(answer, result.message)
+    for check in checks:
+        found = check(found, scene, result)
+    return found
 
 
 def with_step(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
@@ -89,13 +94,9 @@ def judge_by_tighter_run(scene: hcm.Scene) -> Verdict:
     Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
     run, on the same elements, by what the run states of its errors.
     """
-    found, result = examine(scene)
-    if result is None:
-        return found
-    return with_step(confirm(scene, result, found), scene, result)
+    return examine(scene, confirm, with_step)
 
 
 def judge_by_laws(scene: hcm.Scene) -> Verdict:
     """Run a scene and check its invariants, without a second run."""
-    found, result = examine(scene)
-    return found if result is None else with_step(found, scene, result)
+    return examine(scene, with_step)

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from hcm import Scene
+from hcm import Scene, TapResult
 from validation.studies.stress.hcm.judge import examine
 from validation.studies.stress.stability_map import Verdict
 
@@ -48,9 +48,10 @@ def closed_form(scene: Scene) -> dict[str, float]:
 
 def judge_by_closed_form(scene: Scene) -> Verdict:
     """Right is what breaks no law and lies within `LARGEST_ERROR` of the closed form."""
-    found, result = examine(scene)
-    if result is None:
-        return found
+    return examine(scene, _by_closed_form)
+
+
+def _by_closed_form(found: Verdict, scene: Scene, result: TapResult) -> Verdict:
     errors = {
         name: abs(getattr(result.summary, name) / exact - 1)
         for name, exact in closed_form(scene).items()

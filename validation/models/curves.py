@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
-from validation.harness.record import RunRecord, Scalar
+from validation.harness.record import RunRecord
 from validation.scenes.load import NamedScene
 
 Floats = NDArray[np.float64]
@@ -91,19 +91,13 @@ def _zero(time: Floats, force: Floats, step: int) -> float:
 
 
 def record_of(
-    curves: Curves,
-    scene: NamedScene,
-    model: str,
-    *,
-    variant: str = "",
-    wall_time_s: float | None = None,
-    statistics: Mapping[str, Scalar] | None = None,
+    curves: Curves, scene: NamedScene, model: str, *, wall_time_s: float | None = None
 ) -> RunRecord:
     """The curves as the record of a completed run.
 
     Parameters
     ----------
-    model, variant : as tables call it.
+    model : as tables call it.
     wall_time_s : duration of the solve; None for data.
 
     Raises
@@ -119,7 +113,7 @@ def record_of(
     return RunRecord(
         scene=scene.name,
         model=model,
-        variant=variant,
+        variant="",
         status="COMPLETED",
         ok=True,
         message="",
@@ -131,7 +125,6 @@ def record_of(
             if tangential is None
             else tangential,
         },
-        statistics=statistics or {},
         errors=curves.errors,
         provenance=provenance(scene.document),
     )

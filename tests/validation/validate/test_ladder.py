@@ -10,7 +10,6 @@ from tests.validation.commands import Make, Patch
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError
 from validation.harness.record import RunRecord
-from validation.models import solid_mesh
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
@@ -35,7 +34,7 @@ from validation.validate.ladder.rungs import (
     structure_rung,
     uncertainties,
 )
-from validation.validate.ladder.runs import reduced, scene_contact
+from validation.validate.ladder.runs import reduced, scene_contact, touching_mesh
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.paper_tables import TABLE_2, TABLE_3, paper_rows
 from validation.validate.plan import Runs, groups
@@ -262,7 +261,7 @@ def test_meshes_of_rung_three_start_above_the_surface(name: str, mesh: tuple[flo
     scene = load_scene(name)
     impact = impact_of(scene)
     keys, _ = mesh_keys(mesh, 0.015)
-    solid = solid_mesh.build_mesh(load_scene(name, keys).tables, 3)
+    solid = touching_mesh(load_scene(name, keys), impact)
     hinge, angle = -0.08, impact.angles[-1]  # of the last of three phalanges of 40 mm
     height = -0.04 * np.sin(impact.angles[:-1]).sum() + impact.sphere_height_m
     tip = solid.points[np.unique(solid.cells[solid.cell_sets["phalanx_3"]])]

@@ -104,7 +104,6 @@ def mesh_keys(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str
     tip, growth, section, axial = mesh
     keys = [
         preset,
-        "solver.fem.halvings=0",  # few halved cells stand out by more than the clearance
         f"solver.fem.tip_size={tip * diameter}",
         f"solver.fem.growth={growth}",
         f"solver.fem.section_size={section * diameter}",

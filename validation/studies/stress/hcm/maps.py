@@ -63,8 +63,8 @@ def _powers(low: float, high: float, count: int) -> tuple[float, ...]:
     return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))
 
 
-def _whole(low: int, high: int, count: int) -> tuple[float, ...]:
-    return tuple(sorted({float(round(value)) for value in np.geomspace(low, high, count)}))
+def _whole(high: int, count: int) -> tuple[float, ...]:
+    return tuple(sorted({float(round(value)) for value in np.geomspace(1, high, count)}))
 
 
 def hcm_maps(quick: bool) -> tuple[Map, ...]:
@@ -95,7 +95,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
                   SOFT_SCENE, surface=Surface(0.1, friction),
                   tip=Tip(0.78e6, restitution, ratio))),
         plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
-              _powers(2, 200, n(11, 4)), _whole(1, 40 if quick else 320, n(10, 4)),
+              _powers(2, 200, n(11, 4)), _whole(40 if quick else 320, n(10, 4)),
               (1e9,) if quick else (1e7, 1e9), _slender),
         plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
               (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
@@ -103,7 +103,7 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
               lambda torque, gravity, sign: replace(
                   SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity))),
         plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
-              _whole(1, 30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
+              _whole(30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
               (2.0,) if quick else (1.0, 2.0, 5.0), _many),
         Map("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
             _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),

@@ -107,3 +107,5 @@ def test_a_finger_that_swung_over_has_the_mirrored_mesh(dim: int) -> None:
     sides = upper.facet_sets["surface"]
     assert np.array_equal(np.sort(sides), np.sort(lower.facet_sets["surface"]))
     assert (outwards(upper.points[sides]) > 0).all()
+    whole = meshes.Sizing(2.5e-3, 4e-3, 5e-4, contact_angle=-0.7)
+    meshes.check_finger(BUILD[dim](GEOMETRY, whole), GEOMETRY)

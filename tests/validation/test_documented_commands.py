@@ -76,9 +76,10 @@ ELSEWHERE = {
     "pip install fingertap[interactive]": INSTALLS, "pip install fingertap[dask]": INSTALLS,
     "sphinx-build docs out/docs": "by .ci/run, without the gallery, which test_documents.py runs",
     "sphinx-build -W docs out/docs": "as above",
-    ".ci/run": "runs these tests", "python -m pytest": "runs these tests",
-    "python -m pytest -m slow": "runs these tests", "pytest -m slow": "runs these tests",
-    "python -m pytest -m slow tests/validation/test_documented_commands.py": "runs these tests",
+    **dict.fromkeys((
+        ".ci/run", "python -m pytest", "python -m pytest -m slow", "pytest -m slow",
+        "python -m pytest -m slow tests/validation/test_documented_commands.py",
+    ), "runs these tests"),
     "python -m tests.hostile.campaign": "the same with --tries is run",
     "dask scheduler": "listens to other machines; with --host 127.0.0.1 it is run",
     "ssh NODE dask worker tcp://HEAD:8786 --nthreads 1 --nworkers 32": "needs another machine",
@@ -90,15 +91,13 @@ def commands(path: Path) -> list[str]:
     text = path.read_text(encoding="utf-8")
     lines, others = [], re.findall(r"(?<!`)`{1,2}([^`\n]+)`", text)
     for language, block in FENCED.findall(text):
+        assert language in LANGUAGES or language.startswith("{"), (path.name, language)
         (lines if language in ("sh", "console") else others).extend(block.splitlines())
     lines += [line for line in others if re.match(BEGINS, line)]
-    parts = [part for line in lines for part in line.split(" && ")]
-    shown = []
-    for part in parts:
-        bare = part.replace("$(command -v sudo) ", "").replace(".venv/bin/", "")
-        words = [STANDS_FOR.get(word, word) for word in shlex.split(bare, comments=True)]
-        shown.append(" ".join(words).removeprefix("fingertap "))
-    return [line for line in shown if line]
+    bare = "\n".join(lines).replace("$(command -v sudo) ", "").replace(".venv/bin/", "")
+    parts = [shlex.split(part, comments=True) for part in re.split(" && |\n", bare)]
+    shown = [" ".join(STANDS_FOR.get(word, word) for word in words) for words in parts if words]
+    return [line.removeprefix("fingertap ") for line in shown]
 
 
 def named_only(line: str) -> bool:
@@ -119,12 +118,6 @@ def test_every_command_shown_is_run_or_named_here() -> None:
     assert len(known) == sum(map(len, (QUICK, SLOW, DASK, ELSEWHERE)))
     extras = {extra for line in known for extra in re.findall(r"install \S*\[(\w+)\]", line)}
     assert extras <= set(PROJECT["optional-dependencies"])
-
-
-def test_blocks_are_of_known_languages() -> None:
-    for page in PAGES:
-        for language, _ in FENCED.findall(page.read_text(encoding="utf-8")):
-            assert language in LANGUAGES or language.startswith("{"), (page.name, language)
 
 
 @pytest.fixture(scope="module")

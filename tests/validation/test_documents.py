@@ -78,6 +78,7 @@ def test_the_python_shown_runs(number: int, capsys: Capture) -> None:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_is_short_and_ends_in_a_figure(path: Path, monkeypatch: Patch) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
+    assert len(EXAMPLES) == 8
     if "pyvista" in path.read_text(encoding="utf-8") and missing_libraries():
         pytest.skip(missing_libraries())
     mpl.use("Agg")
@@ -106,10 +107,6 @@ def test_equations_become_what_browsers_draw_or_are_refused() -> None:
     ]
     assert len(found) > 15
     assert all(mathml(tex, "block").startswith("<math") for tex in found)
-
-
-def test_eight_examples() -> None:
-    assert len(EXAMPLES) == 8
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)

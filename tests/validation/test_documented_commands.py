@@ -21,7 +21,7 @@ from tests.validation.test_documents import DOCS, PAGES, PROJECT, blocks
 from validation import models
 from validation.cli import app
 
-SHOWN = [*PAGES, *sorted((DOCS / "gallery").iterdir())]
+SHOWN = [*PAGES, *sorted((DOCS / "gallery").glob("*.*"))]
 FENCED = re.compile(r"^```([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LANGUAGES = "", "sh", "console", "text", "toml", "python"
 BEGINS = (

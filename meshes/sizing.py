@@ -51,9 +51,6 @@ class Sizing:
     """Radius around the contact point in which edges on the surface do not grow: a patch of contact
     whose rim crosses edges of several lengths makes the peak force noisy. 1.3 of Hertz's radius is
     enough."""
-    turn: Annotated[float, Bound("rad", at_least=-0.2, at_most=0.2)] = 0.0
-    """By how much more the blocks are turned about the tip's centre: the patch of contact then lies
-    elsewhere within its cells."""
     halvings: Annotated[int, Bound(integer=True, at_least=0, at_most=10)] = 0
     """How often cells are halved in place on the way to `tip_size`; see `halving`. Blocks then have
     edges of `tip_size` times 2^halvings where it touches, so that the fine ones end near there."""
@@ -75,12 +72,10 @@ class Sizing:
     def block_angle(self) -> float:
         """Angle off the axis at which the cube's edge meets the sphere, rad.
 
-        At the contact between 40 and 54 degrees, on either side, and `turn`. Beyond, blocks would
-        be too flat: the edge stays, and the contact lies inside the cap or the ring between edge
-        and equator.
+        At the contact between 40 and 54 degrees, on either side. Beyond, blocks would be too flat:
+        the edge stays, and the contact lies inside the cap or the ring between edge and equator.
         """
-        near = min(max(abs(self.contact_angle), math.radians(40.0)), math.radians(54.0))
-        return near + self.turn
+        return min(max(abs(self.contact_angle), math.radians(40.0)), math.radians(54.0))
 
     def coarser(self, factor: float) -> Self:
         """The same mesh with every edge `factor` times as long.

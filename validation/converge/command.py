@@ -27,6 +27,7 @@ from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.store import Store
 from validation.harness.tables import write_table
 from validation.models.adapter import Progress
+from validation.models.solid_mesh import size_scale
 
 
 def run_levels(
@@ -34,18 +35,14 @@ def run_levels(
 ) -> tuple[list[RefinedRuns], list[str]]:
     """Values of every level; a level that fails is left out and named."""
     results, failures = [], []
-    total = sum(len(level.runs) for refinement in wanted for level in refinement.levels)
-    done = itertools.count()
+    done, total = itertools.count(), sum(len(refinement.levels) for refinement in wanted)
     for refinement in wanted:
         found = {}
         for level in refinement.levels:
             text = f"{refinement.name}: {refinement.size_name} {level.size:.3g}"
+            progress(next(done) / total, text)
             try:
-                values = []
-                for overrides in level.runs:
-                    progress(next(done) / total, text)
-                    values.append(runs.run(overrides))
-                found[level.size] = values
+                found[level.size] = runs.run(level.overrides)
             except RunFailedError as error:
                 failures.append(f"{text}: {error}")
         results.append(RefinedRuns(refinement, found))
@@ -57,7 +54,7 @@ def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
     with panels(path, len(results), width=2.9, height=3.1) as axes:
         for axis, found in zip(axes[0], results, strict=True):
             for entry, color, mark in zip(OF_A_TAP, (ORANGE, BLUE, GREEN), "os^", strict=True):
-                if numbers := [mean for mean, _ in found.numbers(entry)]:
+                if numbers := found.numbers(entry):
                     change = [100 * (value / numbers[-1] - 1) for value in numbers]
                     axis.plot(found.sizes, change, mark + "-", color=color, label=entry.title)
             axis.axhspan(-1, 1, color="#dddddd", alpha=0.5, linewidth=0)
@@ -109,7 +106,7 @@ def run_converge(
         runs = LevelRuns(scene, overrides, model, Store(out / "store"))
         name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
         folder = output_folder(out / "converge" / name)
-        wanted = refinements(runs.tip, quick)
+        wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
         results, failures = run_levels(runs, wanted, progress)
         progress(0.98, "preset converged")
         preset = None

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from validation.converge.refinements import Overrides, Tip
+from validation.converge.refinements import Overrides
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import OF_A_TAP
@@ -45,14 +45,9 @@ class LevelRuns:
             raise RunFailedError(
                 f"scene {self.scene.name}: the surface is not reached: lower surface.height"
             )
-        tables, last = self.scene.tables, solid_inputs.inputs(self.scene.tables)[0][-1]
-        self.tip = Tip(
-            scale=solid_mesh.size_scale(tables),
-            patch=solid_mesh.predicted_touch(tables, self._dimension).patch_radius,
-            radius=0.5 * tables.per_phalanx(tables.finger.diameter)[-1],
-            relaxation=tables.per_phalanx(tables.material.relaxation_time),
-            wave_speed=last.bar_speed,
-        )
+        self.patch: float = solid_mesh.predicted_touch(
+            self.scene.tables, self._dimension
+        ).patch_radius
 
     def run(self, level: Overrides) -> Values:
         """Scalars of one level, from an earlier study with the same inputs and program if any.
@@ -62,10 +57,7 @@ class LevelRuns:
         RunFailedError
             The run did not complete.
         """
-        texts = [
-            f"{key}={list(value) if isinstance(value, tuple) else value!r}"
-            for key, value in level.items()
-        ]
+        texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)
         inputs = run_inputs(tables, self._model, __name__, impact_state_of=start)

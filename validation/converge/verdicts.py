@@ -1,15 +1,13 @@
 """What a convergence study says: orders, limits, uncertainties, and what the preset is off by."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from statistics import fmean, stdev
 from typing import Any
 
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import Values
-from validation.converge.refinements import TIP_MESH, Refinement
+from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 
 PRESET = "preset"
@@ -18,27 +16,20 @@ Verdicts = Mapping[tuple[str, Quantity], Convergence]  # by name of the refineme
 
 @dataclass(frozen=True)
 class RefinedRuns:
-    """The scalars of all runs of a refinement's completed levels, by size from coarse to fine."""
+    """The scalars of a refinement's completed levels, by their sizes from coarse to fine."""
 
     refinement: Refinement
-    values: Mapping[float, Sequence[Values]]
+    values: Mapping[float, Values]
 
     @property
     def sizes(self) -> list[float]:
         """Of the levels, coarse to fine."""
         return list(self.values)
 
-    def numbers(self, entry: Quantity) -> list[tuple[float, float]]:
-        """Mean of one quantity and its standard error by level, SI; empty where a run has none."""
-        found = []
-        for runs in self.values.values():
-            values = [values[entry.key] for values in runs]
-            known = [float(value) for value in values if value is not None]
-            if len(known) < len(values):
-                return []
-            error = stdev(known) / math.sqrt(len(known)) if len(known) > 1 else 0.0
-            found.append((fmean(known), error))
-        return found
+    def numbers(self, entry: Quantity) -> list[float]:
+        """One quantity over the levels, SI; empty where a level has none."""
+        values = [values[entry.key] for values in self.values.values()]
+        return [] if None in values else [float(value) for value in values if value is not None]
 
 
 def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
@@ -47,27 +38,18 @@ def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
         {"refinement": found.refinement.name, "refined": found.refinement.size_name, "size": size}
         | values
         for found in results
-        for size, runs in found.values.items()
-        for values in runs
+        for size, values in found.values.items()
     ]
 
 
 def judged(results: Sequence[RefinedRuns]) -> Verdicts:
-    """Verdict on each refinement and quantity that has three levels.
-
-    The finest mean's standard error adds to its uncertainty.
-    """
-    verdicts = {}
-    for found in results:
-        for entry in OF_A_TAP:
-            numbers = found.numbers(entry)
-            if len(numbers) >= 3:
-                order, means = found.refinement.order, [mean for mean, _ in numbers]
-                verdict = convergence(found.sizes, means, order)
-                scatter = abs(numbers[-1][1] / means[-1])
-                sure = replace(verdict, uncertainty=verdict.uncertainty + scatter)
-                verdicts[found.refinement.name, entry] = sure
-    return verdicts
+    """Verdict on each refinement and quantity that has three levels."""
+    return {
+        (found.refinement.name, entry): convergence(found.sizes, numbers, found.refinement.order)
+        for found in results
+        for entry in OF_A_TAP
+        if len(numbers := found.numbers(entry)) >= 3
+    }
 
 
 def verdict_rows(verdicts: Verdicts) -> list[dict[str, Any]]:
@@ -91,8 +73,8 @@ def verdict_rows(verdicts: Verdicts) -> list[dict[str, Any]]:
 def preset_rows(preset: Values, verdicts: Verdicts) -> list[dict[str, Any]]:
     """The preset `converged` against the limit of the tip's refinement.
 
-    Its uncertainty is what it is off by, and all refinements' uncertainties: a sum, not its root,
-    for they need not be independent. The tip's limit is that of springs of the penalty's finest.
+    Its uncertainty is what it is off by, and the uncertainties of all meshes and of the step: a
+    sum, not its root, for they need not be independent. The penalty is no part of the preset.
     """
     rows = []
     for entry in OF_A_TAP:
@@ -100,7 +82,11 @@ def preset_rows(preset: Values, verdicts: Verdicts) -> list[dict[str, Any]]:
         if value is None or tip is None:
             continue
         off = value / tip.limit - 1
-        others = sum(found.uncertainty for (_, of), found in verdicts.items() if of == entry)
+        others = sum(
+            found.uncertainty
+            for (name, of), found in verdicts.items()
+            if of == entry and name != PENALTY
+        )
         rows.append(
             {
                 "refinement": PRESET,

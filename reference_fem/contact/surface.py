@@ -5,8 +5,10 @@ motion of the surface's nodes couple through the friction force, which makes the
 unsymmetric, and waves as short as the elements grow (in the continuum at any wave length: Martins,
 Guimarães, Faria 1995, J. Vib. Acoust. 117; Ranjith, Rice 2001, J. Mech. Phys. Solids 49). On the
 hard finger with κ of factor 300 it raised the peak force by 7 %. Dashpots of a tenth of the
-body's impedance stop it; three times as much changes the peak by 0.05 % (their time constant
-c/κ is some nanoseconds).
+body's impedance stop it there, three times as much changes the peak by 0.05 % (their time constant
+c/κ is some nanoseconds). On two of four meshes of the soft finger, alike but for the patch's place
+in its cell, they leave 1.3 and 2.2 %; a relaxation time of a tenth of what a bar's wave takes along
+an edge leaves 0.02 %.
 """
 
 from dataclasses import dataclass

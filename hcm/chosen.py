@@ -246,18 +246,19 @@ def _flight(
         return Flown((), math.inf, one)
     kind = BY_TORQUE if _driven(scene) else BY_WEIGHT
     bent, rung = BEND_SHARE * fall.bending / fall.speed, kind[0] * fall.ringing / fall.speed
-    stiff = bent <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
+    skips = max(bent, rung)
+    stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
         skipped = (
-            Choice("flight", "rigid", f"skipped: what bends and vibrates, {bent:.1g} of the tap"),
+            Choice("flight", "rigid", f"skipped: what bends and vibrates, {skips:.1g} of the tap"),
             Choice("flight_step", 1.0, "the tolerance decides"),
             Choice("flight_tolerance", RODS_SHARE * accuracy, "a share of the accuracy"),
         )
-        return Flown(skipped, bent, one)
+        return Flown(skipped, skips, one)
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
         return Flown((), math.inf, one)
     elastic = (
-        Choice("flight", "elastic", f"a rigid one would change the tap by {bent:.1g}"),
+        Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
         Choice("flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"),
     )

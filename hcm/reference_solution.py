@@ -78,7 +78,7 @@ class Truth:
 
     F_n turns only where v_n = 0, so its peak is the largest value at a compression-restitution
     transition. normal_impulse_N_s and friction_dissipation_J are integrated with the motion.
-    end is the state in which the run ended, and evaluations counts right-hand sides.
+    end is the state in which the run ended.
     """
 
     events: tuple[Event, ...]
@@ -87,7 +87,6 @@ class Truth:
     friction_dissipation_J: float
     end: Start
     phases: tuple[Phase, ...]
-    evaluations: int
     chain: Chain
     law: ContactLaw
     mapping: Coordinates
@@ -169,7 +168,7 @@ def solve_chain(
     time, contact, kind = start.time_s, start.contact, -1
     events: list[Event] = []
     phases: list[Phase] = []
-    peak, evaluations = 0.0, 0
+    peak = 0.0
     while taps > 0 and time < end_time:
         if len(phases) >= MAX_PHASES:
             raise RuntimeError(
@@ -196,7 +195,6 @@ def solve_chain(
         )  # fmt: skip
         if solved.status < 0:
             raise RuntimeError(f"the integrator failed at t = {time:.9g} s: {solved.message}")
-        evaluations += soon.nfev + solved.nfev
         fired = [i for i, times in enumerate(solved.t_events) if times.size]
         stop = float(solved.t_events[fired[0]][0]) if fired else until
         y = (solved.y_events[fired[0]][0] if fired else solved.y[:, -1]).copy()
@@ -220,7 +218,7 @@ def solve_chain(
         expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source), time, contact
     )  # fmt: skip
     return Truth(
-        tuple(events), peak, float(y[-2]), float(y[-1]), end, tuple(phases), evaluations,
+        tuple(events), peak, float(y[-2]), float(y[-1]), end, tuple(phases),
         chain, law, mapping,
     )  # fmt: skip
 

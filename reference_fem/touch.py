@@ -16,9 +16,7 @@ from reference_fem.settings import Drive, Material, Settings, Surface
 class Touch:
     """A prediction before anything is solved, good to some 5 % in the patch on the paper's fingers.
 
-    angle : between the last phalanx's axis and the direction to the surface, rad, -π/2 to π/2: one
-        that lies θ below the horizontal touches a ball's π/2 - θ off its axis; beyond the vertical
-        with its upper side
+    angle : between the last phalanx's axis and the direction to the surface, rad (`touch_angle`)
     speed : of the lowest point towards the surface, m/s; at least 0.
     mass : that it meets the surface with, kg
     force, patch_radius : Hertz's at the turn, N and m
@@ -29,6 +27,16 @@ class Touch:
     mass: float
     force: float
     patch_radius: float
+
+
+def touch_angle(axis: float) -> float:
+    """Between the last phalanx's axis and the direction to the surface, rad, -π/2 to π/2.
+
+    A ball that lies `axis` below the horizontal, rad, touches π/2 - axis off its axis; beyond the
+    vertical with its upper side, which is negative. It may have whirled.
+    """
+    off = math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)
+    return min(max(off, -0.5 * math.pi), 0.5 * math.pi)
 
 
 def predicted_touch(
@@ -52,7 +60,6 @@ def predicted_touch(
     last = model.body_of_point == chain.links - 1
     radius = float(np.abs(model.points[last, 1]).max())
     axis = float(state.angles[-1])
-    off = math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)  # it may have whirled
     reach = float(np.ptp(model.points[last, 0])) - radius
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
     lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) - [0.0, radius]
@@ -66,7 +73,7 @@ def predicted_touch(
     stiffness = 4.0 / 3.0 * materials[-1].plane_strain_modulus * math.sqrt(radius)
     approach = (1.25 * mass * speed**2 / stiffness) ** 0.4
     return Touch(
-        angle=min(max(off, -0.5 * math.pi), 0.5 * math.pi),
+        angle=touch_angle(axis),
         speed=speed,
         mass=mass,
         force=stiffness * approach**1.5,

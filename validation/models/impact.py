@@ -5,7 +5,6 @@ It is the reduced model's fall without its vibrations (they change its peak forc
 point lies below the tip node, its surface is put lower, to where that state touches.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,6 +45,7 @@ def impact_of(scene: NamedScene) -> Impact:
         The surface is not reached.
     """
     from reference_fem.rigid_chain import ChainState, build_chain, fly
+    from reference_fem.touch import touch_angle
 
     tables = scene.tables
     count, drive = tables.finger.phalanges, drive_of(tables)
@@ -81,14 +81,13 @@ def impact_of(scene: NamedScene) -> Impact:
     state = state_at(touch - LEAD_S)
     radius = 0.5 * float(diameters[-1])
     last = float(state.angles[-1])
-    off = math.remainder(0.5 * math.pi - last, 2.0 * math.pi)  # it may have whirled
     lowest = float(lengths @ np.sin(state.angles)) + radius * (1.0 - np.sin(last))
     return Impact(
         angles=tuple(map(float, state.angles)),
         rates=tuple(map(float, state.rates)),
         time_s=state.time_s,
         sphere_height_m=float(lowest + CLEARANCE * radius),
-        touch_angle=float(np.clip(off, -0.5 * np.pi, 0.5 * np.pi)),
+        touch_angle=touch_angle(last),
     )
 
 

@@ -26,12 +26,12 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
     """
     import reference_fem
 
-    runs, refused = [solve(scene)], False
+    runs = [solve(scene)]
     wanted, expected = scene.tables.solver.accuracy_of("fem"), _expected(runs[0])
     if wanted is None or expected is None or expected <= wanted:
         return runs[0]
     target, best, left = wanted, runs[0], expected
-    while left > wanted and len(runs) < SOLVES and not refused and target > reference_fem.SMALLEST:
+    while left > wanted and len(runs) < SOLVES and target > reference_fem.SMALLEST:
         by = min(max(left / wanted, LEAST), MOST)
         target = max(float(f"{target / by:.3g}"), reference_fem.SMALLEST)
         asked = (f"solver.fem.accuracy={target}",)
@@ -42,8 +42,9 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
         if runs[-1].record.status == "INTERRUPTED":
             return runs[-1]
         found = _expected(runs[-1])
-        refused = found is None
-        if found is not None and found < left:
+        if found is None:
+            break
+        if found < left:
             best, left = runs[-1], found
     reason = f"solved {len(runs)} times: {expected:.1g} was expected of the first run"
     tried = {"setting": "accuracy", "value": shown(target), "reason": reason}

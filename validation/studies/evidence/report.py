@@ -1,6 +1,7 @@
 """The page: a figure of the hierarchy, and a table a piece."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,10 +95,9 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
 def tally(shown: Sequence[Shown]) -> list[dict[str, Any]]:
     """How many numbers of each piece agree, differ or do neither."""
     return [
-        {"how many": one.piece.title}
-        | {said: [word(row) for row in one.rows].count(said) or None for said in COLORS}
+        {"how many": one.piece.title} | {said: counts[said] or None for said in COLORS}
         for one in sorted(shown, key=lambda one: LEVELS.index(one.piece.level))
-        if one.rows
+        if (counts := Counter(map(word, one.rows)))
     ]
 
 

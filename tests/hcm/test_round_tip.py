@@ -17,9 +17,9 @@ from hcm.contact import ball, round_tip
 from hcm.contact.ball import BallLaw
 from hcm.contact.build import SPRINGS, law_of
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, event_values, transition
-from hcm.contact.law import COMPRESSION, IN_FLIGHT, SLIP, STICK, Contact
+from hcm.contact.law import IN_FLIGHT, SLIP, STICK
+from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
-R, E, NU, MU = 0.0075, 1e9, 0.3, 0.5
 NORMAL_E = E / (1 - NU**2)
 SHEAR_E = 2 * E / ((1 + NU) * (2 - NU))  # 4 G/(2 - nu)
 ETA2 = NORMAL_E / SHEAR_E
@@ -28,35 +28,6 @@ DEEP = 2e-4  # a/R = 0.16
 # the outer spring's width over a, squared: what the sums are wrong by
 GRID = R / (DEEP * R) ** 0.5 * 4 / SPRINGS**2
 YIELDING = {"tip_compliance": True, "deforming_tip": True}
-TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
-
-
-def law(restitution: float = 1.0, mu: float = MU, **switches: bool) -> BallLaw:
-    """A tip on a surface through the origin's height below its centre, R."""
-    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=NU),))
-    off = {"tip_compliance": False, "deforming_tip": False}
-    on = Assumptions("refined", **{**off, **switches})
-    found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
-    assert isinstance(found, BallLaw)
-    return found._replace(height=-R)
-
-
-def at(x: float, depth: float, angle: float = -0.7) -> Floats:
-    """Coordinates of a tip that is pressed in by `depth`, its phalanx turned from -X by -angle."""
-    return np.array([x, R - depth, -np.cos(angle), np.sin(angle)])
-
-
-def press(tip: BallLaw, contact: Contact, q: Floats) -> tuple[float, float]:
-    """Forces at q, which is committed."""
-    x, gap = round_tip.place(q, 0, contact, tip)
-    force = ball.contact_force(x, gap, contact, tip)
-    round_tip.keep(q, 0, contact, tip)
-    return force
-
-
-def touched(tip: BallLaw, angle: float = -0.7) -> BallLaw:
-    round_tip.begin_mode(at(0.0, 0.0, angle), 0, IN_FLIGHT, TOUCH, tip)
-    return tip
 
 
 def test_normal_force_and_energy_are_hertzs() -> None:

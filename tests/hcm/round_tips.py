@@ -1,0 +1,43 @@
+"""A refined finger's round tip alone, pressed on the surface and moved along it."""
+
+import numpy as np
+
+import hcm
+from hcm.arrays import Floats
+from hcm.assumptions import Assumptions
+from hcm.contact import ball, round_tip
+from hcm.contact.ball import BallLaw
+from hcm.contact.build import law_of
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, Contact
+
+R, E, NU, MU = 0.0075, 1e9, 0.3, 0.5
+TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
+
+
+def law(restitution: float = 1.0, mu: float = MU, nu: float = NU, **switches: bool) -> BallLaw:
+    """A tip on a surface through the origin's height below its centre, R."""
+    body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=nu),))
+    off = {"tip_compliance": False, "deforming_tip": False}
+    on = Assumptions("refined", **{**off, **switches})
+    found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
+    assert isinstance(found, BallLaw)
+    return found._replace(height=-R)
+
+
+def at(x: float, depth: float, angle: float = -0.7) -> Floats:
+    """Coordinates of a tip that is pressed in by `depth`, its phalanx turned from -X by -angle."""
+    return np.array([x, R - depth, -np.cos(angle), np.sin(angle)])
+
+
+def press(tip: BallLaw, contact: Contact, q: Floats) -> tuple[float, float]:
+    """Forces at q, which is committed."""
+    x, gap = round_tip.place(q, 0, contact, tip)
+    force = ball.contact_force(x, gap, contact, tip)
+    round_tip.keep(q, 0, contact, tip)
+    return force
+
+
+def touched(tip: BallLaw, angle: float = -0.7) -> BallLaw:
+    """The tip as its touch begins."""
+    round_tip.begin_mode(at(0.0, 0.0, angle), 0, IN_FLIGHT, TOUCH, tip)
+    return tip

@@ -30,8 +30,8 @@ from reference_fem.mesh_error import (
 )
 from reference_fem.model import Model
 from reference_fem.result import Status, Summary, TapResult
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
-from reference_fem.rigid_flight import Descent, descent, surface_gap
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
+from reference_fem.rigid_flight import Descent, descent, fly, surface_gap
 from reference_fem.settings import Drive, Material, Settings
 from reference_fem.true_body import true_chain, true_gap
 

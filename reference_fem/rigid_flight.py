@@ -2,14 +2,129 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import meshes
 from reference_fem.arrays import Array
 from reference_fem.model import Model, build_model
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, fly, pose
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
 from reference_fem.settings import Drive, Material, Settings, Surface
+
+SHALLOW = 1e-5
+"""Depth over the finger's reach of a touch that may be stepped over."""
+
+
+def fly(
+    chain: RigidChain,
+    start: ChainState,
+    gap: Callable[[Array], float],
+    end_time_s: float,
+    tolerance: float = 1e-11,
+    longest_step_s: float = 5e-3,
+) -> tuple[Callable[[float], ChainState], float | None]:
+    """Integrate from `start` until the gap of the rigidly moved surface closes.
+
+    Dormand-Prince 8(5,3); what opens again within a step is found by `first_closing`.
+
+    Parameters
+    ----------
+    gap : of the angles (P,): height of the lowest surface node above the plane, m
+    tolerance : relative, of a step
+
+    Returns
+    -------
+    state_at
+        State at any time of the flight.
+    contact_time_s
+        None if the surface is not reached before `end_time_s`.
+    """
+    links = chain.links
+
+    def closing(_time: float, state: Array) -> float:
+        return gap(state[:links])
+
+    closing.terminal = True  # type: ignore[attr-defined]
+    closing.direction = -1  # type: ignore[attr-defined]
+    solutions, now = [], np.concatenate([start.angles, start.rates])
+    hits: Array = np.empty(0)
+    for begin, end, first, rate in chain.torques.pieces(start.time_s, end_time_s):
+
+        def slope(
+            time: float, state: Array, begin: float = begin, first: Array = first,
+            rate: Array = rate,
+        ) -> Array:  # fmt: skip
+            return chain.rates_of_change(state, first + (time - begin) * rate)
+
+        # A stage of a step that is far too long may overflow: its error is NaN, and it is
+        # shortened.
+        with np.errstate(over="ignore", invalid="ignore"):
+            solution = solve_ivp(
+                slope,
+                (begin, end),
+                now,
+                method="DOP853",
+                rtol=tolerance,
+                atol=1e-2 * tolerance,
+                max_step=longest_step_s,
+                dense_output=True,
+                events=closing,
+            )
+        if not solution.success:
+            raise ArithmeticError(f"the rigid flight could not be integrated: {solution.message}")
+        solutions.append((end, solution.sol))
+        now, hits = solution.y[:, -1], solution.t_events[0]
+        earlier = first_closing(chain, solution.sol, solution.t, gap)
+        if earlier is not None:
+            hits = np.array([earlier])
+        if hits.size:
+            break
+
+    def state_at(time_s: float) -> ChainState:
+        of_piece = next((sol for end, sol in solutions if time_s < end), solutions[-1][1])
+        values = of_piece(time_s)
+        return ChainState(values[:links], values[links:], time_s)
+
+    return state_at, float(hits[0]) if hits.size else None
+
+
+def first_closing(
+    chain: RigidChain, flown: Callable[..., Array], times: Array, gap: Callable[[Array], float]
+) -> float | None:
+    """First time at which the gap closes between `times`, at which it is open; None if never.
+
+    With l_j from hinge to hinge, the last to the body's farthest point, the gap changes over a time
+    h by at most c = Σ l_j h max |ω_j|, so that it stays above (g_0 + g_1 - c)/2 between its ends.
+    Where that is negative, h is halved, until c is below Σ l_j times `SHALLOW`. A rod ends twice as
+    far as its mass centre, with its rims and ball less than four times; rates that are parabolas
+    over h exceed the largest at both ends and the middle by a quarter at most.
+    """
+    reach = np.append(np.linalg.norm(np.diff(chain.origins, axis=0), axis=1), 0.0)
+    reach[-1] = 4.0 * np.linalg.norm(chain.arms[-1, -1])
+
+    def height(time: float) -> float:
+        return gap(flown(time)[: chain.links])
+
+    heights = [height(time) for time in times]
+    closing, ends = None, list(zip(times, heights, strict=True))
+    spans = list(pairwise(ends))[::-1]
+    while spans:
+        (begin, above), (end, below) = spans.pop()
+        middle = 0.5 * (begin + end)
+        rates = np.abs(flown(np.array([begin, middle, end]))[chain.links :]).max(axis=1)
+        change = 1.25 * (end - begin) * float(reach @ rates)
+        if above <= 0.0 or above + below > change or change < SHALLOW * reach.sum():
+            continue
+        between = height(middle)
+        if between < 0.0:
+            closing = brentq(height, begin, middle, xtol=1e-15)
+            spans = [((begin, above), (closing, 0.0))]
+        else:
+            spans += [((middle, between), (end, below)), ((begin, above), (middle, between))]
+    return closing
 
 
 def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:

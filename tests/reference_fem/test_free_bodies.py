@@ -14,7 +14,8 @@ from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.joints.section import build_section
 from reference_fem.model import Model
-from reference_fem.rigid_chain import fly, pose
+from reference_fem.rigid_chain import pose
+from reference_fem.rigid_flight import fly
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import body
 

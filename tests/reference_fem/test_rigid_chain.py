@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from reference_fem.rigid_chain import ChainState, RigidChain, first_closing, fly, pose
+from reference_fem.rigid_chain import ChainState, RigidChain, pose
+from reference_fem.rigid_flight import first_closing, fly
 from reference_fem.torques import Torques
 
 LENGTH, RADIUS, DENSITY, GRAVITY = 0.04, 0.0075, 1400.0, 9.8

@@ -44,7 +44,8 @@ def impact_of(scene: NamedScene) -> Impact:
     RunFailedError
         The surface is not reached.
     """
-    from reference_fem.rigid_chain import ChainState, build_chain, fly
+    from reference_fem.rigid_chain import ChainState, build_chain
+    from reference_fem.rigid_flight import fly
     from reference_fem.touch import touch_angle
 
     tables = scene.tables

@@ -35,7 +35,7 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
     """Distance from points of the facets to the tip's true surface, (n_facets, q), m.
 
     With the centre c and the radius R of the sphere through the nodes of the facet set ``tip``
-    (where cells are halved, of the mesh's shape),
+    (where some hang or stand out, of the mesh's shape),
 
         R - |x_q - c|               on facets whose nodes lie on the sphere,
         R - |x_q - c - e (x_q-c)·e|     on those whose nodes lie on the cylinder about e = X that
@@ -49,9 +49,10 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
     """
     tip = mesh.points[np.unique(mesh.facet_sets.get("tip", np.empty(0, dtype=np.int64)))]
     ball = sphere(tip)
-    if mesh.ties.size and mesh.shape is not None:  # nodes that hang or stand out lie on no sphere
-        radius = mesh.shape.radii[-1]
-        ball = np.eye(mesh.dim)[0] * (mesh.shape.end + radius), radius
+    body = mesh.shape
+    if body is not None and body.tip == "hemisphere" and (mesh.ties.size or ball is None):
+        radius = body.radii[-1]  # nodes that hang or stand out lie on no sphere
+        ball = np.eye(mesh.dim)[0] * (body.end + radius), radius
     out = np.zeros((len(facets), len(shape)))
     if ball is None:
         return out

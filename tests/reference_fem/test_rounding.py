@@ -34,6 +34,21 @@ def test_facets_stand_in_a_capsule(dim: int, tip: str) -> None:
     assert out == pytest.approx(R - np.linalg.norm(arm, axis=2), abs=1e-9 * R)
 
 
+def test_a_patch_is_round_where_other_nodes_stand_out() -> None:
+    """Nodes moved out for the whole volume leave no sphere through the tip but the patch on it."""
+    geometry = meshes.FingerGeometry((0.03,), (2 * R,))
+    sizing = meshes.Sizing(2e-3, 2e-3, 3e-4, patch_size=1e-3, full_volume=True)
+    mesh = meshes.finger_hexahedra(geometry, sizing)
+    quadrature = facet_quadrature(mesh.points, mesh.facet_sets["surface"])
+    out = standing_out(mesh, quadrature.facets, quadrature.shape)
+    places = np.einsum("qa,fad->fqd", quadrature.shape, mesh.points[quadrature.facets])
+    arm, angle = places - [R - 0.03, 0.0, 0.0], sizing.contact_angle
+    touch = R * np.array([-math.cos(angle), -math.sin(angle), 0.0])
+    patch = (np.linalg.norm(arm - touch, axis=2) < 1e-3).all(axis=1)
+    assert patch.sum() > 10
+    assert out[patch] == pytest.approx(R - np.linalg.norm(arm[patch], axis=2), abs=1e-9 * R)
+
+
 def test_a_sphere_is_found_where_there_is_one() -> None:
     ball = half_ball(R, 0.1 * R, 1.5)
     nodes = ball.points[np.unique(ball.facet_sets["tip"])]

@@ -18,9 +18,7 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.dynamics.tap import SAME_TAP, next_touch_s
 from reference_fem.mesh_error import (
-    POWERS,
     Other,
     Resolution,
     hertz_radius,
@@ -29,6 +27,7 @@ from reference_fem.mesh_error import (
     tap_errors,
 )
 from reference_fem.model import Model
+from reference_fem.other_ends import other_ends
 from reference_fem.result import Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, fly, surface_gap
@@ -57,10 +56,6 @@ ELSEWHERE = (
     "the round end's own flight comes to another touch: it grazes the surface, or magnifies small "
     "differences, so that no mesh tells which touch is the first: start nearer to it ([start])"
 )
-UNDECIDED = (
-    "it comes down again so soon that it is open whether the next touch belongs to the first tap: "
-    "go on through it (solver.fem.end_time) and look at the forces"
-)
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
 # Share of a number beyond which a run carries a caution.
 LARGEST_ERROR = 0.02
@@ -70,9 +65,6 @@ CLEARANCE = 0.05
 # Of the true shape's flight: ten times the run's own, so that a flight which magnifies differences
 # shows by how much, and short of steps that pass over a touch.
 TOLERANCE = 1e-10
-# Of what parts two taps (`SAME_TAP`): the next touch was foretold a fourth too late, from a contact
-# that was a third too short.
-NEARLY = 2.0
 # Angle by which a phalanx lies otherwise at another touch, rad.
 ANOTHER = 0.1
 
@@ -135,7 +127,8 @@ def estimated(
         given.section,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
-    of_speed, other, longer = 0.0, None, {}
+    of_speed, other = 0.0, None
+    open_ends: tuple[str, ...] = ()
     if given.mesh.shape is not None:
         late, apart = _of_flight(given, chain, touch, first, given.mesh.shape, speed)
         # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
@@ -162,37 +155,14 @@ def estimated(
             if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
                 of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
         of_tap |= rivals(run, of_tap)
-        longer = second_touch(run, given.model)
-        errors |= {name: max(error, longer.get(name, 0.0)) for name, error in of_tap.items()}
-    doubts = caution(run.summary, errors, resolution.coarse)
-    if longer:
-        doubts = (*doubts, UNDECIDED)
+        of_ends, open_ends = other_ends(run, given.model)
+        errors |= {name: max(error, of_ends.get(name, 0.0)) for name, error in of_tap.items()}
+    doubts = (*caution(run.summary, errors, resolution.coarse), *open_ends)
     if of_speed == math.inf:
         doubts = (*doubts, ELSEWHERE)
     if companion is None:
         doubts = (*doubts, ALONE)
     return replace(run, errors=errors, cautions=(*run.cautions, *doubts))
-
-
-def second_touch(run: TapResult, model: Model) -> dict[str, float]:
-    """Errors of a tap that the next touch, as strong and as long, may belong to; else none.
-
-    It comes when the record says, or when the last phalanx as a rigid body would be down again.
-    """
-    start, lasts = run.summary.contact_time_s, run.summary.contact_duration_s
-    if start is None or lasts is None:
-        return {}
-    end, forces, last = start + lasts, run.forces, max(run.snapshots, key=lambda s: s.time_s)
-    later = (forces.time_s > end + 0.5 * run.summary.time_step_s) & (forces.normal_force_N > 0.0)
-    wait = last.time_s - end + next_touch_s(model, last.displacement, last.velocity)
-    if later.any():
-        wait = float(forces.time_s[later][0]) - end
-    if wait > NEARLY * SAME_TAP * max(lasts, model.transit_s):
-        return {}
-    return {
-        name: wait + lasts if power > 0.0 else abs(getattr(run.summary, name) or 0.0)
-        for name, power in POWERS.items()
-    }
 
 
 def _of_flight(

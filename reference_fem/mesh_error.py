@@ -32,13 +32,13 @@ from reference_fem.transitions import turning_points
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
 PEAK, LATE = "peak_normal_force_N", "peak_normal_force_time_s"
-TANGENTIAL = "peak_tangential_force_N"
+TANGENTIAL, DURATION = "peak_tangential_force_N", "contact_duration_s"
 POWERS = {  # of (1 - s)
     PEAK: -0.5,
     TANGENTIAL: -0.5,
     STRESS: -0.5,
     LATE: 0.5,
-    "contact_duration_s": 0.5,
+    DURATION: 0.5,
     IMPULSE: 0.0,
 }
 # d ln(impulse) / d ln(duration) between springs of any stiffness, measured: 0.2 at most.

@@ -7,6 +7,7 @@ from reference_fem.compiled import njit
 from reference_fem.contact import law
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block, work_of
+from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.model import Model
 from reference_fem.result import Sample
 
@@ -39,6 +40,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         material = model.copies * block.material_J
         stored = kinetic + strain + gravity + springs + friction + damping + material
         stress = model.probe.read(model.kernel, u, v)
+        touch_in_s = next_touch_s(model, u, v)
     return Sample(
         time_s=state.time_s,
         normal_force_N=float(row[law.NORMAL]),
@@ -60,6 +62,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         contact_area_m2=float(row[law.AREA]),
         peak_pressure_Pa=float(block.pressure.max()),
         hinge_reactions_N=block.reactions * model.copies,
+        next_touch_s=touch_in_s,
     )
 
 

@@ -79,7 +79,7 @@ def explicit_tap(
             if found is not None:
                 status, message = found
                 break
-            tap = tap_after(model, now.tap, state, block)
+            tap = tap_after(model, now.tap, state, block, taken.next_touch_s)
             now = replace(now, state=after, tap=tap, audits=now.audits + 1)
             ends = ending(settings, tap, after.time_s, now.start_s)
             if ends is not None:

@@ -28,12 +28,16 @@ class Tap:
     tip_velocity: tuple[float, float] | None = None
 
 
-def tap_after(model: Model, tap: Tap, state: State, block: Block) -> Tap:
+def tap_after(model: Model, tap: Tap, state: State, block: Block, touch_in_s: float) -> Tap:
     """The tap after a block that started from `state`.
 
     It is over once the surface has not been touched for 10 % of the contact so far, a quarter of
     an axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
     chatter at the start and at the end), and will not be for twice as long as the contact so far.
+
+    Parameters
+    ----------
+    touch_in_s : `next_touch_s` of the block's start
     """
     if tap.over:
         return tap
@@ -50,12 +54,14 @@ def tap_after(model: Model, tap: Tap, state: State, block: Block) -> Tap:
     if first is None or last is None:
         return tap
     now = state.time_s + (len(block.log) - 1) * model.step_s
-    wait = max(0.1 * (last - first), 0.25 * model.transit_s, LEAST_WAIT * model.step_s)
-    over = now - last > wait
-    if over:
-        soon = SAME_TAP * max(last - first, model.transit_s)
-        over = next_touch_s(model, state.displacement, block.velocity) > soon
-    return Tap(first, last, over, velocity)
+    wait, soon = parting_s(model, last - first)
+    return Tap(first, last, bool(now - last > wait and touch_in_s > soon), velocity)
+
+
+def parting_s(model: Model, lasted: Array | float) -> tuple[Array, Array]:
+    """How long a tap that lasted so long is not touched, and will not be, once it is over, s."""
+    wait = np.maximum(0.1 * lasted, max(0.25 * model.transit_s, LEAST_WAIT * model.step_s))
+    return wait, SAME_TAP * np.maximum(lasted, model.transit_s)
 
 
 def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:

@@ -1,0 +1,83 @@
+"""Other ends that a first tap may have, where what parts two taps (`tap.tap_after`) is close by.
+
+- *Sooner*: it was nearly over before. Had it not pressed where F_n is within its error of zero, and
+  were the two times that end a tap `NEARLY` times shorter, it would have ended there. When it last
+  touches is known to the time for which it hardly presses before: of a Hertzian tap 1.6 %, as its
+  F_n goes with (T - t)^3/2.
+- *Later*: the next touch would be its own, were those times `NEARLY` times longer.
+"""
+
+import numpy as np
+
+from reference_fem.dynamics.tap import parting_s
+from reference_fem.mesh_error import DURATION, POWERS
+from reference_fem.model import Model
+from reference_fem.result import TapResult
+from reference_fem.summary import summarize
+
+LATER = (
+    "it comes down again so soon that it is open whether the next touch belongs to the first tap: "
+    "go on through it (solver.fem.end_time) and look at the forces"
+)
+# The next touch was foretold a fourth too late, from a contact that was a third too short.
+NEARLY = 2.0
+# Share of the largest force so far that is within its error, of a default mesh's.
+FAINT = 0.01
+
+
+def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Errors of a completed run's numbers by the ends that its first tap may have, and cautions.
+
+    Both are empty where there is no doubt. Of a next touch, which may be as strong and as long, it
+    is known when it comes: from the record, or when the last phalanx is down as a rigid body.
+    """
+    start, lasts = run.summary.contact_time_s, run.summary.contact_duration_s
+    if start is None or lasts is None:
+        return {}, ()
+    errors, doubts, forces = dict.fromkeys(POWERS, 0.0), [], run.forces
+    sooner, faint = nearly_over_s(run, model, start, start + lasts)
+    errors[DURATION] = start + lasts - faint
+    if sooner < faint:
+        # which parts stick or slip is no number with an error: no friction
+        part = summarize(forces, run.history, 0.0, None, sooner, run.summary)
+        for name in POWERS:
+            apart = abs(_number(run.summary, name) - _number(part, name))
+            errors[name] = max(errors[name], apart)
+        doubts.append(
+            f"it hardly touches for a while after {1e6 * (sooner - start):.4g} us: it is open if "
+            f"the first tap is over then or, as here, after {1e6 * lasts:.4g} us; look at the "
+            "forces"
+        )
+    later = (forces.time_s > start + lasts + 0.5 * run.summary.time_step_s) & (
+        forces.normal_force_N > 0.0
+    )
+    wait = float((run.history.time_s + run.history.next_touch_s)[-1]) - start - lasts
+    if later.any():
+        wait = float(forces.time_s[later][0]) - start - lasts
+    if wait <= NEARLY * parting_s(model, lasts)[1]:
+        for name, power in POWERS.items():
+            more = wait + lasts if power > 0.0 else abs(_number(run.summary, name))
+            errors[name] = max(errors[name], more)
+        doubts.append(LATER)
+    return errors, tuple(doubts)
+
+
+def nearly_over_s(run: TapResult, model: Model, start: float, end: float) -> tuple[float, float]:
+    """When a tap last pressed before it was nearly over for the first time, and at all, s.
+
+    At later times that it was nearly over its numbers differ less.
+    """
+    forces, samples = run.forces, run.history
+    high = np.maximum.accumulate(forces.normal_force_N)
+    pressed = np.where(forces.normal_force_N > FAINT * high, forces.time_s, start)
+    last = np.maximum.accumulate(pressed)
+    faint = float(last[forces.time_s <= end][-1])
+    at = (samples.time_s > start) & (samples.time_s < end)
+    time, last = samples.time_s[at], last[np.searchsorted(forces.time_s, samples.time_s[at])]
+    wait, soon = parting_s(model, last - start)
+    nearly = (NEARLY * (time - last) > wait) & (NEARLY * samples.next_touch_s[at] > soon)
+    return min(last[nearly].min(initial=np.inf), faint), faint
+
+
+def _number(summary: object, name: str) -> float:
+    return float(getattr(summary, name) or 0.0)

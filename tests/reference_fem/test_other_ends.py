@@ -1,0 +1,108 @@
+"""Ends of taps of half sines, whose phalanx as a rigid body is down again at a known time."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from reference_fem.arrays import Array
+from reference_fem.mesh_error import DURATION, IMPULSE, LATE, PEAK, POWERS, STRESS, TANGENTIAL
+from reference_fem.other_ends import FAINT, other_ends
+from reference_fem.result import ForceRecord, Summary
+from reference_fem.summary import summarize
+
+STEP = 1e-3
+# A tap of 1 s is over once it has not been touched for 0.1 s and will not be for 2 s.
+MODEL: Any = SimpleNamespace(transit_s=0.2, step_s=STEP)
+TIME = np.arange(0.0, 8.0, STEP)
+# times of a curve's crossing are read at steps, and sines fall and rise to 1 % within 0.003 s
+READ = 0.005
+
+
+def run_of(normal: Array, lasts: float, next_touch: float) -> Any:
+    """A run from a first touch at 0 on, with F_t = -F_n/2 and a stress of F_n, Pa."""
+    forces = ForceRecord(TIME, normal, -0.5 * normal, np.where(normal > 0.0, -1.0, 0.0))
+    samples: Any = SimpleNamespace(
+        time_s=TIME[::5], stress_R_Pa=normal[::5], next_touch_s=np.full(TIME[::5].size, next_touch)
+    )
+    blank = Summary(wall_time_s=0.0, steps=0, elements=0, time_step_s=STEP)
+    summary = summarize(forces, samples, 0.0, None, lasts, blank)
+    return SimpleNamespace(forces=forces, history=samples, summary=summary)
+
+
+def half_sine(start: float, size: float = 1.0) -> Array:
+    since = TIME - start
+    return np.where((since > 0.0) & (since < 1.0), size * np.sin(np.pi * since), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("gap", "next_touch", "faint", "open_"),
+    [
+        (0.06, 1.1, 0.0, True),  # over half of 0.1 s, and half of 2 s
+        (0.06, np.inf, 0.9 * FAINT, True),
+        (0.04, np.inf, 0.0, False),
+        (0.06, 0.9, 0.0, False),
+        (0.06, np.inf, 1.1 * FAINT, False),  # what presses is no end
+    ],
+)
+def test_a_tap_that_nearly_ended_has_the_errors_of_both_ends(
+    gap: float, next_touch: float, faint: float, open_: bool
+) -> None:
+    """Half sines of 1 and 3 N with a gap, in which it is hardly touched."""
+    between = faint * (np.abs(TIME - 1.0 - 0.5 * gap) < 0.5 * gap + 0.01)
+    normal = np.maximum(half_sine(0.0) + half_sine(1.0 + gap, 3.0), between)
+    run = run_of(normal, 2.0 + gap, next_touch)
+    run.history.next_touch_s[-1] = np.inf
+    errors, doubts = other_ends(run, MODEL)
+    if not open_:
+        assert doubts == ()
+        assert errors == dict.fromkeys(POWERS, 0.0) | {DURATION: pytest.approx(0.0, abs=READ)}
+        return
+    assert len(doubts) == 1
+    assert f"as here, after {1e6 * (2.0 + gap):.4g} us" in doubts[0]
+    assert errors == {
+        PEAK: pytest.approx(2.0, rel=READ),
+        STRESS: pytest.approx(2.0, rel=READ),
+        TANGENTIAL: pytest.approx(1.0, rel=READ),
+        IMPULSE: pytest.approx(3.0 * 2.0 / np.pi, rel=READ),
+        DURATION: pytest.approx(1.0 + gap, abs=READ),
+        LATE: pytest.approx(1.0 + gap, abs=READ),
+    }
+
+
+def test_a_hertzian_tap_ends_within_the_time_for_which_it_hardly_presses() -> None:
+    """δ'' = -δ^3/2 from δ' = 1 on, stretched to a tap of 1 s."""
+
+    def leaves(_: float, y: Array) -> float:
+        return float(y[0])
+
+    leaves.terminal, leaves.direction = True, -1  # type: ignore[attr-defined]
+    ball = solve_ivp(
+        lambda _, y: [y[1], -(max(y[0], 0.0) ** 1.5)], (0.0, 9.0), [0.0, 1.0],
+        events=leaves, rtol=1e-10, atol=1e-12, dense_output=True,
+    )  # fmt: skip
+    depth = ball.sol(np.minimum(TIME, 1.0) * ball.t_events[0][0])[0]
+    errors, doubts = other_ends(run_of(np.maximum(depth, 0.0) ** 1.5, 1.0, np.inf), MODEL)
+    assert doubts == ()
+    assert errors.pop(DURATION) == pytest.approx(0.016, abs=STEP)
+    assert not any(errors.values())
+
+
+@pytest.mark.parametrize("seen", [True, False])
+@pytest.mark.parametrize(("wait", "open_"), [(3.9, True), (4.1, False)])
+def test_a_next_touch_within_four_durations_may_belong_to_the_tap(
+    seen: bool, wait: float, open_: bool
+) -> None:
+    """It comes as it is foretold, or as the record has it, whatever is foretold."""
+    last = float(TIME[::5][-1])
+    next_touch = -1.0 if seen else 1.0 + wait - last
+    run = run_of(half_sine(0.0) + seen * half_sine(1.0 + wait), 1.0, next_touch)
+    errors, doubts = other_ends(run, MODEL)
+    assert bool(doubts) == open_
+    if open_:
+        assert errors[PEAK] == 1.0
+        assert errors[TANGENTIAL] == 0.5
+        assert errors[IMPULSE] == pytest.approx(2.0 / np.pi, rel=READ)
+        assert errors[DURATION] == pytest.approx(wait + 1.0, abs=READ)

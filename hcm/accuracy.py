@@ -23,7 +23,7 @@ from hcm.estimate import (
     tap_peaks,
 )
 from hcm.model import Scene
-from hcm.parameters import Finger
+from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
 from hcm.simulate import Progress, simulate
 
@@ -35,6 +35,7 @@ HELD = (
     "contact_time_s",
 )
 """What an accuracy is about, by the summary's fields."""
+COUNTED = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
 
 
 def simulate_within(
@@ -110,21 +111,31 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
 def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[TapResult, float]:
     """The run with its errors, and the largest relative one that is expected."""
     left_out = chosen.flight_error if chosen.flight_error < math.inf else 0.0
-    rods = chosen.scene.settings.flight == "rigid"
+    settings = chosen.scene.settings
+    rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
     unseen = COMPANION * left_out if rods else left_out
     errors: dict[str, float | tuple[float, float]] = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
-        for name, e in compare(result, coarse, unseen=unseen, rods=rods).items()
+        for name, e in compare(result, coarse, 1.0, unseen, rods, located).items()
     }
     cautions = (
         *result.cautions,
-        *caution(relative_errors(result.summary, errors), chosen.scene.settings),
+        *caution(relative_errors(result.summary, errors), settings, held=True),
         *later_taps(tap_peaks(result), tap_peaks(coarse)),
+        *other_transitions(result, coarse),
     )
     pairs = [(getattr(result.summary, name), getattr(coarse.summary, name)) for name in HELD]
     apart = [math.inf if its is None else abs(its / own - 1.0) for own, its in pairs]
     expected = max(SAFETY * max(apart) / (COMPANION - 1), left_out)
     return replace(result, errors=errors, cautions=cautions), expected
+
+
+def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
+    """A caution of the first tap's transitions where the coarser run has more or fewer."""
+    counts = [(n, getattr(result.summary, n), getattr(coarse.summary, n)) for n in COUNTED]
+    apart = ", ".join(f"{name} {own} and {its}" for name, own, its in counts if own != its)
+    told = f"transitions are not resolved ({apart} in coarser steps); ask for a smaller accuracy"
+    return (told,) if apart else ()
 
 
 def _short(result: TapResult, expected: float, accuracy: float, chance: bool) -> TapResult:

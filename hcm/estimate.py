@@ -30,7 +30,7 @@ from hcm.companion import (
     stretched,
     undamped,
 )
-from hcm.parameters import Finger, Settings
+from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import History, Status, Summary, TapResult
 from hcm.workload import most_steps
 
@@ -176,12 +176,13 @@ def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Float
 
 def compare(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0,
-    rods: bool = False,
+    rods: bool = False, located: bool = False,
 ) -> dict[str, float | tuple[float, float]]:  # fmt: skip
     """Estimated errors by what two completed runs differ by; inf where the other has no tap.
 
     unseen : share of the speed of approach that both lack, in a vibration about as long as the tap.
-    rods : whether both flew as rods.
+    rods : whether both flew as rods. located : whether the peak is a located event's row, as
+    collocation's is, and no vertex between rows.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
@@ -219,7 +220,7 @@ def compare(
     of["peak_normal_force_time_s"] = max(
         of["peak_normal_force_time_s"],
         float(np.abs(rivals - at).max(initial=0.0)),
-        VERTEX_SHARE * float(since[-1]) / max(since.size - 1, 1),
+        0.0 if located else VERTEX_SHARE * float(since[-1]) / max(since.size - 1, 1),
     )
     return {**errors, **of}
 
@@ -239,18 +240,20 @@ def relative_errors(
     return shares
 
 
-def caution(shares: Mapping[str, float], settings: Settings) -> tuple[str, ...]:
-    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy."""
+def caution(shares: Mapping[str, float], settings: Settings, held: bool = False) -> tuple[str, ...]:
+    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy.
+
+    held : whether the settings follow from an accuracy.
+    """
     poor = sorted((name for name in shares if shares[name] > LARGEST_ERROR), key=shares.__getitem__)
     if not poor:
         return ()
     known = ", ".join(f"{NAMES[name]} {_percent(shares[name])}" for name in reversed(poor))
     controlled = settings.flight_tolerance > 0.0 and settings.contact_tolerance > 0.0
     kind = "tolerance" if controlled else "step"
-    return (
-        f"estimated errors beyond {_percent(LARGEST_ERROR)}: {known}; reduce"
-        f" solver.hcm.flight_{kind} and solver.hcm.contact_{kind}, or raise finger.elements",
-    )
+    smaller = f"solver.hcm.flight_{kind} and solver.hcm.contact_{kind}"
+    remedy = "ask for a smaller accuracy" if held else f"reduce {smaller}, or raise finger.elements"
+    return (f"estimated errors beyond {_percent(LARGEST_ERROR)}: {known}; {remedy}",)
 
 
 def tap_peaks(result: TapResult) -> Floats:
@@ -301,13 +304,13 @@ def estimate_errors(
     if other.status is Status.INTERRUPTED:
         return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
-    rods = settings.flight == "rigid"
-    errors = compare(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, rods)
+    how = {"rods": settings.flight == "rigid", "located": settings.contact_integrator == GAUSS}
+    errors = compare(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, **how)
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:
             return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
-        changes = relative_errors(own.summary, compare(own, tight, rods=rods))
+        changes = relative_errors(own.summary, compare(own, tight, **how))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > LARGEST_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {NAMES[what]}"

@@ -5,7 +5,9 @@ trapezoidal rule; 1.04 times that at the default xi). Two readings of omega h:
 
 - the second difference of F_n over three rows, over the peak, is (omega h)^2 for a half sine;
 - a phase of n steps between two reversals of v_n, or two changes between stick and slip, is half a
-  swing: omega h = pi/n. One of too few steps may be spurious, or hide others.
+  swing: omega h = pi/n. One of too few steps may be spurious, or hide others. Collocation by s
+  stages takes it in one step, its time wrong by (s!)^2/((2s)! (2s + 1)!) pi^(2s): by 0.0095 at 3,
+  1e-5 at 5.
 """
 
 import math
@@ -13,13 +15,15 @@ from itertools import pairwise
 
 from hcm.arrays import Floats
 from hcm.compiled import kernel_with
-from hcm.parameters import Settings
+from hcm.parameters import GAUSS, Settings
 from hcm.result import Event, History, Status, Summary
 
 # Error of the time scale beyond which a run carries a caution, and is no result.
 NOTED, LARGEST = 0.01, 0.1
 # Steps of a phase whose error is `NOTED`.
 FEW = math.pi / math.sqrt(12 * NOTED)
+# Stages that leave less in a single step.
+ENOUGH = 3
 REVERSALS = ("compression_to_restitution", "restitution_to_compression")
 CHANGES = ("stick_to_slip", "slip_to_stick")
 
@@ -76,7 +80,8 @@ def judge_steps(
     remedy = f"reduce solver.hcm.contact_{'tolerance' if controlled else 'step'}"
     cautions = [f"{long}; {remedy}"] if error > NOTED else []
     tap = tuple([e for e in events if e.time_s <= over])
-    for kinds in (REVERSALS, CHANGES):
+    in_one = settings.contact_integrator == GAUSS and settings.stages >= ENOUGH
+    for kinds in () if in_one else (REVERSALS, CHANGES):
         if short := short_phases(history, tap, kinds):
             counts = ", ".join(f"{kind} {sum(e.kind == kind for e in tap)}" for kind in kinds)
             cautions.append(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.accuracy import HELD, simulate_within
+from hcm.accuracy import HELD, other_transitions, simulate_within
 from hcm.chosen import (
     NEWTON,
     contact_frequency,
@@ -15,6 +15,8 @@ from hcm.chosen import (
     rods_fall,
     settings_for,
 )
+from hcm.companion import first_tap
+from hcm.estimate import VERTEX_SHARE
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 NO_ESTIMATE = hcm.Settings(estimate=False)
@@ -48,6 +50,26 @@ def test_the_error_asked_for_is_kept_with_ever_dearer_settings(scene: hcm.Scene)
         assert (result.accuracy.wanted, result.accuracy.expected) == (accuracy, None)
         steps.append(result.statistics.steps)
     assert steps == sorted(set(steps))
+
+
+def test_transitions_that_a_coarser_run_counts_otherwise_are_told() -> None:
+    run = hcm.simulate(**SOFT_SCENE.arguments())
+    other = replace(run, summary=replace(run.summary, stick_to_slip=run.summary.stick_to_slip + 2))
+    assert other_transitions(run, run) == ()
+    (told,) = other_transitions(run, other)
+    assert told.startswith("transitions are not resolved (stick_to_slip 0 and 2 in coarser steps)")
+
+
+def test_a_located_peaks_time_is_not_known_by_rows() -> None:
+    """Collocation's peak is where v_n = 0, not a vertex between rows."""
+    result = simulate_within(1e-3, replace(SOFT_SCENE, settings=hcm.Settings()))
+    own, history = result.summary, result.history
+    tap = first_tap(result)
+    row = VERTEX_SHARE * own.contact_duration_s / (tap.stop - tap.start - 1)
+    exact = 102.66e-6  # 20 and 40 elements at a contact tolerance of 1e-9
+    stated = result.errors["peak_normal_force_time_s"]
+    assert abs(own.peak_normal_force_time_s - exact) < 2 * stated < row
+    assert own.contact_time_s + own.peak_normal_force_time_s in history.time_s
 
 
 def chosen(accuracy: float, scene: hcm.Scene = SOFT_SCENE, **stated: object) -> hcm.Chosen:

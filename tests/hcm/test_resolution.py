@@ -1,5 +1,6 @@
 """Taps that the steps do not resolve, or an end time cuts, say so."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -67,6 +68,21 @@ def test_transitions_that_are_not_resolved_say_so(restitution: float, counts: bo
     found = result.summary.compression_to_restitution
     words = f"transitions are not resolved (compression_to_restitution {found}, "
     assert [caution.startswith(words) for caution in result.cautions] == [True] * counts
+
+
+@pytest.mark.parametrize("stages", [2, 3, 5])
+def test_collocation_takes_a_phase_in_one_step(stages: int) -> None:
+    """(s!)^2/((2s)! (2s + 1)!) pi^(2s) of half a swing: 0.14, 0.0095, 1e-5."""
+    f = math.factorial
+    error = f(stages) ** 2 / (f(2 * stages) * f(2 * stages + 1)) * math.pi ** (2 * stages)
+    result = tap(
+        HARD, replace(HARD_TIP, restitution=0.01), contact_integrator="gauss", stages=stages,
+        contact_step=3e-6, contact_tolerance=0.0,
+    )  # fmt: skip
+    assert result.status is hcm.Status.COMPLETED
+    assert result.summary.compression_to_restitution > 1
+    told = any("transitions are not resolved" in caution for caution in result.cautions)
+    assert told == (error > NOTED)
 
 
 @pytest.mark.parametrize(("end_time", "whole"), [(0.13612, False), (0.1362, True)])

@@ -68,7 +68,8 @@ def test_the_search_finds_what_it_looks_for(source: str) -> None:
         (["finger.phalanges=200", "finger.elements=200", "surface.height=0.1"],
          ["40000 beam elements", "GiB"]),
         (["solver.hcm.end_time=1e4", "solver.hcm.flight_step=1e-8",
-          "solver.hcm.contact_step=1e-8"], ["1e+12 steps", "6e+07 s of solving"]),
+          "solver.hcm.contact_step=1e-8", "finger.elements=20"],
+         ["1e+12 steps", "6e+07 s of solving"]),
         (["solver.hcm.max_steps=1000000000"], ["GiB", "at most 4 GiB"]),
     ],
 )  # fmt: skip

@@ -11,6 +11,8 @@ from importlib.metadata import EntryPoint, entry_points
 
 from validation.errors import RunFailedError, UserError
 from validation.models.adapter import Adapter
+from validation.scenes.scene import Scene
+from validation.scenes.solver_tables import DEFAULT_ACCURACY
 
 GROUP = "fingertap.models"
 MEMBERS = (*Adapter.__annotations__, "refusal", "warm_up", "run")
@@ -73,3 +75,17 @@ def without_estimate(model: str, wanted: bool = True) -> tuple[str, ...]:
     """
     table = adapter(model).settings if wanted else ""
     return (f"solver.{table}.estimate=false",) if table else ()
+
+
+def default_accuracy(model: str, tables: Scene) -> tuple[str, ...]:
+    """The override that holds a model to its default accuracy, where the scene leaves it open.
+
+    Raises
+    ------
+    UserError, RunFailedError
+        As `adapter`.
+    """
+    table = adapter(model).settings
+    if table not in DEFAULT_ACCURACY or not tables.solver.open_to_accuracy(table):
+        return ()
+    return (f"solver.{table}.accuracy={DEFAULT_ACCURACY[table]}",)

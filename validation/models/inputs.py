@@ -14,7 +14,10 @@ def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
     """The tables that a model reads, canonical: defaults filled in, the other models' left out."""
     document: dict[str, Any] = tables.model_dump(mode="json")
     own = adapter(model).settings
-    document["solver"] = {own: getattr(tables.solver, own).model_dump(mode="json")} if own else {}
+    document["solver"] = {}
+    if own:  # what is asked of all solvers is asked of this one
+        table = getattr(tables.solver, own).model_dump(mode="json")
+        document["solver"] = {own: {**table, "accuracy": tables.solver.accuracy_of(own)}}
     mesh = tables.solver.fem.mesh if own == "fem" else None
     return {"tables": document, "mesh_sha256": None if mesh is None else _content(Path(mesh))}
 

@@ -21,12 +21,12 @@ from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
-from validation.models import adapter, without_estimate
+from validation.models import adapter, default_accuracy, without_estimate
 from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, changed_scene, load_scene
 
 DEFAULT_OUT = Path("out")
 
@@ -74,8 +74,11 @@ def run_scene(
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
     wanted = () if accuracy is None else (f"solver.{module.settings}.accuracy={accuracy}",)
     if wanted and not module.settings:
-        raise UserError(f"--accuracy {accuracy:g}: {model} takes none; leave it out")
-    named = load_scene(scene, (*overrides, *wanted, *without_estimate(model, no_estimate)))
+        raise UserError(f"--accuracy {accuracy}: {model} takes none; leave it out")
+    asked = (*overrides, *wanted, *without_estimate(model, no_estimate))
+    named = load_scene(scene, asked)
+    if by_default := default_accuracy(model, named.tables):
+        named = changed_scene(named.name, named.document, by_default, scene)
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
     checkpoint = None
     if out is not None or not as_json or resume:

@@ -24,6 +24,7 @@ class Quantity:
     per_phalanx : whether a list with one number per phalanx is allowed.
     only_list : whether only such a list is allowed.
     per : what a list has one number for.
+    or_word : a word that is allowed in the place of a number, none if empty.
     """
 
     unit: str = ""
@@ -36,6 +37,7 @@ class Quantity:
     per_phalanx: bool = False
     only_list: bool = False
     per: str = "phalanx"
+    or_word: str = ""
 
     def allowed(self) -> str:
         """The sentence that says what is allowed."""
@@ -52,6 +54,7 @@ class Quantity:
             f"must be {kind}"
             + (f" in {self.unit}" if self.unit else "")
             + (f", {' and '.join(bounds)}" if bounds else "")
+            + (f', or "{self.or_word}"' if self.or_word else "")
         )
 
     def _refuse(self, value: object) -> PydanticCustomError:
@@ -74,8 +77,10 @@ class Quantity:
             raise self._refuse(whole)
         return item if self.integer else float(item)
 
-    def check(self, value: object) -> float | int | tuple[float | int, ...]:
+    def check(self, value: object) -> float | int | str | tuple[float | int, ...]:
         """The value, or a refusal."""
+        if isinstance(value, str) and value and value == self.or_word:
+            return value
         if isinstance(value, list | tuple):
             if not (self.per_phalanx or self.only_list) or not value:
                 raise self._refuse(value)
@@ -102,6 +107,7 @@ class Quantity:
         number |= {word: bound for word, bound in bounds.items() if math.isfinite(bound)}
         several = {"type": "array", "items": number, "minItems": 1}
         kinds = [number] * (not self.only_list) + [several] * (self.per_phalanx or self.only_list)
+        kinds += [{"const": self.or_word}] * bool(self.or_word)
         unit = {"unit": self.unit} if self.unit else {}
         return (kinds[0] if len(kinds) == 1 else {"anyOf": kinds}) | unit
 

@@ -11,6 +11,11 @@ from validation.scenes.quantity import Quantity
 from validation.scenes.tables import LONGEST_M, Table, refuse, state_key
 
 ACCURACY_ADVICE = "1e-3 is 0.1 %"
+NO_ACCURACY = "none"
+DEFAULT_ACCURACY = {"hcm": 1e-3}
+"""What `run` and `validate` ask of a solver where the scene leaves it open."""
+MESH_DECIDED = {"preset", "mesh"}
+"""Keys of a solid's mesh: with one of them nothing of it is left to an accuracy."""
 
 
 def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
@@ -54,10 +59,13 @@ class AccuracyTable(Table):
     """What may be asked of a solver in the place of its settings."""
 
     accuracy: Annotated[
-        float | None, Quantity(at_least=1e-6, at_most=0.1, advice=ACCURACY_ADVICE)
+        float | str | None,
+        Quantity(at_least=1e-6, at_most=0.1, advice=ACCURACY_ADVICE, or_word=NO_ACCURACY),
     ] = None
     """Largest relative error wanted in peak force, impulse, duration and arrival, against the same
-    model's converged answer; settings that are not stated follow from it."""
+    model's converged answer; settings that are not stated follow from it. "none": they have the
+    defaults given here, 20 elements and a preset's mesh. Left out: the commands run and validate
+    ask for 1e-3 of hcm, other commands for none."""
 
 
 @cache
@@ -134,4 +142,10 @@ class SolverTable(AccuracyTable):
     def accuracy_of(self, solver: str) -> float | None:
         """What is asked of ``hcm`` or ``fem``: in its own table, or for all."""
         own = getattr(self, solver).accuracy
-        return self.accuracy if own is None else own
+        asked = self.accuracy if own is None else own
+        return None if asked is None or asked == NO_ACCURACY else float(asked)
+
+    def open_to_accuracy(self, solver: str) -> bool:
+        """Whether the scene says nothing of an accuracy, nor of all that a mesh's would decide."""
+        stated = {"hcm": self.stated_hcm, "fem": self.stated_fem}[solver].keys()
+        return self.accuracy is None and not stated & {"accuracy", *MESH_DECIDED}

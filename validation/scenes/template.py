@@ -60,7 +60,7 @@ def _explained(entry: dict[str, Any]) -> str:
     """What a key is, and what it may be."""
     choices = [one for one in (entry, *entry.get("anyOf", ())) if "enum" in one or "const" in one]
     names = [str(name) for one in choices for name in one.get("enum", [one.get("const")])]
-    allowed = f" One of {', '.join(names)}." if names else ""
+    allowed = f" One of {', '.join(names)}." if len(names) > 1 else ""
     return entry.get("description", "") + allowed
 
 

@@ -14,7 +14,9 @@ from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.tables import table_of, write_table
-from validation.models import adapter
+from validation.models import adapter, default_accuracy
+from validation.scenes.load import changed_scene
+from validation.scenes.solver_tables import NO_ACCURACY
 from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
 from validation.sweep.figures import draw_distribution, draw_map, draw_parity
 from validation.sweep.plan import Plan, assignment
@@ -92,6 +94,10 @@ def command(plan: Plan, points: PointTable, point: int, solver: int) -> str:
     own = (assignment(key, value) for key, value in chosen.set.items())
     changes = [*plan.common, *own, *points.overrides(point)]
     words = ["fingertap", "run", plan.source, "--model", chosen.model]
+    tables = changed_scene(plan.scene, plan.document, changes, plan.source).tables
+    # a sweep asks for no accuracy by itself, `run` does
+    if default_accuracy(chosen.model, tables):
+        words += ["--accuracy", NO_ACCURACY]
     return shlex.join([*words, *(word for change in changes for word in ("--set", change))])
 
 

@@ -57,10 +57,8 @@ def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) 
     accuracy = [
         row
         for scene in runs.scenes
-        for run in runs.compared(scene)
-        for row in accuracy_rows(
-            run, runs.references(scene), runs.spread_over(scene), runs.plan.tolerances
-        )
+        for run, references in runs.beside(scene)
+        for row in accuracy_rows(run, references, runs.spread_over(scene), runs.plan.tolerances)
     ]
     title = "Reduced model against the references (the paper's Table 2)"
     write_table(folder, "accuracy", table_of(accuracy, ACCURACY_COLUMNS), title)

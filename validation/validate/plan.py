@@ -5,20 +5,21 @@ from dataclasses import dataclass, field
 
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
-from validation.models import without_estimate
+from validation.models import default_accuracy, without_estimate
 from validation.models.variants import every
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
+from validation.scenes.solver_tables import NO_ACCURACY
 
 DEFAULT = ("fem3d", "contact")  # the reference by default: the first screen's
 REFERENCE = ("fem3d", "ls-dyna-like")  # in the place of the paper's
 FAST = ("fem3d", "fast")
 HOLES = ("fem3d", "ls-dyna-like shaft holes")
 PLANE = ("fem2d", "fast")
-REDUCED = ("hcm", "")
+REDUCED = ("hcm", "N=60")  # the paper's: 20 elements a phalanx, whatever accuracy is the default
 REFINED = "hcm-refined"
 ALONE = (REDUCED, DEFAULT, REFERENCE, FAST, PLANE)  # first in their process: its memory is theirs
-MESHES = {"": "N = 60", "N=30": "N = 30", "N=15": "N = 15"}  # variants of hcm, paper's fig. 7
+MESHES = {f"N={n}": f"N = {n}" for n in (60, 30, 15)}  # variants of hcm, the paper's fig. 7
 SHAFT_SHARE = 1 / 6  # radius over the smallest diameter; the paper draws holes, without a size
 PENALTY = "solver.fem.penalty_factor"
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
@@ -64,13 +65,19 @@ def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
         done = {job.model for group in jobs for job in group if job.scene == source}
         wanted = [*plan.models, *([] if plan.data else [plan.reference])]
         jobs += [
-            [Job(source, model, without_estimate(model, not estimate), None, True)]
+            [Job(source, model, by_default(source, model, estimate), None, True)]
             for model in dict.fromkeys(wanted)
             if model not in done
         ]
         if REFINED in plan.models:
             jobs += [by_assumption(source)]
     return jobs
+
+
+def by_default(scene: str, model: str, estimate: bool) -> tuple[str, ...]:
+    """Overrides of a model's own run: its default accuracy, and whether it states its errors."""
+    accuracy = default_accuracy(model, load_scene(scene).tables)
+    return (*accuracy, *without_estimate(model, not estimate))
 
 
 def by_assumption(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
@@ -89,14 +96,16 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")
     own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
     preset, fast = "solver.fem.preset=ls-dyna-like", "solver.fem.preset=fast"
+    fixed = f"solver.hcm.accuracy={NO_ACCURACY}"
     tables = load_scene(scene).tables
     radius = SHAFT_SHARE * min(tables.per_phalanx(tables.finger.diameter))
     holes = f"solver.fem.shaft_radius={radius:g}"
     return [
+        [Job(scene, "hcm", by_default(scene, "hcm", estimate))],
         [
-            Job(scene, "hcm", own),
-            Job(scene, "hcm", ("finger.elements=10", *beams), "N=30"),
-            Job(scene, "hcm", ("finger.elements=5", *beams), "N=15"),
+            Job(scene, "hcm", (fixed, "finger.elements=20", *own), REDUCED[1]),
+            Job(scene, "hcm", (fixed, "finger.elements=10", *beams), "N=30"),
+            Job(scene, "hcm", (fixed, "finger.elements=5", *beams), "N=15"),
         ],
         [Job(scene, "fem3d", reference, DEFAULT[1], True)],
         [
@@ -157,6 +166,12 @@ class Runs:
         first = self.reference(scene)
         others = self.several(scene, ALONE[1:]) if self.plan.in_full else []
         return ([] if first is None else [first]) + [run for run in others if run is not first]
+
+    def beside(self, scene: str) -> list[tuple[RunRecord, list[RunRecord]]]:
+        """The compared runs and their references; then the paper's elements beside its rung."""
+        own, rung = self.find(scene, REDUCED), self.find(scene, REFERENCE)
+        papers = [] if own is None or rung is None else [(own, [rung])]
+        return [(run, self.references(scene)) for run in self.compared(scene)] + papers
 
     def lines(self, scene: str) -> list[RunRecord]:
         """The runs whose forces are drawn."""

@@ -92,8 +92,8 @@ def accuracy_rows(
 
 def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str, Any]:
     """What Table 2 prints of a quantity, beside the reference that stands in for LS-DYNA."""
-    pair = (reduced.model, reference.model, reference.variant)
-    if key not in TABLE_2 or pair != (REDUCED[0], *REFERENCE):
+    pair = (reduced.model, reduced.variant, reference.model, reference.variant)
+    if key not in TABLE_2 or pair != (*REDUCED, *REFERENCE):
         return {}
     claims = printed(reference.scene, key)
     if not claims:

@@ -7,16 +7,21 @@ import numpy as np
 import pytest
 import xarray
 
+from hcm.accuracy import HELD
 from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.harness.record import RunRecord
+from validation.models import default_accuracy, solid, solid_mesh
 from validation.models import hcm as hcm_adapter
-from validation.models import solid, solid_mesh
 from validation.models.adapter import Outcome
+from validation.models.inputs import scene_inputs
 from validation.models.solid_accuracy import solved_within
 from validation.render.run_folder import read_steps
 from validation.runs.execute import Job, in_fresh_process, solve
 from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.solver_tables import DEFAULT_ACCURACY
+
+FIXED = ("solver.accuracy=none",)
 
 
 @pytest.fixture
@@ -39,7 +44,7 @@ def as_json(fingertap: Run) -> Callable[..., dict[str, Any]]:
 def test_reduced_model_gives_the_known_values(
     scene: str, peak: float, duration: float, as_json: Callable[..., dict[str, Any]]
 ) -> None:
-    result = as_json(scene)
+    result = as_json(scene, *FIXED)
     assert result["peak_normal_force_N"] == pytest.approx(peak, rel=1e-3)
     assert result["contact_duration_s"] == pytest.approx(duration, abs=0.5e-6)
     assert result["contact_time_s"] == pytest.approx(0.136107, abs=20e-6)
@@ -54,8 +59,11 @@ def test_reduced_model_gives_the_known_values(
 
 
 def test_overrides_reach_the_reduced_model(as_json: Callable[..., dict[str, Any]]) -> None:
-    assert as_json("soft", "surface.friction=0")["peak_tangential_force_N"] in (0, None)
-    full, lossy = as_json("soft"), as_json("soft", "tip.restitution=0.8")
+    smooth, full, lossy = (
+        as_json("soft", *FIXED, *more)
+        for more in (["surface.friction=0"], [], ["tip.restitution=0.8"])
+    )
+    assert smooth["peak_tangential_force_N"] in (0, None)
     ratio = lossy["normal_impulse_N_s"] / full["normal_impulse_N_s"]
     assert ratio == pytest.approx(1 - 0.077, abs=5e-4)  # issue 2: 7.7 % below
 
@@ -73,6 +81,57 @@ def test_an_accuracy_reaches_the_reduced_model_and_leaves_what_is_stated(
     own = as_json("soft", *asked, "solver.hcm.accuracy=0.05", "finger.elements=4")["accuracy"]
     assert own["wanted"] == 0.05
     assert ["4", "stated"] in [[c["value"], c["reason"]] for c in own["choices"]]
+
+
+def test_by_default_a_run_keeps_an_accuracy(as_json: Callable[..., dict[str, Any]]) -> None:
+    """Of 1e-3 in what it is about, beside 20 elements in steps of a hundred times less error."""
+    quick = "solver.hcm.estimate=false"
+    own = as_json("soft", quick)
+    assert own["accuracy"]["wanted"] == DEFAULT_ACCURACY["hcm"] == 1e-3
+    tight = as_json("soft", quick, *FIXED, "solver.hcm.contact_tolerance=1e-8")
+    assert "accuracy" not in tight
+    for name in HELD:
+        assert own[name] == pytest.approx(tight[name], rel=1e-3)
+        assert own[name] != tight[name]
+    kept = as_json("soft", quick, "finger.elements=9", "solver.hcm.contact_step=2e-6")
+    stated = {
+        c["setting"]: c["value"] for c in kept["accuracy"]["choices"] if c["reason"] == "stated"
+    }
+    assert stated == {"elements": "9", "contact_step": "2e-06"}
+
+
+@pytest.mark.parametrize(
+    ("model", "changes", "asked"),
+    [
+        ("hcm", [], 1e-3),
+        ("hcm-refined", [], 1e-3),
+        ("hcm", ["solver.fem.preset=fast", "solver.fem.accuracy=0.1"], 1e-3),
+        ("hcm", ["solver.accuracy=0.05"], 0.05),
+        ("fem3d", [], None),
+        ("fem3d", ["solver.accuracy=none", "solver.fem.accuracy=0.05"], 0.05),
+        ("hcm", ["solver.accuracy=0.05", "solver.hcm.accuracy=none"], None),
+        ("fem3d", ["solver.fem.preset=contact"], None),
+        ("fem2d", ["solver.fem.mesh=finger.vtu"], None),
+    ],
+)
+def test_a_default_accuracy_is_for_what_the_scene_leaves_open(
+    model: str, changes: list[str], asked: float | None
+) -> None:
+    tables = load_scene("soft", changes).tables
+    by_default = default_accuracy(model, tables)
+    tables = load_scene("soft", [*changes, *by_default]).tables
+    assert tables.solver.accuracy_of("hcm" if "hcm" in model else "fem") == asked
+    assert len(by_default) <= 1
+
+
+def test_a_stored_run_is_of_its_accuracy() -> None:
+    """Whichever table asks for it."""
+
+    def inputs(*changes: str) -> dict[str, Any]:
+        return scene_inputs(load_scene("soft", changes).tables, "hcm")
+
+    for_all, own = inputs("solver.accuracy=1e-2"), inputs("solver.hcm.accuracy=1e-2")
+    assert for_all == own != inputs() == inputs(*FIXED)
 
 
 def test_settings_reach_the_reduced_model() -> None:

@@ -79,6 +79,11 @@ def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
     assert own == command(plan, points, 1, 0)
     words = shlex.split(base)
     assert words[:5] == ["fingertap", "run", "soft", "--model", "fem3d"]
+    # a sweep has fixed settings where its plan asks for no accuracy, `run` does not
+    fixed = shlex.split(own)[:7]
+    assert fixed == ["fingertap", "run", "soft", "--model", "hcm", "--accuracy", "none"]
+    held = read_plan(written(tmp_path, PLAN.replace("[set]", "[set]\n'solver.accuracy' = 0.05")))
+    assert "--accuracy" not in command(held, points, 1, 0)
     assert "finger.elements=2" in words
     assert f"surface.friction={points.columns['surface.friction'][1]!r}" in words
 

@@ -6,15 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
 from validation.compare.verdict import judge, unit_slip
 from validation.harness.record import RunRecord
+from validation.models.hcm import translate
+from validation.scenes.load import load_scene
+from validation.scenes.solver_tables import DEFAULT_ACCURACY
 from validation.validate import command as validate_command
 from validation.validate.check import plan_of, read_tolerances
 from validation.validate.headline import unit_notes
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.plan import Plan, Runs, work
+from validation.validate.plan import REDUCED, Plan, Runs, groups, work
 
 
 @pytest.mark.parametrize(
@@ -95,14 +99,39 @@ def test_tolerances_take_short_names_and_keys() -> None:
 def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
     paper = work(plan_of((), "hcm", "fem3d", ""))
     assert {job.scene for group in paper for job in group} == {"hard", "soft"}
-    assert sum(len(group) for group in paper) == 20
+    assert sum(len(group) for group in paper) == 22
     alone = work(plan_of(("soft",), "hcm", "fem2d", ""))
     assert [(job.model, job.variant) for group in alone for job in group] == [
         ("hcm", None),
         ("fem2d", None),
     ]
+    wanted = [load_scene("soft", group[0].overrides).tables.solver for group in alone]
+    asked = [wanted[0].accuracy_of("hcm"), wanted[1].accuracy_of("fem")]
+    assert asked == [DEFAULT_ACCURACY["hcm"], None]
     refined = work(plan_of(("soft",), "hcm-refined", "fem2d", ""))
     assert [len(group) for group in refined] == [1, 1, 9 + 8]  # step by step, and each left out
+
+
+def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
+    """Whatever the default, and whatever the scene asks for, to the fields of the solver's call."""
+    document = replaced_scene(tmp_path / "held.toml", "solver.accuracy=1e-2")
+    for source in ("soft", str(document)):
+        jobs = {job.variant: job for group in groups(source) for job in group}
+        for count, variant in ((20, "N=60"), (10, "N=30"), (5, "N=15")):
+            scene = load_scene(source, jobs[variant].overrides)
+            assert scene.tables.solver.accuracy_of("hcm") is None
+            alone = load_scene("soft", [f"finger.elements={count}"])
+            estimate = variant == REDUCED[1]
+            assert translate(scene, estimate=True) == translate(alone, estimate=estimate)
+    own = [group[0] for group in groups(str(document)) if group[0].model == "hcm"]
+    asked = load_scene(str(document), own[0].overrides).tables.solver.accuracy_of("hcm")
+    assert asked == 1e-2  # what the scene states wins
+
+
+def replaced_scene(path: Path, change: str) -> Path:
+    """The soft scene with a change, as a file."""
+    path.write_text(tomli_w.dumps(load_scene("soft", [change]).document))
+    return path
 
 
 def test_checks_end_with_their_own_code_in_json_and_junit(

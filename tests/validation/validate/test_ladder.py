@@ -136,11 +136,11 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     ladder = Ladder(False, rows, causes)
     record = make_record(model="fem3d", variant="ls-dyna-like", peak=66.0)
     other = make_record(model="fem3d", variant="fast", peak=60.0)
-    paper = paper_rung(Runs((make_record(), record, other)), ("soft", "hard"))
+    paper = paper_rung(Runs((make_record(variant="N=60"), record, other)), ("soft", "hard"))
     assert {row.rung for row in paper} == {4}
     half = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
     assert half.reference_uncertainty == pytest.approx(3.0)
-    tables = ladder_rows(ladder, Runs((make_record(), record, other)))
+    tables = ladder_rows(ladder, Runs((make_record(variant="N=60"), record, other)))
     assert tables["ladder"] == [*rows, *paper]
     write_ladder(tmp_path, tables)
     header = (tmp_path / "ladder.csv").read_text().splitlines()[0]
@@ -165,7 +165,7 @@ def test_sentence_says_what_each_models_own_flight_adds() -> None:
 
 def test_tables_two_and_three_stand_beside_the_papers(make_record: Make) -> None:
     reference = make_record("hard", "fem3d", "ls-dyna-like", peak=80.0)
-    runs = Runs((make_record("hard", peak=76.0), reference))
+    runs = Runs((make_record("hard", variant="N=60", peak=76.0), reference))
     peaks, costs = paper_rows(runs, TABLE_2), paper_rows(runs, TABLE_3)
     row = next(r for r in peaks if (r["scene"], r["quantity"]) == ("hard", "peak Fn"))
     # The paper's Table 2: 173.084 N against LS-DYNA's 173.104 N, 0.012 %.
@@ -231,7 +231,7 @@ def test_patch_and_pressure_stand_beside_hertz(make_record: Make) -> None:
 
 def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
     plane = make_record(model="fem2d", variant="fast", peak=70.0)
-    runs = Runs((make_record(peak=60.0), plane))
+    runs = Runs((make_record(variant="N=60", peak=60.0), plane))
     best = make_record(model="fem3d", variant="preset converged", peak=80.0)
     plane.summary["wall_time_s"] = 3.0
     rows = accuracy_against_cost(runs, [make_record(peak=76.0)], [best])

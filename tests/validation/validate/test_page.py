@@ -138,7 +138,10 @@ def test_files_of_validate(validated: Callable[..., Path]) -> None:
         assert "\\begin{tabular}" in latex
         assert f"\\label{{tab:{name}}}" in latex
     fem = {"fem3d ls-dyna-like", "fem3d contact", "fem3d fast", "fem2d fast"}
-    assert set(table.model) == {"hcm", "hcm-refined", *fem}
+    assert set(table.model) == {"hcm", "hcm N=60", "hcm-refined", *fem}
+    beside = pd.read_csv(folder / "accuracy.csv").groupby("reduced_model").reference_model
+    assert beside.unique()["hcm N=60"] == ["fem3d ls-dyna-like"]
+    assert set(beside.unique()["hcm"]) == fem
     for name in ("forces", "elements"):
         assert (folder / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     summary = json.loads((folder / "runs" / "soft-fem3d-fast" / "summary.json").read_text())
@@ -166,7 +169,7 @@ def test_a_failing_run_is_shown_and_loses_no_other(
 
 def test_all_runs_failing_still_gives_a_page(validated: Callable[..., Path]) -> None:
     every = [job.name for s in ("hard", "soft") for g in groups(s) for job in g]
-    assert page(validated(failing=every, code=1)).count("the energy balance is lost") == 20
+    assert page(validated(failing=every, code=1)).count("the energy balance is lost") == 22
 
 
 def test_missing_renders_are_explained(validated: Callable[..., Path]) -> None:
@@ -216,7 +219,7 @@ def test_headline_judges_by_what_both_runs_state(
 
 def test_paper_rung_has_ls_dyna_like_in_its_place(make_record: Make) -> None:
     solids = [make_record("soft", "fem3d", name) for name in ("contact", "ls-dyna-like")]
-    runs = Runs((make_record(), *solids))
+    runs = Runs((make_record(), make_record(variant="N=60"), *solids))
     times = [row for row in paper_rows(runs, TABLE_3) if row["unit"] == "s"]
     assert [row["reference_over_hcm"] for row in times] == [None, 200]
 

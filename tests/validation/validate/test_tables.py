@@ -12,7 +12,7 @@ from validation.validate.tables import (
 
 
 def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) -> None:
-    reduced = make_record(peak=60.0)
+    reduced = make_record(variant="N=60", peak=60.0)
     references = [
         make_record(model="fem3d", variant="ls-dyna-like", peak=75.0),
         make_record(model="fem2d", variant="fast", peak=50.0),
@@ -32,6 +32,8 @@ def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) 
     assert peaks.paper_reference["fem3d ls-dyna-like"] == 64.126
     assert peaks.paper_source["fem3d ls-dyna-like"] == "paper: Table 2 (T2.3 T2.7 T2.11)"
     assert np.isnan(peaks.paper_reduced["fem2d fast"])
+    own = table_of(accuracy_rows(make_record(), references, over), ACCURACY_COLUMNS)
+    assert own.paper_reduced.isna().all()  # by an accuracy, not on the paper's elements
     printed = table.paper_reduced.notna()
     assert (table.paper_source[printed].str.startswith("paper: ")).all()
     magnitude = table[table.quantity.str.startswith("Sprague-Geers magnitude of Fn")]
@@ -39,7 +41,8 @@ def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) 
 
 
 def test_efficiency_rows_have_sources(make_record: Make) -> None:
-    runs = [make_record(), make_record(model="fem3d", variant="ls-dyna-like", scene="hard")]
+    solid = make_record(model="fem3d", variant="ls-dyna-like", scene="hard")
+    runs = [make_record(variant="N=60"), solid]
     table = table_of(efficiency_rows(runs), EFFICIENCY_COLUMNS)
     assert list(table.source) == ["self", "other model"]
     assert list(table.paper_time_s) == [480, 21473]

@@ -30,7 +30,7 @@ def calibrate(
     quick: Flag = False,
     out: Path = Path("out"),
 ) -> None:
-    """Solve random scenes by default settings and tightly; compare stated with true errors.
+    """Solve random scenes by fixed settings and tightly; compare stated with true errors.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def calibrate(
     first
         Number of the first of them: others are other scenes.
     accuracy
-        Solve for this relative error in the place of the default settings, and count the runs that
+        Solve for this relative error in the place of the fixed settings, and count the runs that
         keep it.
     quick
         Twelve scenes.

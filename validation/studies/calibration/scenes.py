@@ -1,4 +1,4 @@
-"""Random fingers that tap: what both models can run at their default settings.
+"""Random fingers that tap: what both models can run at their fixed settings.
 
 Fingers as one might build them, unlike `random_scenes`, whose ranges reach far beyond: 1 to 4
 phalanges of 10 to 80 mm, one in three unequal, L/d 2 to 10, E 1e7 to 1e11 Pa, rho 800 to 8000

@@ -1,4 +1,4 @@
-"""A random scene at the default settings, with estimates, and the same solved tightly.
+"""A random scene at the fixed settings, with estimates, and the same solved tightly.
 
 What the tight solve is, is stated here for each model.
 """

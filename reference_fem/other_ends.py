@@ -1,16 +1,15 @@
 """Other ends that a first tap may have, where what parts two taps (`tap.tap_after`) is close by.
 
 - *Sooner*: it was nearly over before. Had it not pressed where F_n is within its error of zero, and
-  were the two times that end a tap `NEARLY` times shorter, it would have ended there. When it last
-  touches is known to the time for which it hardly presses before: of a Hertzian tap 1.6 %, as its
-  F_n goes with (T - t)^3/2.
+  were the two times that end a tap `NEARLY` times shorter, it would have ended there. Of the rest
+  at its end the first time decides. A Hertzian tap, F_n ~ (T - t)^3/2, rests so for 1.6 % of T.
 - *Later*: the next touch would be its own, were those times `NEARLY` times longer.
 """
 
 import numpy as np
 
 from reference_fem.dynamics.tap import parting_s
-from reference_fem.mesh_error import DURATION, POWERS
+from reference_fem.mesh_error import POWERS
 from reference_fem.model import Model
 from reference_fem.result import TapResult
 from reference_fem.summary import summarize
@@ -35,14 +34,12 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
     if start is None or lasts is None:
         return {}, ()
     errors, doubts, forces = dict.fromkeys(POWERS, 0.0), [], run.forces
-    sooner, faint = nearly_over_s(run, model, start, start + lasts)
-    errors[DURATION] = start + lasts - faint
-    if sooner < faint:
+    sooner = nearly_over_s(run, model, start, start + lasts)
+    if sooner is not None:
         # which parts stick or slip is no number with an error: no friction
         part = summarize(forces, run.history, 0.0, None, sooner, run.summary)
         for name in POWERS:
-            apart = abs(_number(run.summary, name) - _number(part, name))
-            errors[name] = max(errors[name], apart)
+            errors[name] = abs(_number(run.summary, name) - _number(part, name))
         doubts.append(
             f"it hardly touches for a while after {1e6 * (sooner - start):.4g} us: it is open if "
             f"the first tap is over then or, as here, after {1e6 * lasts:.4g} us; look at the "
@@ -62,21 +59,22 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
     return errors, tuple(doubts)
 
 
-def nearly_over_s(run: TapResult, model: Model, start: float, end: float) -> tuple[float, float]:
-    """When a tap last pressed before it was nearly over for the first time, and at all, s.
+def nearly_over_s(run: TapResult, model: Model, start: float, end: float) -> float | None:
+    """When a tap last pressed before it was nearly over for the first time, s; None: never.
 
     At later times that it was nearly over its numbers differ less.
     """
     forces, samples = run.forces, run.history
     high = np.maximum.accumulate(forces.normal_force_N)
     pressed = np.where(forces.normal_force_N > FAINT * high, forces.time_s, start)
-    last = np.maximum.accumulate(pressed)
-    faint = float(last[forces.time_s <= end][-1])
     at = (samples.time_s > start) & (samples.time_s < end)
-    time, last = samples.time_s[at], last[np.searchsorted(forces.time_s, samples.time_s[at])]
+    rows = np.searchsorted(forces.time_s, samples.time_s[at])
+    last = np.maximum.accumulate(pressed)[rows]
     wait, soon = parting_s(model, last - start)
-    nearly = (NEARLY * (time - last) > wait) & (NEARLY * samples.next_touch_s[at] > soon)
-    return min(last[nearly].min(initial=np.inf), faint), faint
+    at_its_end = last == last.max(initial=start)
+    parts = at_its_end | (NEARLY * samples.next_touch_s[at] > soon)
+    nearly = (NEARLY * (samples.time_s[at] - last) > wait) & parts
+    return float(last[nearly][0]) if nearly.any() else None
 
 
 def _number(summary: object, name: str) -> float:

@@ -84,8 +84,9 @@ def simulate_within(
 
 
 def _solve(scene: Scene, progress: Progress | None) -> TapResult:
-    plain = replace(scene, settings=replace(scene.settings, estimate=False))
-    return simulate(**plain.arguments(), progress=progress)
+    if scene.settings.estimate:
+        scene = replace(scene, settings=replace(scene.settings, estimate=False))
+    return simulate(**scene.arguments(), progress=progress)
 
 
 def _coarser(chosen: Chosen, taps: int) -> Scene:
@@ -95,9 +96,12 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
         replace(p, elements=max(round(p.elements / math.sqrt(COMPANION)), 1))
         for p in scene.finger.phalanges
     ]
-    longer = COMPANION ** (2 / 3) if chosen.followed else 1.0
+    longer, flown = 1.0, settings.flight_elements
+    if chosen.followed:
+        longer, flown = COMPANION ** (2 / 3), round(flown / math.sqrt(COMPANION))
     coarse = replace(
         settings,
+        flight_elements=flown,
         flight_step=min(longer * settings.flight_step, 1.0),
         flight_tolerance=min(COMPANION * settings.flight_tolerance, 1.0),
         contact_step=min(math.sqrt(COMPANION) * settings.contact_step, 1.0),

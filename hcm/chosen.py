@@ -63,6 +63,9 @@ STAGE_SHARE, LONGEST_TURN = 30.0, 1.2
 # w h = sqrt(eps) by 0.02e-3
 REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.08
 MOST_ELEMENTS = 200
+# of those, in the phalanges before the last: a wave comes back from them when the tap is nearly
+# over. 85 taps at 1e-3 keep their errors with 0.7 of them; with 0.6, 3 of 208 more miss 1e-3
+INNER_SHARE = 0.8
 # of V_1, over the speed of approach: what it changes in the tap
 BEND_SHARE = 0.25
 # the same of V_0, and p, where torques ring the finger and where its weight does
@@ -71,11 +74,14 @@ BY_TORQUE, BY_WEIGHT = (1.0, 0.5), (0.25, 1.5)
 TURN = 0.3
 # where a vibration is followed: from 5 stages to 8 steps grow by 2.1, their cost by 1.6
 FOLLOWING_STAGES = 8
-# steps where it is not: in a dozen, Newton's method fails again and again on stiff fingers; in 30,
-# 6 of 110 scenes miss an accuracy of 1e-3, by up to 3 times, that they keep in 60
-FEW_STEPS = 60
+# steps where it is not: in a dozen, Newton's method fails again and again on stiff fingers; of 65
+# scenes that bend slowly 12 % miss an accuracy of 1e-3 in 60, 2 % in 90, none in 120
+FEW_STEPS = 90
 # of the surface's depth: steps that bend the finger by so much more than a polynomial are shorter
 BENT_TOLERANCE = 1e-4
+# elements of a phalanx that bends slowly in flight: those of the contact change 32 taps at 1e-3 and
+# 1e-4 by 0.2 of the error wanted from 2 elements, 0.05 from 3 (medians)
+BENT_ELEMENTS = 4
 # of eps: errors of the rods' flight over the surface's depth, and of an acceleration, which is at
 # most the second, by the contact's integrator: collocation's iteration ends on its way of a step
 RODS_SHARE = 1e-3
@@ -87,8 +93,9 @@ DRIVEN_NEWTON = (1e-6, 1e-9)
 RODS_TOLERANCE = 1e-6
 
 SETTINGS = (
-    "elements", "flight", "flight_integrator", "flight_step", "flight_tolerance", "contact_step",
-    "contact_tolerance", "contact_integrator", "stages", "spectral_radius", "newton_tolerance",
+    "elements", "flight", "flight_integrator", "flight_elements", "flight_step", "flight_tolerance",
+    "contact_step", "contact_tolerance", "contact_integrator", "stages", "spectral_radius",
+    "newton_tolerance",
 )  # fmt: skip
 """What is chosen, unless it is stated."""
 
@@ -164,9 +171,10 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     flight = _flight(accuracy, scene, fall, frequency, stated)
     lumped = not scene.assumptions.any
     wave = accuracy**0.25 / ELEMENT_SHARE if lumped else accuracy**0.5 / REFINED_ELEMENT_SHARE
+    waves = [*[wave / INNER_SHARE] * (len(phalanges) - 1), wave]
     counts = tuple([
-        max(_count(p, frequency, wave), least)
-        for p, least in zip(phalanges, flight.elements, strict=True)
+        max(_count(p, frequency, turn), least)
+        for p, turn, least in zip(phalanges, waves, flight.elements, strict=True)
     ])  # fmt: skip
     # springs that slip by parts leave no smooth pieces
     method = stated.get("contact_integrator", GAUSS if lumped else GENERALIZED_ALPHA)
@@ -262,10 +270,18 @@ def _flight(
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
         Choice("flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"),
     )
+
+    def of_elements(few: int, why: str) -> tuple[Choice, ...]:
+        # torques may whirl a finger, and its tap then hangs on all that the flight does
+        return () if _driven(scene) else (Choice("flight_elements", few, why),)
+
     longest = min(fall.time / FEW_STEPS, 1.0)
     if rung <= accuracy:
         why = f"skipped: the vibration, {rung:.1g} of the tap, is not followed"
-        return Flown((*elastic, Choice("flight_step", longest, why)), rung, one)
+        few = of_elements(
+            BENT_ELEMENTS, "skipped until the touch: the contact's, as it bends slowly"
+        )
+        return Flown((*elastic, *few, Choice("flight_step", longest, why)), rung, one)
     highest = followed_frequency(scene.finger, frequency, rung / accuracy, kind[1])
     turn = TURN / (highest * fall.time)
     stages = stated.get("stages", FOLLOWING_STAGES)
@@ -273,7 +289,8 @@ def _flight(
     step = min((turn * over_phase) ** (1 / (2 * stages)) / highest, longest)
     why = f"the vibration, {rung:.1g} of the tap, arrives in phase up to {_hz(highest)}"
     counts = tuple([_count(p, highest, (720.0 * turn) ** 0.25) for p in phalanges])
-    return Flown((*elastic, Choice("flight_step", step, why)), 0.0, counts, True, stages)
+    few = of_elements(max(counts), "skipped until the touch: the contact's, above that frequency")
+    return Flown((*elastic, *few, Choice("flight_step", step, why)), 0.0, counts, True, stages)
 
 
 def _driven(scene: Scene) -> bool:

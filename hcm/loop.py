@@ -145,7 +145,7 @@ def advance(
         if h > 0.0 and depth(old.q, chain, outline)[1] >= 0:
             code = BODY_TOUCHES
             break
-        if kind == LIFT_OFF and taps >= plan.taps:
+        if kind in (TOUCH, LIFT_OFF) and taps >= plan.taps:
             code = DONE
             break
     return contact[:], clock[:], n_rows, n_events, code

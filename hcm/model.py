@@ -13,7 +13,7 @@ r_w and v_w being the end of the phalanx before: the hinges hold at once in posi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -226,6 +226,11 @@ def build_model(
         roundoff_J=1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges),
         tap_ends=tap_ends(whole, assumptions, settings.tap_at_least),
     )
+
+
+def until_touch(model: Model) -> Model:
+    """The same, for a run that ends with its first touch."""
+    return replace(model, plan=model.plan._replace(taps=0), tap_ends=None)
 
 
 def plan_of(settings: Settings, height: float) -> Plan:

@@ -183,6 +183,9 @@ class Settings:
     bending and vibration on the way down are left out."""
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4
     """Longest step out of contact."""
+    flight_elements: Annotated[int, Bound(integer=True, at_least=0, at_most=10_000)] = 0
+    """Of each phalanx in an elastic flight, at most those of the finger, into which the first touch
+    divides them (`hcm.beam.division`); 0: the finger's throughout."""
     flight_tolerance: Annotated[float, Bound(at_least=0, at_most=1)] = 1e-6
     """Bound on a flight step's local error over the surface's depth (surface.height), which
     shortens the steps where vibrations matter; 0 keeps all flight steps at `flight_step`. The depth

@@ -4,24 +4,26 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from hcm import loop
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
+from hcm.beam.division import divided, flight_elements
 from hcm.beam.drive import piece_at
 from hcm.beam.outline import depth
 from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
-from hcm.model import Model, RigidStart, build_model
+from hcm.model import Model, RigidStart, build_model, until_touch
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
 from hcm.record import Segment, empty_record, next_segment
 from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
-from hcm.start import BeamStart, enter_piece, start_beams
+from hcm.start import BeamStart, enter_piece, start_beams, start_divided
 from hcm.state import Clock, Motion, Plan
 from hcm.summary import summarize
 from hcm.tap import next_touch_s, taps_of
@@ -87,7 +89,15 @@ def simulate(
     check_size(finger, settings)
     started = time.perf_counter()
     model = build_model(finger, surface, tip, drive, settings, start, assumptions)
-    begun = start_beams(model)
+    few = flight_elements(finger, settings)
+    if few == finger:
+        begun = start_beams(model)
+    else:
+        flight = until_touch(build_model(few, surface, tip, drive, settings, start, assumptions))
+        up = start_beams(flight)
+        flown, ended, _ = _take_steps(flight, up, progress)
+        divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)
+        begun = start_divided(model, flight, flown, up.motion, ended, divide)
     segments, status, over_s = _take_steps(model, begun, progress)
     last, clock = segments[-1], segments[-1].clock
     events = tuple([event for segment in segments for event in segment.events])

@@ -1,6 +1,9 @@
-"""Where the beams start: in flight, or at the touch that ends a flight as rigid rods."""
+"""Where the beams start: in flight, or at the touch that ends one as rods or on fewer elements."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain, Probe
@@ -8,7 +11,7 @@ from hcm.beam.drive import piece_at
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
-from hcm.contact.contract import begin_mode, place, velocity
+from hcm.contact.contract import Law, begin_mode, place, velocity
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, Contact
 from hcm.flight import rigid_chain, rigid_flight
@@ -45,6 +48,16 @@ class BeamStart:
     segment: Segment
     status: Status
     left_out: float = 0.0
+
+
+@kernel
+def first_contact(motion: Motion, tip: int, law: Law) -> Contact:
+    """Contact at the end of the first flight."""
+    x, gap = place(motion.q, tip, IN_FLIGHT, law)
+    vt, vn = velocity(motion.q, motion.v, tip, IN_FLIGHT, law)
+    contact, _ = transition(NORMAL, x, gap, vt, vn, IN_FLIGHT, law)
+    begin_mode(motion.q, tip, IN_FLIGHT, contact, law)
+    return contact
 
 
 @kernel
@@ -131,6 +144,40 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     )
 
 
+def start_divided(
+    model: Model, flight: Model, segments: list[Segment], motion: Motion, status: Status,
+    divide: Callable[[Floats], Floats],
+) -> BeamStart:  # fmt: skip
+    """Start where a flight on fewer elements ended.
+
+    Parameters
+    ----------
+    flight, segments, motion, status : of the fewer elements, and how their flight ended.
+    divide : coordinates or velocities on them (m, n) to those on the model's.
+    """
+    last, start = segments[-1], model.initial_motion()
+    start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
+    fill_chords(start.q, model.chain, start.chords)
+    start.drive[:] = piece_at(model.drive, last.clock.time).at(last.clock.time)
+    reached = ~np.isnan(flight.frames.q[:, 0])
+    model.frames.q[reached] = divide(flight.frames.q[reached])
+    model.generalized_alpha.work.cost[:] += flight.generalized_alpha.work.cost
+    # one more: where the division lets waves in that the few elements could not have
+    row, reaction = empty_rows(1, model.chain)
+    rows = np.concatenate([*[s.rows for s in segments], row])
+    reactions = np.concatenate([*[s.reactions for s in segments], reaction])
+    touched = bool(last.events)
+    contact = last.contact
+    if touched:
+        contact = first_contact(start, model.chain.tip, model.generalized_alpha.law)
+    solved = write_first_row(
+        rows[-1], reactions[-1], True, start, last.clock, contact, model.generalized_alpha,
+        model.probe,
+    )  # fmt: skip
+    segment = first_segment(contact, last.clock, rows, reactions, last.steps, touched, start)
+    return BeamStart(start, segment, status if solved else Status.NEWTON_FAILED)
+
+
 @kernel
 def rows_above(
     states: Floats, rods: Rods, beams: Chain, outline: Outline, q: Floats, v: Floats
@@ -186,10 +233,7 @@ def write_flight(
         clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, work, fastest, 0.0)
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
     if flight.code == TOUCHED:
-        x, gap = place(old.q, tip, contact, law)
-        vt, vn = velocity(old.q, old.v, tip, contact, law)
-        contact, _ = transition(NORMAL, x, gap, vt, vn, contact, law)
-        begin_mode(old.q, tip, IN_FLIGHT, contact, law)
+        contact = first_contact(old, tip, law)
     old.acceleration[:] = 0.0
     solved = write_first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe

@@ -34,8 +34,9 @@ class Motion(NamedTuple):
 class Plan(NamedTuple):
     """Step sizes and bounds of a run, from `Settings` (seconds, metres, counts).
 
-    iterations : Newton iterations at which the loop returns, all those before included. undamped :
-    whether generalized-alpha takes xi = 1 in flights after a tap.
+    taps : separations that end the run; 0: its first touch does. iterations : Newton iterations at
+    which the loop returns, all those before included. undamped : whether generalized-alpha takes
+    xi = 1 in flights after a tap.
     """
 
     flight_step: float

@@ -159,8 +159,9 @@ def start_divided(
     start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
     fill_chords(start.q, model.chain, start.chords)
     start.drive[:] = piece_at(model.drive, last.clock.time).at(last.clock.time)
-    reached = ~np.isnan(flight.frames.q[:, 0])
-    model.frames.q[reached] = divide(flight.frames.q[reached])
+    if flight.frames.time.size:
+        reached = ~np.isnan(flight.frames.q[:, 0])
+        model.frames.q[reached] = divide(flight.frames.q[reached])
     model.generalized_alpha.work.cost[:] += flight.generalized_alpha.work.cost
     # one more: where the division lets waves in that the few elements could not have
     row, reaction = empty_rows(1, model.chain)

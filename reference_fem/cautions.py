@@ -48,7 +48,7 @@ def cautions(
     - the contact has rolled, or never was, where the mesh was refined for it
     """
     found = []
-    if spike(forces.normal_force_N, max(1, round(model.grain_s / model.step_s))) > SPIKE:
+    if spike(forces.normal_force_N, grain(model)) > SPIKE:
         found.append(
             "the peak normal force is a spike of a few steps or elements, which another step or "
             f"mesh changes: use {_smoother(settings)}"
@@ -103,6 +103,11 @@ def cautions(
             "mesh or use solver.fem.element = 'hex8-sri'"
         )
     return tuple(found)
+
+
+def grain(model: Model) -> int:
+    """Steps that a wave needs for a cell, at least one."""
+    return max(1, round(model.grain_s / model.step_s))
 
 
 def spike(normal: Array, longest: int) -> float:

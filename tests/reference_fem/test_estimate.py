@@ -11,7 +11,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.tap import next_touch_s
-from reference_fem.estimate import Given, _of_flight
+from reference_fem.estimate import Given, _of_flight, standing_out
 from reference_fem.mesh_error import (
     LEAST,
     POWERS,
@@ -198,19 +198,36 @@ def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> N
     assert any("comes to another touch" in text for text in run.cautions)
 
 
-def test_a_run_states_the_errors_of_other_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_states_the_errors_of_other_ends_and_of_a_spike(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """And its record says when its body is down again, as its last fields do."""
     ends = {"contact_duration_s": 7.0, PEAK: 0.0}, ("open",)
     monkeypatch.setattr("reference_fem.estimate.other_ends", lambda *_: ends)
+    monkeypatch.setattr("reference_fem.estimate.standing_out", lambda *_: 1e3)
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     run = rf.simulate(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse"))
     assert run.errors["contact_duration_s"] == 7.0
-    assert 0.0 < run.errors[PEAK] < 1e3
+    assert run.errors[PEAK] == 1e3
     assert "open" in run.cautions
     model, last = build_model(mesh, HARD, SURFACE, DRIVE, rf.Settings()), run.snapshots[-1]
     foretold = next_touch_s(model, last.displacement, last.velocity)
     assert run.history.next_touch_s[-1] == pytest.approx(foretold)
     assert 0.0 < foretold < np.inf
+
+
+@pytest.mark.parametrize(("height", "known"), [(0.02, 0.0), (0.05, 0.05)])
+def test_a_peak_that_stands_out_is_known_to_what_it_stands_out_by(
+    height: float, known: float
+) -> None:
+    """Above 1 N, for fewer steps than a wave needs for a cell; later touches are no part of it."""
+    model: Any = SimpleNamespace(grain_s=4.0, step_s=1.0)
+    force = np.ones(40)
+    force[19:21] += height
+    force[35:] = 9.0
+    run = run_of(1.0, contact_time_s=0.0, contact_duration_s=30.0)
+    run.forces = SimpleNamespace(time_s=np.arange(40.0), normal_force_N=force)
+    assert standing_out(run, model) == pytest.approx(known)
 
 
 @pytest.mark.parametrize(("error", "late"), [(0.015, 0.4), (0.005, 1e-9)])

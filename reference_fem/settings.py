@@ -14,7 +14,7 @@ from meshes.bounds import Bound, check_fields
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.torques import Torques
 
-Flight = Literal["rigid", "explicit"]
+Flight = Literal["rigid", "explicit", "coarse"]
 Contact = Literal["penalty", "surface", "impulse"]
 
 LONGEST_S = 1e12
@@ -180,7 +180,8 @@ class Settings:
     the first of them."""
     flight: Flight = "rigid"
     """Rigid: the finger's own rigid chain flies up to the contact window. Explicit: all of it, from
-    rest, by the explicit loop."""
+    rest, by the explicit loop. Coarse: likewise, but up to the contact window on a coarser mesh of
+    the finger (see `coarse_flight`)."""
     lead_steps: Annotated[int, Bound(integer=True, at_least=2)] = 2
     """Explicit steps between the end of the rigid flight and the first touch. In them the tip falls
     freely, for no hinge pulls at it yet: each changes its speed. In one step less "impulse" would

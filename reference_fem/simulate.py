@@ -10,6 +10,7 @@ import numba
 
 import meshes
 from reference_fem.arrays import Progress
+from reference_fem.coarse_flight import coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
 from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
@@ -37,6 +38,7 @@ def simulate(
     start: ChainState | None = None,
     restart: Restart | None = None,
     companion: meshes.FingerMesh | None = None,
+    flight_mesh: meshes.FingerMesh | None = None,
 ) -> TapResult:
     """Let the finger of `mesh` fall and tap the surface.
 
@@ -52,6 +54,7 @@ def simulate(
         resume; None: nowhere.
     companion : a mesh of other edges, which `Settings.estimate` compares the run with; without it
         estimates tell less.
+    flight_mesh : of the same finger, with longer edges: where `Settings.flight` is "coarse"
 
     Returns
     -------
@@ -65,7 +68,13 @@ def simulate(
         or another run's is a `RestartError`.
     """
     settings = Settings() if settings is None else settings
-    solved = _solve(mesh, materials, surface, drive, settings, progress, start, restart)
+    if (settings.flight == "coarse") is not (flight_mesh is not None):
+        raise ValueError(
+            f"flight = {settings.flight!r}: a flight_mesh is for 'coarse' and needed there; give "
+            "both or neither"
+        )
+    given = mesh, materials, surface, drive, settings, progress, start, restart, flight_mesh
+    solved = _solve(*given)
     run = replace(
         solved.result,
         given={
@@ -80,11 +89,11 @@ def simulate(
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult:
         return _solve(other, materials, surface, drive, once, None, state, None).result
 
-    given = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)
+    known = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)
     try:
         if progress is not None:
             progress(0.99, "estimate of errors")
-        return estimated(run, given, companion, again)
+        return estimated(run, known, companion, again)
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
         return replace(run, status=Status.INTERRUPTED, message=message)
@@ -106,6 +115,7 @@ def _solve(
     progress: Progress | None,
     start: ChainState | None,
     restart: Restart | None,
+    flight_mesh: meshes.FingerMesh | None = None,
 ) -> _Solved:
     """The run itself."""
     with _threads(settings.threads, len(mesh.cells)):
@@ -117,18 +127,26 @@ def _solve(
             # The same bits at every number of threads is not promised: what counts is the number.
             given = replace(settings, threads=numba.get_num_threads(), estimate=False)
             inputs = {"mesh": mesh, "materials": materials, "surface": surface, "drive": drive}
+            inputs |= {"flight mesh": flight_mesh}
             file = RestartFile(restart, identity(**inputs, settings=given, start=start))
         archive = None if file is None else file.read()
         model = build_model(mesh, materials, surface, drive, settings)
+        coarse = None
+        if flight_mesh is not None:
+            # one point bends exactly where cells are cubes, and damps nothing
+            one = flight_mesh.dim == 3 and not any(m.relaxation_time for m in materials)
+            others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
+            light = build_model(flight_mesh, materials, surface, drive, others)
+            coarse = coarse_flight(light, model)
         reporting = Reporting(progress, file, started)
         if archive is not None and file is not None:
             try:
-                check_archive(model, archive)
+                check_archive(model, archive, coarse)
             except ValueError as error:
                 raise file.refused(f"is none of this run: {error}") from error
             recorder = Recorder(settings)
             recorder.restore(archive)
-            result = explicit_tap(model, settings, unpack(archive), reporting, recorder)
+            result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)
             return _Solved(model, result)
         chain, rigid = chain_and_start(model.chain, start)
         clearance = surface_gap(model, chain)(rigid.angles)
@@ -158,12 +176,15 @@ def _solve(
             withheld = chain.torques.withheld(
                 lambda time: flown.state_at(time).angles, begin, rigid.time_s
             )
-        check_work(model, settings, rigid.time_s)
-        displacement, velocity = pose(chain, rigid, model.points, model.body_of_point)
+        first = model if coarse is None else coarse.model
+        check_work(first, settings, rigid.time_s)
+        displacement, velocity = pose(chain, rigid, first.points, first.body_of_point)
         loop_state = first_loop_state(
-            model, displacement, velocity, rigid.time_s, origin, rigid.angles, withheld
+            first, displacement, velocity, rigid.time_s, origin, rigid.angles, withheld
         )
-        return _Solved(model, explicit_tap(model, settings, loop_state, reporting), flown)
+        loop_state = replace(loop_state, coarse=coarse is not None)
+        tap = explicit_tap(model, settings, loop_state, reporting, flight=coarse)
+        return _Solved(model, tap, flown)
 
 
 def _without_contact_window(

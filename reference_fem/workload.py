@@ -23,7 +23,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
     remedy = "shorten it"
     if settings.end_time_s is not None:
         key, end = f"solver.fem.end_time = {settings.end_time_s:g}", settings.end_time_s
-    elif settings.flight == "explicit":
+    elif settings.flight != "rigid":
         key, end = (
             f"solver.fem.max_flight_time = {settings.max_flight_time_s:g}",
             settings.max_flight_time_s,

@@ -8,6 +8,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.contact.law import COLUMNS
 from reference_fem.dynamics.loop_state import LoopState, pack
 from reference_fem.dynamics.recorder import Fields
@@ -21,14 +22,18 @@ from reference_fem.result import Sample
 _OF_A_TAP = ("tap.first_touch_s", "tap.last_touch_s", "tap.tip_velocity")
 
 
-def check_archive(model: Model, archive: Arrays) -> None:
+def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = None) -> None:
     """Check the arrays that a loop state and a recorder are to be made from.
+
+    A state in a coarse flight is on its mesh, and nothing was recorded.
 
     Raises
     ------
     ValueError
         Names the array and what is wrong.
     """
+    if flight is not None and archive.get("coarse", False):
+        model = flight.model
     whole, points = model.points.shape, model.points.shape[:1]
     memory = model.contact.new_memory(np.zeros(whole), 0.0)
     angles = np.zeros(len(model.couples))

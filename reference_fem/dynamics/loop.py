@@ -7,6 +7,7 @@ import numpy as np
 
 from reference_fem.arrays import Progress
 from reference_fem.cautions import cautions
+from reference_fem.coarse_flight import FLIGHT_BLOCK, SPEED_MARGIN, CoarseFlight
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import failure
 from reference_fem.dynamics.loop_state import LoopState, pack
@@ -19,11 +20,6 @@ from reference_fem.model import Model
 from reference_fem.result import ForceRecord, Status, Summary, TapResult
 from reference_fem.settings import Settings
 from reference_fem.summary import summarize
-
-# Steps of a block in flight: contact is out of reach for longer than that.
-FLIGHT_BLOCK = 1000
-# Speed that the surface may gain within a flight block, m/s: a generous bound on its reach.
-SPEED_MARGIN = 1.0
 
 
 @dataclass(frozen=True)
@@ -46,6 +42,7 @@ def explicit_tap(
     loop_state: LoopState,
     reporting: Reporting | None = None,
     recorder: Recorder | None = None,
+    flight: CoarseFlight | None = None,
 ) -> TapResult:
     """Explicit run from `loop_state` to the end of the first tap or `settings.end_time_s`.
 
@@ -54,6 +51,7 @@ def explicit_tap(
     Parameters
     ----------
     recorder : of the run that this one continues
+    flight : where `loop_state` is that of its model, until it hands over; nothing of it is recorded
     """
     reporting = reporting or Reporting()
     recorder = recorder or Recorder(settings)
@@ -62,15 +60,21 @@ def explicit_tap(
     status, message = Status.INTERRUPTED, ""
     try:
         while True:
-            state, search = now.state, _in_reach(model, now.state)
-            after, block = advance(model, state, interval if search else FLIGHT_BLOCK, search)
-            taken = sample(model, state, block, now.origin_energy_J or 0.0)
+            on, ahead = model, FLIGHT_BLOCK
+            if flight is not None and now.coarse:
+                on, ahead = flight.model, flight.steps_ahead(now.state, settings.lead_steps)
+                if ahead < 1:
+                    on, ahead, now = model, FLIGHT_BLOCK, flight.handed_over(now)
+            state, search = now.state, not now.coarse and _in_reach(model, now.state)
+            after, block = advance(on, state, interval if search else ahead, search)
+            taken = sample(on, state, block, now.origin_energy_J or 0.0)
             if now.origin_energy_J is None:
                 now = replace(now, origin_energy_J=taken.energy_balance_J)
-                taken = sample(model, state, block, taken.energy_balance_J)
-            found = failure(model, settings, state, block, taken, now.largest_kinetic_J, now.audits)
+                taken = sample(on, state, block, taken.energy_balance_J)
+            found = failure(on, settings, state, block, taken, now.largest_kinetic_J, now.audits)
             if taken.finite:
-                recorder.add(model, state, block, taken)
+                if not now.coarse:
+                    recorder.add(model, state, block, taken)
                 now = replace(
                     now,
                     largest_kinetic_J=max(now.largest_kinetic_J, taken.kinetic_energy_J),
@@ -79,7 +83,7 @@ def explicit_tap(
             if found is not None:
                 status, message = found
                 break
-            tap = tap_after(model, now.tap, state, block, taken.next_touch_s)
+            tap = tap_after(on, now.tap, state, block, taken.next_touch_s)
             now = replace(now, state=after, tap=tap, audits=now.audits + 1)
             ends = ending(settings, tap, after.time_s, now.start_s)
             if ends is not None:

@@ -26,6 +26,7 @@ class LoopState:
         rest position at rest; None takes the first audit of the run.
     audits : number of audits so far
     spent_s : wall time of the runs that this one continues
+    coarse : whether it is on the mesh of a `CoarseFlight`
     """
 
     state: State
@@ -36,6 +37,7 @@ class LoopState:
     origin_energy_J: float | None = 0.0
     audits: int = 0
     spent_s: float = 0.0
+    coarse: bool = False
 
 
 def first_loop_state(

@@ -98,7 +98,7 @@ def ending(settings: Settings, tap: Tap, now_s: float, start_s: float) -> tuple[
     end = settings.end_time_s
     if tap.first_touch_s is None:
         late = end is not None and now_s >= end
-        flies = settings.flight == "explicit"
+        flies = settings.flight != "rigid"
         # After a rigid flight the surface is a few steps away.
         waited = settings.max_flight_time_s if flies else settings.max_contact_time_s
         if late or now_s - start_s > waited:

@@ -69,10 +69,13 @@ class LevelRuns:
 
         try:
             mesh = solid_mesh.build_mesh(tables, self._dimension)
+            light = solid_mesh.flight_mesh(tables, self._dimension)
             parts = solid_inputs.inputs(tables)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
-        result = unless_interrupted(reference_fem.simulate(mesh, *parts, start=self._start))
+        result = unless_interrupted(
+            reference_fem.simulate(mesh, *parts, start=self._start, flight_mesh=light)
+        )
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
         return {key: plain(getattr(result.summary, key)) for key in KEPT}

@@ -10,7 +10,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.models.solid_accuracy import held, solved_within
 from validation.models.solid_inputs import DIMENSIONS, Dimension, inputs, start_of
-from validation.models.solid_mesh import build_mesh, companion, sizes_of, sizing_of
+from validation.models.solid_mesh import build_mesh, companion, flight_mesh, sizes_of, sizing_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
 
@@ -86,6 +86,7 @@ class Solid:
             start = time.perf_counter()
             sizing = sizing_of(tables, self.dimension)
             mesh = build_mesh(tables, self.dimension, sizing)
+            coarse = flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = inputs(tables)
             sizes = sizes_of(tables)
@@ -108,6 +109,7 @@ class Solid:
                 start=start_of(tables),
                 restart=restart,
                 companion=beside,
+                flight_mesh=coarse,
             )
             estimate_time = time.perf_counter() - start - result.summary.wall_time_s
         except ValueError as error:

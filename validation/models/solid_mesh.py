@@ -13,6 +13,7 @@ PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
 FEW = 600  # elements
+FLIGHT_EDGE = 0.25  # of the smallest diameter, on the mesh of a coarse flight
 CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
 
 
@@ -81,6 +82,29 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
         while meshes.count_elements(geometry, other, dimension) < 2**dimension * own:
             other = other.coarser(FINER)
     return _mesh(tables, dimension, other)
+
+
+def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
+    """The mesh of a coarse flight: even edges; None where it does not fly on one.
+
+    Raises
+    ------
+    ValueError
+        The scene states edges of such a mesh for another flight.
+    """
+    import meshes
+
+    fem, diameter = tables.solver.fem, min(tables.per_phalanx(tables.finger.diameter))
+    if fem.flight != "coarse":
+        if fem.flight_size is not None:
+            raise ValueError(
+                f"solver.fem.flight_size = {fem.flight_size:g}: has no effect without "
+                "solver.fem.flight = 'coarse': set that, or leave it out"
+            )
+        return None
+    edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
+    axial = min(edge, *tables.per_phalanx(tables.finger.length))
+    return _mesh(tables, dimension, meshes.Sizing(min(edge, diameter), axial, min(edge, diameter)))
 
 
 def sizing_of(tables: Scene, dimension: Dimension) -> Any:

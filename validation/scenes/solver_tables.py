@@ -84,6 +84,8 @@ class FemMeshTable(AccuracyTable):
     shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=LONGEST_M)] = None
     """Of the holes for shafts at the hinges, also those of a mesh file; left out: none, end faces
     turn about their axes."""
+    flight_size: Annotated[float | None, Quantity("m", above=0, at_most=LONGEST_M)] = None
+    """Edges of the mesh for flight = "coarse"; left out: a quarter of the smallest diameter."""
     mesh: str | None = None
     """Path of a mesh file, relative to the current folder, in place of the preset's mesh."""
 

@@ -301,3 +301,42 @@ def test_the_warm_up_is_a_whole_tap(model: str) -> None:
     record = solve(load_scene("soft", warm_up), model, None).record  # type: ignore[arg-type]
     assert record.ok, record.message
     assert record.summary["contact_duration_s"] is not None
+
+
+LOW = (
+    "solver.fem.preset=fast", "finger.phalanges=1", "surface.height=0.02",
+    "solver.fem.flight=coarse",
+)  # fmt: skip
+
+
+def test_a_coarse_flight_of_a_scene_has_a_mesh_of_its_own() -> None:
+    """A quarter of the diameter, or as stated; the tap is that of the run's own mesh."""
+    tables = load_scene("soft", (*LOW, "solver.fem.flight_size=2.5e-3")).tables
+    own, quarter = (
+        len(solid_mesh.flight_mesh(t, 2).cells) for t in (tables, load_scene("soft", LOW).tables)
+    )
+    assert own > 1.3 * quarter
+    # measured: 0.02 and 0.03 %
+    taps = [
+        solid.FEM2D.run(load_scene("soft", (*LOW[:3], f"solver.fem.flight={flight}"))).record
+        for flight in ("coarse", "rigid")
+    ]
+    assert taps[0].status == "COMPLETED"
+    for name in ("peak_normal_force_N", "normal_impulse_N_s"):
+        assert taps[0].value(name) == pytest.approx(taps[1].value(name), rel=1e-3)
+        assert taps[0].value(name) != taps[1].value(name)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("solver.fem.flight=rigid", "solver.fem.flight_size = 0.003: has no effect without"),
+        ("solver.fem.flight_size=0", "solver.fem.flight_size = 0: must be"),
+        ("solver.fem.flight=floating", "solver.fem.flight = 'floating': must be"),
+    ],
+)
+def test_edges_of_a_coarse_flight_that_mean_nothing_are_refused(
+    override: str, message: str
+) -> None:
+    with pytest.raises(UserError, match=message):
+        solid.FEM2D.run(load_scene("soft", (*LOW, "solver.fem.flight_size=0.003", override)))

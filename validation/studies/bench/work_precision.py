@@ -18,7 +18,7 @@ from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.models.solid_inputs import DIMENSIONS, inputs
-from validation.models.solid_mesh import build_mesh
+from validation.models.solid_mesh import build_mesh, flight_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.truths import Truth
 
@@ -105,8 +105,8 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
         return partial(hcm.simulate, **translate(scene, estimate=False))
     import reference_fem
 
-    mesh = build_mesh(scene.tables, DIMENSIONS[model])
-    return partial(reference_fem.simulate, mesh, *inputs(scene.tables))
+    mesh, light = (make(scene.tables, DIMENSIONS[model]) for make in (build_mesh, flight_mesh))
+    return partial(reference_fem.simulate, mesh, *inputs(scene.tables), flight_mesh=light)
 
 
 def measure_setting(

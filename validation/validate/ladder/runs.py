@@ -128,6 +128,9 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
         surface = dataclasses.replace(surface, height=start.sphere_height_m)
         state = chain_state(start)
     began = time.perf_counter()
-    result = reference_fem.simulate(mesh, materials, surface, drive, settings, start=state)
+    light = solid_mesh.flight_mesh(scene.tables, 3)
+    result = reference_fem.simulate(
+        mesh, materials, surface, drive, settings, start=state, flight_mesh=light
+    )
     record = to_record(result, scene, "fem3d", variant, time.perf_counter() - began)
     return _completed(record)

@@ -19,8 +19,8 @@ class Convergence:
     order : observed order, None where the last three values are not monotone.
     limit : extrapolated value; the finest one where not asymptotic.
     uncertainty : of the finest value, relative: the grid convergence index; the fit's (`_fitted`);
-        where not asymptotic, the spread of the last three values.
-    finest, spread : finest value, and largest minus smallest of the last three over its size.
+        where not asymptotic, the spread.
+    finest, spread : finest value, and largest minus smallest of all over its size.
     fitted : whether order, limit and uncertainty are those of the fit.
     """
 
@@ -92,7 +92,9 @@ def convergence(
     asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and,
     where there is a fourth, the three before the finest predict the same limit to within their
     own index (they are monotone with such an order too). Four levels or more that are not so, most
-    often because a little noise lies on their trend, are fitted by least squares.
+    often because a little noise lies on their trend, are fitted by least squares. If there is none,
+    what the finest is off by is at most the spread of three levels of equal scatter in 87 of 100
+    cases, of four in 95, of five in 98.
 
     Parameters
     ----------
@@ -108,9 +110,9 @@ def convergence(
         raise ValueError(f"{len(sizes)} sizes, {len(values)} values: three levels are needed")
     if any(fine >= coarse for coarse, fine in itertools.pairwise(sizes)):
         raise ValueError(f"sizes {list(sizes)} do not fall from coarse to fine")
-    finest, last = values[-1], values[-3:]
-    spread = (max(last) - min(last)) / abs(finest) if finest else math.inf
-    order, limit, index = _extrapolated(sizes[-3:], last, formal_order)
+    finest = values[-1]
+    spread = (max(values) - min(values)) / abs(finest) if finest else math.inf
+    order, limit, index = _extrapolated(sizes[-3:], values[-3:], formal_order)
     asymptotic = order is not None and order >= LEAST_ORDER
     if asymptotic and len(sizes) > 3:
         before, guess, band = _extrapolated(sizes[-4:-1], values[-4:-1], formal_order)

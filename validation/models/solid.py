@@ -10,7 +10,14 @@ from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.models.solid_accuracy import held, solved_within
 from validation.models.solid_inputs import DIMENSIONS, Dimension, inputs, start_of
-from validation.models.solid_mesh import build_mesh, companion, flight_mesh, sizes_of, sizing_of
+from validation.models.solid_mesh import (
+    build_mesh,
+    companion,
+    flight_mesh,
+    materials_within,
+    sizes_of,
+    sizing_of,
+)
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
 
@@ -89,9 +96,11 @@ class Solid:
             coarse = flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = inputs(tables)
+            materials = materials_within(tables, self.dimension, materials)
+            damped = any(m.relaxation_time for m in materials)
             sizes = sizes_of(tables)
             if sizes is not None and self.dimension == 3 and settings.element is None:
-                settings = replace(settings, element=sizes.element)
+                settings = replace(settings, element=None if damped else sizes.element)
             beside = None
             if settings.estimate:
                 beside = companion(tables, self.dimension, sizing)
@@ -120,7 +129,7 @@ class Solid:
         record = replace(
             record,
             statistics={**record.statistics, **times},
-            accuracy=held(tables, sizing, settings, record),
+            accuracy=held(tables, sizing, (settings, materials), record),
         )
         return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
 

@@ -68,14 +68,18 @@ def _expected(run: Outcome) -> float | None:
     return found
 
 
-def held(tables: Scene, sizing: Any, settings: Any, record: RunRecord) -> dict[str, Any]:
-    """`RunRecord.accuracy` of a run on a mesh of these sizes; empty where none was asked for."""
+def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord) -> dict[str, Any]:
+    """`RunRecord.accuracy` of a run on a mesh of these sizes; empty where none was asked for.
+
+    solved : the reference's settings and materials
+    """
     import meshes
     import reference_fem
 
     accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
     if accuracy is None or sizing is None:
         return {}
+    settings, materials = solved
     shafts = "the errors that shafts leave go with its square"
     found = {
         "tip_size": (sizing.tip_size, "a share of the predicted patch, to the power 3/2"),
@@ -88,7 +92,12 @@ def held(tables: Scene, sizing: Any, settings: Any, record: RunRecord) -> dict[s
     }
     if settings.element is not None:
         found["element"] = (settings.element, "skipped: seven of eight points, 1 % of a tap")
+    relaxes = max(m.relaxation_time for m in materials)
+    if relaxes != 0.0:
+        friction = "a tip that slides flutters without: finer meshes would come to no limit"
+        found["relaxation_time"] = (relaxes, friction)
     stated = fem.stated(meshes.Sizing) | fem.stated(reference_fem.Settings)
+    stated |= dict.fromkeys(tables.material.model_fields_set)
     choices = [
         {"setting": name, "value": shown(value), "reason": "stated" if name in stated else reason}
         for name, (value, reason) in found.items()

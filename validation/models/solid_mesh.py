@@ -1,5 +1,6 @@
 """The solid models' meshes: sizes by preset, accuracy and predicted patch, and a companion."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -165,6 +166,22 @@ def sizes_of(tables: Scene) -> Any:
             "to; leave one of them out"
         )
     return reference_fem.sizes_for(accuracy)
+
+
+def materials_within(tables: Scene, dimension: Dimension, materials: Sequence[Any]) -> Any:
+    """Materials as the scene's accuracy asks for: see `reference_fem.accuracy`.
+
+    They relax where the tip slides with friction, unless the scene states a relaxation time.
+    """
+    sizes = sizes_of(tables)
+    stated = "relaxation_time" in tables.material.model_fields_set
+    if sizes is None or stated or tables.surface.friction == 0.0:
+        return materials
+    touch = predicted_touch(tables, dimension) if sizes.relaxation else None
+    if touch is None:
+        return materials
+    share = sizes.relaxation * touch.patch_radius
+    return tuple(replace(m, relaxation_time=share / m.bar_speed) for m in materials)
 
 
 def size_scale(tables: Scene) -> float:

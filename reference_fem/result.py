@@ -98,7 +98,7 @@ class Sampled(Generic[Number]):
         patch has the radius sqrt(area/π).
     peak_pressure_Pa : (n,), largest contact pressure of a node, averaged over its tributary area
     hinge_reactions_N : (n, P, 2), force that hinge w exerts on phalanx w
-    next_touch_s : (n,), until the last phalanx would touch as a rigid body; inf: never
+    next_touch_s : (n,), until the last phalanx would touch as a rigid body (`tap.NEVER`)
     """
 
     time_s: Number

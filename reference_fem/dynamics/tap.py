@@ -16,6 +16,8 @@ from reference_fem.settings import Settings
 LEAST_WAIT = 10
 # A body that comes down again within this many durations of its contact is still in the same tap.
 SAME_TAP = 2.0
+# Transits of an axial wave of the last phalanx, more than any run lasts.
+NEVER = 1e12
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,9 @@ def parting_s(model: Model, lasted: Array | float) -> tuple[Array, Array]:
 
 
 def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
-    """Time until the last phalanx would reach the surface as a rigid body, s; inf: never.
+    """Time until the last phalanx would reach the surface as a rigid body, s.
+
+    Of one that does not come down it is `NEVER` transits of a wave: records hold finite numbers.
 
     An edge that hits first springs off while its body still comes down, and what nodes do says
     nothing about the body. With the mean velocity v_c and the spin ω = L/I of the last phalanx in
@@ -90,7 +94,7 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
     speed = mean[1] + spin * (place[:, 0] - centre[0])
     down = speed < 0.0
     gap = np.maximum(place[down, 1] + model.surface.height, 0.0)
-    return float(np.min(gap / -speed[down], initial=np.inf))
+    return float(np.min(gap / -speed[down], initial=NEVER * model.transit_s))
 
 
 def ending(settings: Settings, tap: Tap, now_s: float, start_s: float) -> tuple[Status, str] | None:

@@ -8,6 +8,8 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from validation.scenes.scene import Scene
 
@@ -73,7 +75,7 @@ def _of_history(rows: Mapping[str, Any], run: Run, scene: Scene) -> dict[str, bo
     if step:  # a touch, and its end, lie between two of a solid's steps
         tap |= np.convolve(tap, [True] * 3, "same")
     least = -1e-6 * rows["kinetic_energy_J"].max()
-    integral = np.trapezoid(normal[tap], time[tap])
+    integral = np.trapezoid(normal[tap], time[tap]) if step else _integral(time[tap], normal[tap])
     found = {
         "time runs back": (np.diff(time) < 0).any(),
         "the surface pulls": (normal < -1e-6 * peak).any(),
@@ -86,6 +88,14 @@ def _of_history(rows: Mapping[str, Any], run: Run, scene: Scene) -> dict[str, bo
         found |= _of_beams({name: rows[name][tap] for name in rows if len(rows[name]) == len(tap)},
                            scene)  # fmt: skip
     return {what: bool(is_so) for what, is_so in found.items()}
+
+
+def _integral(time: NDArray[np.float64], force: NDArray[np.float64]) -> float:
+    """Of samples of long steps by monotone cubics: a chord leaves out 1e-3 of the hard tap."""
+    later = np.append(np.diff(time) > 0, True)  # a step's end and an event may coincide
+    if later.sum() < 2:
+        return 0.0
+    return float(PchipInterpolator(time[later], force[later]).integrate(time[0], time[-1]))
 
 
 def _of_beams(rows: Mapping[str, Any], scene: Scene) -> dict[str, Any]:

@@ -21,6 +21,8 @@ def test_what_is_cheaper_is_taken_where_the_accuracy_allows() -> None:
     strict, usual, loose = (sizes_for(a) for a in (5e-3, 1e-2, 2e-2))
     assert strict.edge < usual.edge < loose.edge
     assert [s.element for s in (strict, usual, loose)] == [None, None, "hex8-one-point"]
+    assert (strict.relaxation, sizes_for(1e-2, 1.0).relaxation) == (0.0, 0.0)
+    assert sizes_for(5e-3, 1.0).relaxation > 0.0
 
 
 @pytest.mark.parametrize("accuracy", [0.0, 1e-3, 0.5, float("nan")])

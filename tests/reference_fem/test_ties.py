@@ -131,8 +131,12 @@ def test_a_free_body_keeps_its_momenta() -> None:
 def test_a_tap_on_halved_cells_is_that_on_fine_blocks(law: str) -> None:
     """Peak and impulse to what the two meshes are apart; force equals the change of momentum."""
     settings = {"contact": law, "estimate": False, "penalty_factor": 1.0}
-    blocks = meshes.finger_hexahedra(GEOMETRY, replace(SIZING, halvings=0))
-    fine, halved = (tap(mesh, SOFT, **settings).summary for mesh in (blocks, MESH))
+    # on edges as long as the patch's radius, those of MESH, the peak depends on where nodes lie
+    sizing = replace(SIZING, tip_size=6e-4)
+    fine, halved = (
+        tap(meshes.finger_hexahedra(GEOMETRY, s), SOFT, **settings).summary
+        for s in (replace(sizing, halvings=0), sizing)
+    )
     assert halved.elements < 0.5 * fine.elements
     assert halved.peak_normal_force_N == pytest.approx(fine.peak_normal_force_N, rel=0.08)
     assert halved.normal_impulse_N_s == pytest.approx(fine.normal_impulse_N_s, rel=0.03)

@@ -7,6 +7,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,10 @@ def _write_curves(path: Path, record: RunRecord) -> None:
     columns = {name: array.tolist() for name, array in curves.items() if np.isfinite(array).all()}
     if not {"time_s", "normal_force_N"} <= columns.keys():
         return
-    rows = (",".join(map(repr, row)) for row in zip(*columns.values(), strict=True))
+    # of two at one time, where another set of beams takes over, the later
+    rises = np.append(np.diff(columns["time_s"]) > 0.0, True)
+    kept = compress(zip(*columns.values(), strict=True), rises)
+    rows = (",".join(map(repr, row)) for row in kept)
     stated = {
         "scene": record.scene,
         "source": f"fingertap {record.label}, {record.provenance.get('created', '')}",

@@ -165,7 +165,7 @@ def sizes_of(tables: Scene) -> Any:
             f"solver.fem.preset = {fem.preset!r}: decides what solver.accuracy = {accuracy:g} is "
             "to; leave one of them out"
         )
-    return reference_fem.sizes_for(accuracy)
+    return reference_fem.sizes_for(accuracy, tables.surface.friction)
 
 
 def materials_within(tables: Scene, dimension: Dimension, materials: Sequence[Any]) -> Any:
@@ -175,9 +175,9 @@ def materials_within(tables: Scene, dimension: Dimension, materials: Sequence[An
     """
     sizes = sizes_of(tables)
     stated = "relaxation_time" in tables.material.model_fields_set
-    if sizes is None or stated or tables.surface.friction == 0.0:
+    if sizes is None or stated or sizes.relaxation == 0.0:
         return materials
-    touch = predicted_touch(tables, dimension) if sizes.relaxation else None
+    touch = predicted_touch(tables, dimension)
     if touch is None:
         return materials
     share = sizes.relaxation * touch.patch_radius

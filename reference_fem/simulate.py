@@ -73,14 +73,16 @@ def simulate(
             f"flight = {settings.flight!r}: a flight_mesh is for 'coarse' and needed there; give "
             "both or neither"
         )
-    given = mesh, materials, surface, drive, settings, progress, start, restart, flight_mesh
-    solved = _solve(*given)
+    solved = _solve(
+        mesh, materials, surface, drive, settings, progress, start, restart, flight_mesh
+    )
     run = replace(
         solved.result,
         given={
             "mesh": digest(mesh), "materials": materials, "surface": surface, "drive": drive,
             "settings": settings, "start": start,
-        },
+        }
+        | ({} if flight_mesh is None else {"flight_mesh": digest(flight_mesh)}),
     )  # fmt: skip
     if not settings.estimate or run.status is not Status.COMPLETED:
         return run
@@ -89,11 +91,11 @@ def simulate(
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult:
         return _solve(other, materials, surface, drive, once, None, state, None).result
 
-    known = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)
+    given = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)
     try:
         if progress is not None:
             progress(0.99, "estimate of errors")
-        return estimated(run, known, companion, again)
+        return estimated(run, given, companion, again)
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
         return replace(run, status=Status.INTERRUPTED, message=message)
@@ -127,7 +129,7 @@ def _solve(
             # The same bits at every number of threads is not promised: what counts is the number.
             given = replace(settings, threads=numba.get_num_threads(), estimate=False)
             inputs = {"mesh": mesh, "materials": materials, "surface": surface, "drive": drive}
-            inputs |= {"flight mesh": flight_mesh}
+            inputs["flight mesh"] = flight_mesh
             file = RestartFile(restart, identity(**inputs, settings=given, start=start))
         archive = None if file is None else file.read()
         model = build_model(mesh, materials, surface, drive, settings)

@@ -10,7 +10,12 @@ DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
 # Contact law by preset, where it isn't the solver's own default.
 CONTACT = {"contact": "impulse", "converged": "impulse"}
-OF_LAWS = {"penalty_factor": "penalty", "surface_factor": "surface", "contact_damping": "surface"}
+NEEDED = {
+    "penalty_factor": ("contact", "penalty"),
+    "surface_factor": ("contact", "surface"),
+    "contact_damping": ("contact", "surface"),
+    "flight_size": ("flight", "coarse"),
+}
 
 
 def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
@@ -42,7 +47,7 @@ def solver_settings(tables: Scene) -> Any:
     Raises
     ------
     ValueError
-        The scene states a number of a contact law that it does not take.
+        The scene states a number of a contact law or a flight that it does not take.
     """
     import reference_fem
 
@@ -50,11 +55,12 @@ def solver_settings(tables: Scene) -> Any:
     preset = {"contact": CONTACT[fem.preset]} if fem.preset in CONTACT else {}
     stated = fem.stated(reference_fem.Settings)
     settings = reference_fem.Settings(**(preset | stated))
-    for key, law in OF_LAWS.items():
-        if key in stated and settings.contact != law:
+    for key, (name, needed) in NEEDED.items():
+        value, chosen = getattr(fem, key), getattr(settings, name)
+        if value is not None and chosen != needed:
             raise ValueError(
-                f"solver.fem.{key} = {stated[key]:g}: has no effect on contact = "
-                f"'{settings.contact}': set solver.fem.contact = '{law}', or leave it out"
+                f"solver.fem.{key} = {value:g}: has no effect on {name} = '{chosen}': set "
+                f"solver.fem.{name} = '{needed}', or leave it out"
             )
     return settings
 

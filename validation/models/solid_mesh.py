@@ -86,22 +86,11 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
 
 
 def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
-    """The mesh of a coarse flight: even edges; None where it does not fly on one.
-
-    Raises
-    ------
-    ValueError
-        The scene states edges of such a mesh for another flight.
-    """
+    """The mesh of a coarse flight: even edges; None where it does not fly on one."""
     import meshes
 
     fem, diameter = tables.solver.fem, min(tables.per_phalanx(tables.finger.diameter))
     if fem.flight != "coarse":
-        if fem.flight_size is not None:
-            raise ValueError(
-                f"solver.fem.flight_size = {fem.flight_size:g}: has no effect without "
-                "solver.fem.flight = 'coarse': set that, or leave it out"
-            )
         return None
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
     axial = min(edge, *tables.per_phalanx(tables.finger.length))

@@ -390,7 +390,7 @@ def test_a_coarse_flight_of_a_scene_has_a_mesh_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("override", "message"),
     [
-        ("solver.fem.flight=rigid", "solver.fem.flight_size = 0.003: has no effect without"),
+        ("solver.fem.flight=rigid", "solver.fem.flight_size = 0.003: has no effect on"),
         ("solver.fem.flight_size=0", "solver.fem.flight_size = 0: must be"),
         ("solver.fem.flight=floating", "solver.fem.flight = 'floating': must be"),
     ],

@@ -72,8 +72,11 @@ def from_contact(points: Floats, plan: PhalanxPlan) -> tuple[Floats, Floats]:
     """Heights (n,) of points under the surface as it is at the touch, and distances aside, mm."""
     angle = plan.contact_angle
     down = np.array([-np.cos(angle), -np.sin(angle), 0.0])[: points.shape[1]]
-    arm = points - plan.radius * down
-    arm[:, 0] += plan.shaft
+    if plan.at_hinge:
+        arm = points + plan.radius * np.array([0.0, 1.0, 0.0])[: points.shape[1]]
+    else:
+        arm = points - plan.radius * down
+        arm[:, 0] += plan.shaft
     depth = arm @ down
     return depth, np.linalg.norm(arm - depth[:, None] * down, axis=1)
 

@@ -79,9 +79,11 @@ class _Builder:
         """Lay the blocks; return the tags of the faces (curves in 2D) of each role."""
         plan = self.plan
         depth = HINGE_DEPTH * plan.radius
-        hinge = self._section(-depth if plan.holes else 0.0, _even, _even)
+        near = _graded if plan.lies else _even
+        hinge = self._section(-depth if plan.holes else 0.0, near, near)
         end = -plan.shaft + (depth if plan.holes == 2 else 0.0)
-        far = self._section(end, _graded if plan.beside else _halfway, _even)
+        lower = _graded if plan.beside or plan.lies else _halfway
+        far = self._section(end, lower, _even)
         for name in names(self.dim):
             self.blocks.curve(far[name], hinge[name], plan.axial)
         self._fill(hinge, far)
@@ -169,7 +171,7 @@ class _Builder:
             blocks.curve(station["oz"], station["cz"], inwards)
             blocks.curve(axis, station["cz"], lower(plan.across).halfway)
             if tip:
-                blocks.curve(self.pole, station["oz"], plan.across, centre)
+                blocks.curve(self.pole, station["oz"], lower(plan.across), centre)
 
     def _tip(self, equator: Station) -> tuple[list[int], list[int]]:
         """Bend the section to the cube's end and close it with the cap.
@@ -190,8 +192,9 @@ class _Builder:
                 blocks.curve(end[name], equator[name], way, centre)
             else:
                 blocks.curve(end[name], equator[name], way.halfway)
-        blocks.curve(self.pole, end["axis"], plan.inwards)
-        self._divide(end, _graded, _graded, centre)
+        ease = _even if plan.lies else _graded
+        blocks.curve(self.pole, end["axis"], ease(plan.inwards))
+        self._divide(end, ease, ease, centre)
         sphere = self._lateral(equator, end, centre)
         symmetry = self._symmetry(equator, end)
         for half in "-+":

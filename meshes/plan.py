@@ -13,6 +13,9 @@ from meshes.o_grid import CONTACT_DEPTH, CORE_SIDE, HINGE_DEPTH, RING_WIDTH, con
 from meshes.sizing import Sizing, require_bearable
 
 _MM = 1e3
+LYING = math.radians(2.0)
+"""Tilt of a shaft, its round end the lower, below which a tap rocks to its other end. Where the rim
+at the hinge touches, the round end often comes down in the same tap, whatever the tilt."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +28,12 @@ class PhalanxPlan:
     equator, ``axial`` the shaft from there to the hinge.
 
     ``beside`` says that the contact lies between cube and equator, which then is as fine across as
-    the cube's edge. ``hole`` is the radius of the shaft's hole in the first (``holes`` 1) or in
-    both ends (2; 0: plane ends). Then ``axial`` spans the shaft without those ends, ``n_hole`` the
-    way from the hole outwards and ``n_end`` that from the end face inwards.
+    the cube's edge; ``lies`` that the shaft lies on the surface or points up, and is fine at both
+    ends; ``at_hinge`` that the rim at the hinge touches first.
+
+    ``hole`` is the radius of the shaft's hole in the first (``holes`` 1) or in both ends (2; 0:
+    plane ends). Then ``axial`` spans the shaft without those ends, ``n_hole`` the way from the hole
+    outwards and ``n_end`` that from the end face inwards.
 
     Cells longer than ``fine`` asks for about the contact are halved, ``halvings`` times at most.
     """
@@ -43,6 +49,8 @@ class PhalanxPlan:
     meridian: Division
     axial: Division
     beside: bool = False
+    lies: bool = False
+    at_hinge: bool = False
     hole: float = 0.0
     holes: int = 0
     n_hole: int = 0
@@ -77,9 +85,12 @@ def plan_phalanx(
 ) -> PhalanxPlan:
     """Edges for one phalanx of `radius` and `length` (mm).
 
-    `hole` is the radius of the shaft's hole (mm) in `holes` of its ends.
+    `hole` is the radius of the shaft's hole (mm) in `holes` of its ends, which are not refined.
     """
     ends = holes * HINGE_DEPTH * radius
+    if holes:
+        least = min(abs(sizing.contact_angle), 0.5 * math.pi - LYING)
+        sizing = replace(sizing, contact_angle=math.copysign(least, sizing.contact_angle))
     plan = _plan_plain(radius, length - ends, rounded, sizing)
     if not holes:
         return plan
@@ -120,6 +131,9 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
     if not rounded or tip_size >= size:
         return even
     asked = Grading(tip_size, sizing.growth, _MM * sizing.patch_size, size)
+    if contact > quarter - LYING:
+        graded = _graded_along(even, asked, along_size, axial_size)
+        return replace(graded, contact_angle=contact, at_hinge=contact > quarter)
     fine = replace(asked, fine=min(tip_size * 2.0**sizing.halvings, size))
     # Positions along the lower outline, the contact at 0: pole, cube's edge, equator, hinge; the
     # upper outline goes on beyond the pole.
@@ -151,6 +165,36 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
         halvings=sizing.halvings,
         contact_angle=contact,
         fine=asked,
+    )
+
+
+def _graded_along(
+    even: PhalanxPlan, fine: Grading, along_size: float, axial_size: float
+) -> PhalanxPlan:
+    """Edges of a shaft that `lies`, on either side of its middle alike.
+
+    Cells are not halved, and the hinge's section has an upper half as fine as the lower one, so
+    that its mean stays on the axis.
+    """
+    arc, depth = 0.25 * math.pi * even.radius, (1.0 - CORE_SIDE) * even.radius
+    middle, end = 0.5 * even.shaft, even.radius * (0.5 * math.pi - even.block_angle)
+    down, shank = replace(fine, even=0.0), replace(fine, coarse=axial_size)
+    meridian = replace(fine, coarse=along_size)
+    along = fine.divide(arc, 2.0 * arc, max(even.lower.count, fine.count(arc, 2.0 * arc)))
+    half = shank.divide(
+        0.0, middle, max(math.ceil(0.5 * even.axial.count), shank.count(0.0, middle))
+    )
+    near = [0.5 * share for share in half.nodes]
+    return replace(
+        even,
+        across=fine.divide(0.0, arc, max(even.across.count, fine.count(0.0, arc))),
+        lower=along,
+        upper=along,
+        inwards=down.divide(0.0, depth, max(even.inwards.count, down.count(0.0, depth))),
+        meridian=meridian.divide(-end, 0.0, max(even.meridian.count, meridian.count(-end, 0.0))),
+        axial=Division(2 * half.count, (*near, 0.5, *(1.0 - share for share in near[::-1]))),
+        lies=True,
+        fine=fine,
     )
 
 

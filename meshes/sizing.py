@@ -39,12 +39,14 @@ class Sizing:
     is meshed evenly. Below: edges are `tip_size` within `patch_size` of the contact point and grow
     beyond, in all three directions, by the factor `growth` from one to the next. The element count
     grows only with ``log(1/tip_size)`` per direction, so 1e-4 is possible."""
-    contact_angle: Annotated[float, Bound("rad, from shaft to shaft", at_least=-0.5 * math.pi,
-                                          at_most=0.5 * math.pi)] = math.radians(52.0)  # fmt: skip
+    contact_angle: Annotated[float, Bound("rad", at_least=-math.pi, at_most=math.pi)] = (
+        math.radians(52.0)
+    )
     """Angle between the axis (towards the tip) and the contact direction, positive towards the
     lower side; a finger that swung over touches with its upper one. At impact the last phalanx of
     the paper's finger points 38 degrees below the horizontal, so its lowest point is 52 degrees off
-    the axis. The refinement follows it from the pole to the shaft; see `block_angle`."""
+    the axis. The refinement follows it from the pole to the shaft (see `block_angle`); beyond a
+    right angle the rim at the hinge touches, and both ends of the shaft are fine."""
     growth: Annotated[float, Bound(above=1, at_most=LARGEST_GROWTH)] = 1.25
     """Largest ratio of neighbouring edges in the refinement."""
     patch_size: Annotated[float, Bound("m", at_least=0, at_most=100)] = 0.0
@@ -53,7 +55,8 @@ class Sizing:
     enough."""
     halvings: Annotated[int, Bound(integer=True, at_least=0, at_most=10)] = 0
     """How often cells are halved in place on the way to `tip_size`; see `halving`. Blocks then have
-    edges of `tip_size` times 2^halvings where it touches, so that the fine ones end near there."""
+    edges of `tip_size` times 2^halvings where it touches, so that the fine ones end near there.
+    Not on a shaft that lies on the surface or points up."""
     full_volume: bool = False
     """Whether nodes of the outside stand out until the facets between them hold the body's whole
     volume, but for those where it touches; see `full_volume`."""

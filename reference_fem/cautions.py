@@ -83,9 +83,12 @@ def cautions(
     edges = np.sqrt(model.contact.area) if model.points.shape[1] == 3 else np.zeros(0)
     times = astray(edges, touched[0]) if edges.size and touched else None
     if times is not None:
+        last = model.points[model.body_of_point == model.touching_body, 0].max()
+        away = 1e3 * (last - model.points[model.contact.nodes[touched[0]], 0].mean())
         found.append(
-            f"at the peak force it touches where edges are {times:.2g} times those that were "
-            "refined for contact: refine more of the tip (solver.fem.patch_size, solver.fem.growth)"
+            f"at the peak force it touches {away:.3g} mm from the last hinge, where edges are "
+            f"{times:.2g} times those that were refined for contact: refine more of it "
+            "(solver.fem.patch_size, solver.fem.growth)"
         )
     strain = float(history.strain_energy_J.max())
     elastic = history.strain_energy_J + history.contact_energy_J

@@ -30,13 +30,13 @@ class Touch:
 
 
 def touch_angle(axis: float) -> float:
-    """Between the last phalanx's axis and the direction to the surface, rad, -π/2 to π/2.
+    """Between the last phalanx's axis and the direction to the surface, rad, -π to π.
 
     A ball that lies `axis` below the horizontal, rad, touches π/2 - axis off its axis; beyond the
-    vertical with its upper side, which is negative. It may have whirled.
+    vertical with its upper side, which is negative. It may have whirled. An end that points up has
+    an angle beyond π/2: then the rim at the hinge touches.
     """
-    off = math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)
-    return min(max(off, -0.5 * math.pi), 0.5 * math.pi)
+    return math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)
 
 
 def predicted_touch(
@@ -63,6 +63,9 @@ def predicted_touch(
     reach = float(np.ptp(model.points[last, 0])) - radius
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
     lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) - [0.0, radius]
+    if math.sin(axis) < 0.0:
+        down = math.copysign(radius, math.cos(axis))
+        lowest = hinge + down * np.array([math.sin(axis), -math.cos(axis)])
     mobility, velocity = chain.mobility(state, lowest)
     slip = -surface.friction * float(np.sign(velocity[0]))
     yielding = float(mobility[1, 1] + slip * mobility[1, 0])

@@ -22,7 +22,7 @@ def test_bad_sizes_are_refused_by_name(key: str, bad: float) -> None:
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"contact_angle": -1.6}, "contact_angle"),
+        ({"contact_angle": -3.2}, "contact_angle"),
         ({"contact_angle": NAN}, "contact_angle"),
         ({"growth": 1.0}, "growth"),
         ({"growth": NAN}, "growth"),

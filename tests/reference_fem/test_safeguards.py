@@ -191,3 +191,8 @@ def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:
         assert result.status is rf.Status.COMPLETED
         said.append([text for text in result.cautions if "that were refined" in text])
     assert (len(said[0]), len(said[1])) == (0, 1)
+    away = re.search(r"touches ([\d.]+) mm from the last hinge", said[1][0])
+    assert away is not None
+    # the ball's lowest point, to an edge there
+    place = 30.0 - 7.5 * (1.0 - math.cos(math.radians(56.0)))
+    assert float(away[1]) == pytest.approx(place, abs=0.8)

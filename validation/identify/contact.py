@@ -112,7 +112,7 @@ def identify_contact(
     from reference_fem.statics.indentation import contact_area, indent, mindlin_ratio
 
     tables = scene.tables
-    angle = impact_of(scene).touch_angle
+    angle = float(np.clip(impact_of(scene).touch_angle, -0.5 * np.pi, 0.5 * np.pi))
     material = solid_inputs.inputs(tables)[0][-1]
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))

@@ -10,12 +10,9 @@ from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.grading import Division, Grading, count_even
 from meshes.o_grid import CONTACT_DEPTH, CORE_SIDE, HINGE_DEPTH, RING_WIDTH, contact_arc
-from meshes.sizing import Sizing, require_bearable
+from meshes.sizing import LYING, Sizing, require_bearable
 
 _MM = 1e3
-LYING = math.radians(2.0)
-"""Tilt of a shaft, its round end the lower, below which a tap rocks to its other end. Where the rim
-at the hinge touches, the round end often comes down in the same tap, whatever the tilt."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +128,7 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
     if not rounded or tip_size >= size:
         return even
     asked = Grading(tip_size, sizing.growth, _MM * sizing.patch_size, size)
-    if contact > quarter - LYING:
+    if sizing.lies:
         graded = _graded_along(even, asked, along_size, axial_size)
         return replace(graded, contact_angle=contact, at_hinge=contact > quarter)
     fine = replace(asked, fine=min(tip_size * 2.0**sizing.halvings, size))

@@ -16,6 +16,9 @@ from meshes.geometry import FingerGeometry
 BYTES_PER_ELEMENT, UPDATES_PER_S, STEPS_A_TAP = 4000.0, 1e7, 20.0
 
 
+LYING = math.radians(2.0)
+"""Tilt of a shaft, its round end the lower, below which a tap rocks to its other end. Where the rim
+at the hinge touches, the round end often comes down in the same tap, whatever the tilt."""
 LARGEST_GROWTH = 2.0
 EDGE = Bound("m", at_least=1e-9, at_most=100, advice="give a positive length in metres")
 
@@ -70,6 +73,11 @@ class Sizing:
 
     def __post_init__(self) -> None:
         check_fields(self, MeshError)
+
+    @property
+    def lies(self) -> bool:
+        """Whether the shaft lies on the surface or points up, where it touches."""
+        return abs(self.contact_angle) > 0.5 * math.pi - LYING
 
     @property
     def block_angle(self) -> float:

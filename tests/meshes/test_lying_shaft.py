@@ -82,3 +82,7 @@ def test_a_lying_shaft_holds_its_whole_volume_but_where_it_touches(angle: float)
     )
     assert depth == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
     assert beside == pytest.approx([0.0, 0.0, 2.0], abs=1e-12)
+
+
+def test_what_lies_is_within_two_degrees_of_the_surface_or_points_up() -> None:
+    assert [lying(a).lies for a in (-91.0, -52.0, 87.9, 88.1, 180.0)] == [1, 0, 0, 1, 1]

@@ -86,7 +86,10 @@ def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord)
         "section_size": (sizing.section_size, shafts),
         "axial_size": (sizing.axial_size, shafts),
         "growth": (sizing.growth, "of the edges behind the patch"),
-        "halvings": (sizing.halvings, "skipped: fine edges away from where it touches"),
+        "halvings": (
+            0 if sizing.lies else sizing.halvings,
+            "skipped: fine edges away from where it touches",
+        ),
         "contact": (settings.contact, "no penetration to be resolved, no penalty to be chosen"),
         "flight": (settings.flight, "skipped: vibration on the way, 0.02 % of the soft tap"),
     }

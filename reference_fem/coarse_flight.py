@@ -61,7 +61,7 @@ class CoarseFlight:
         speed = SPEED_MARGIN + float(np.max(-state.velocity[self.model.contact.nodes, 1]))
         gap = lowest_gap(self.to, self.on_run(state.displacement))
         ahead = 0.5 * (gap / speed - lead_steps * self.to.step_s) / self.model.step_s
-        return int(min(ahead, FLIGHT_BLOCK))
+        return int(min(FLIGHT_BLOCK, ahead))  # a whole block of a flight that has come apart
 
     def on_run(self, field: Array) -> Array:
         """A field (n_points, dim) of the flight's nodes at the run's, its hinges closed."""

@@ -108,6 +108,9 @@ def test_momenta_and_hinges_are_kept_and_energy_almost(over: CoarseFlight) -> No
     assert two.strain_energy_J == pytest.approx(bent, rel=0.03)
     assert two.kinetic_energy_J == pytest.approx(one.kinetic_energy_J, abs=1e-3 * bent)
     assert abs(two.energy_balance_J) < 0.03 * bent
+    # a flight that has come apart goes on to the audit that says so
+    lost = replace(now.state, velocity=np.full_like(rest, np.nan))
+    assert over.steps_ahead(lost, 2) > over.steps_ahead(now.state, 2) > 0
 
 
 FLYING: dict[str, Any] = {

@@ -28,6 +28,7 @@ PARAMETERS = {
     "hertz_force",
     "add_force",
     "least_det",
+    "flight_mesh",
 }
 # Of the files that a message names, plans of sweeps among them, not of settings.
 CONTENTS = {"phalanx_w", "time_s", "kind"}

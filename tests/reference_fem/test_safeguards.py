@@ -12,7 +12,7 @@ import meshes
 import reference_fem as rf
 from reference_fem.cautions import astray, spike
 from reference_fem.dynamics import guards
-from reference_fem.dynamics.tap import next_touch_s
+from reference_fem.dynamics.tap import NEVER, next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.elements.blocks import LANES
 from reference_fem.elements.geometry import geometries
@@ -57,7 +57,7 @@ def test_next_touch_of_a_falling_and_a_turning_block() -> None:
     falling = still.copy()
     falling[:, 1] = -2.0
     assert next_touch_s(model, still, falling) == pytest.approx(height / 2.0)
-    assert next_touch_s(model, still, -falling) == np.inf
+    assert next_touch_s(model, still, -falling) == NEVER * model.transit_s
     # Turning about its centre it goes down on one side only.
     turning, spin = still.copy(), 30.0
     middle = model.points.mean(axis=0)

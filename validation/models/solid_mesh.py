@@ -147,7 +147,7 @@ def sizes_of(tables: Scene) -> Any:
     import reference_fem
 
     accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
-    if accuracy is None:
+    if accuracy is None or fem.mesh is not None:
         return None
     if fem.preset != "contact":
         raise ValueError(

@@ -256,6 +256,13 @@ def test_a_tip_that_slides_relaxes_at_a_strict_accuracy(overrides: list[str], sh
         assert one.relaxation_time == pytest.approx(wanted, rel=1e-12)
 
 
+def test_an_accuracy_leaves_a_mesh_file_as_it_is() -> None:
+    tables = load_scene("soft", (STRICT, "solver.fem.mesh=finger.msh")).tables
+    assert solid_mesh.sizes_of(tables) is None
+    given = solid_inputs.inputs(tables)[0]
+    assert solid_mesh.materials_within(tables, 3, given) == given
+
+
 def test_one_point_elements_are_left_where_the_material_relaxes() -> None:
     """They damp no hourglass modes, and refuse to."""
     asked = "solver.accuracy=2e-2", "material.relaxation_time=1e-8", "solver.fem.estimate=false"

@@ -88,19 +88,25 @@ def warm_up() -> None:
     unless_interrupted(run(load_scene("soft", WARM_UP)).record)
 
 
+REFINED = "solver.hcm.assumptions='refined'"
+
+
 @cache
 def warm_up_refined() -> None:
     """The same with refined assumptions, once a process: their contact's kernels are others."""
     import hcm
 
-    scene = load_scene("soft", (*WARM_UP, "solver.hcm.assumptions='refined'"))
-    hcm.simulate(**translate(scene, estimate=False))
+    hcm.simulate(**translate(load_scene("soft", (*WARM_UP, REFINED)), estimate=False))
 
 
-def warm_up_flights() -> None:
-    """The same with the flights that a scene may choose: their kernels are compiled apart."""
-    for choice in ("flight='rigid'", "flight_integrator='gauss'"):
+def warm_up_choices(*stated: str) -> None:
+    """The same with what an accuracy may choose, and its choice: their kernels are others."""
+    import hcm
+
+    for choice in ("flight='rigid'", "flight_integrator='gauss'", "contact_integrator='gauss'"):
         unless_interrupted(run(load_scene("soft", (*WARM_UP, f"solver.hcm.{choice}"))).record)
+    scene = load_scene("soft", (*WARM_UP, *stated))
+    hcm.simulate_within(1e-2, hcm.Scene(**translate(scene, estimate=False)))
 
 
 def _stated(scene: NamedScene) -> dict[str, Any]:
@@ -125,8 +131,8 @@ def run(
     if accuracy is not None:
         given = hcm.Scene(**arguments)
         simulate = partial(hcm.simulate_within, accuracy, given, _stated(scene))
-        warm_up_flights()
-    if arguments["assumptions"].any:
+        warm_up_choices(*([REFINED] if arguments["assumptions"].any else []))
+    elif arguments["assumptions"].any:
         warm_up_refined()
     start = time.perf_counter()
     try:

@@ -13,7 +13,7 @@ from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
-from validation.models.hcm import warm_up_flights
+from validation.models.hcm import warm_up_choices
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.stress.campaign import run_cells
 from validation.studies.stress.hcm.maps import hcm_maps
@@ -106,7 +106,7 @@ def run_stress(
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
         if any(wanted.solver == "hcm" for wanted in maps):
-            call_isolated(warm_up_flights)
+            call_isolated(warm_up_choices)
         with workers(os.cpu_count() or 1) as pool:
             run_cells(cells, finished, pool, part(progress, 0.0, 0.95))
         summary = []

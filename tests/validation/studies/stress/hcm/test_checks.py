@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import hcm
 from tests.validation.studies.stress.taps import SOFT, TAP
-from validation.models.hcm import warm_up_flights
+from validation.models.hcm import warm_up_choices
 from validation.studies.random_scenes import NUMBERS, random_numbers, random_scene
 from validation.studies.stress.hcm.audit import mechanics, observed
 from validation.studies.stress.hcm.checks import violations
@@ -20,7 +20,7 @@ from validation.studies.stress.judging import largest_difference
 @pytest.fixture(scope="module", autouse=True)
 def tap() -> hcm.TapResult:
     """A tap; for every test, so that none counts the seconds of compiling."""
-    warm_up_flights()
+    warm_up_choices()
     return hcm.simulate(**TAP.arguments())
 
 

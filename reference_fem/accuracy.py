@@ -25,7 +25,7 @@ HALVINGS = 3
 # Of a finger with nu = 0.49 and mu = 1.14 edges of 0.25, 0.18 and 0.14 a gave peaks of 11.1, 10.9
 # and 11.9 N; with a relaxation time of 0.03 a / c 10.80, 10.77 and 10.77 N, of 0.15 a / c 10.77,
 # 10.74 and 10.75 N. Without friction 0.03 a / c lowers its peak by 0.2 %, its impulse by 0.01 %.
-RELAXES, RELAXES_BELOW = 0.02, AT
+RELAXES = 0.02
 # Of 74 random fingers with more friction it moved the peak or the impulse of 20 by over 1 % (the
 # first at 0.38, the most 11 %), of five with less by 0.2 % at the most.
 FLUTTERS = 0.35
@@ -72,5 +72,5 @@ def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
         growth=GROWTH,
         halvings=HALVINGS,
         element=ONE_POINT if accuracy >= ONE_POINT_FROM else None,
-        relaxation=RELAXES if accuracy < RELAXES_BELOW and friction >= FLUTTERS else 0.0,
+        relaxation=RELAXES if friction >= FLUTTERS else 0.0,
     )

@@ -129,7 +129,8 @@ def estimated(
         given.section,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
-    of_speed, other = 0.0, None
+    late, of_speed, other = math.inf, 0.0, None
+    of_mesh: dict[str, float] = {}
     open_ends: tuple[str, ...] = ()
     if given.mesh.shape is not None:
         late, apart = _of_flight(given, chain, touch, first, given.mesh.shape, speed)
@@ -158,6 +159,8 @@ def estimated(
                 of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
         of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
         of_tap |= rivals(run, of_tap)
+        if of_speed != math.inf:
+            of_mesh = {"contact_time_s": late, **of_tap}
         of_ends, open_ends = other_ends(run, given.model)
         errors |= {name: max(error, of_ends.get(name, 0.0)) for name, error in of_tap.items()}
     doubts = (*caution(run.summary, errors, resolution.coarse), *open_ends)
@@ -165,7 +168,8 @@ def estimated(
         doubts = (*doubts, ELSEWHERE)
     if companion is None:
         doubts = (*doubts, ALONE)
-    return replace(run, errors=errors, cautions=(*run.cautions, *doubts))
+    cautions = (*run.cautions, *doubts)
+    return replace(run, errors=errors, mesh_errors=of_mesh, cautions=cautions)
 
 
 def standing_out(run: TapResult, model: Model) -> float:

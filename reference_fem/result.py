@@ -210,6 +210,8 @@ class TapResult:
     cautions : what the numbers should not be trusted for, one sentence each; see `cautions`.
     errors : estimated absolute errors by the summary's names; inf where there is none to be had,
         empty where none were asked for or the run is not complete.
+    mesh_errors : those that a finer mesh may lessen, without what other ends of the tap leave open;
+        empty where it is not known which touch is the first.
     given : what `simulate` was given, by its parameters' names; of the mesh its SHA-256.
     """
 
@@ -221,6 +223,7 @@ class TapResult:
     summary: Summary
     cautions: tuple[str, ...] = ()
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+    mesh_errors: Mapping[str, float] = field(default_factory=dict)
     given: Mapping[str, Any] = field(default_factory=dict)
 
     def to_dataset(self) -> "xarray.Dataset":

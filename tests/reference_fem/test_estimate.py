@@ -195,6 +195,7 @@ def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> N
     assert errors.pop("peak_tangential_force_N") == 0.0
     assert all(np.isinf(error).all() for error in errors.values())
     assert len(errors) == 7
+    assert run.mesh_errors == {}
     assert any("comes to another touch" in text for text in run.cautions)
 
 
@@ -208,7 +209,9 @@ def test_a_run_states_the_errors_of_other_ends_and_of_a_spike(
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     run = rf.simulate(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse"))
     assert run.errors["contact_duration_s"] == 7.0
-    assert run.errors[PEAK] == 1e3
+    assert run.errors[PEAK] == run.mesh_errors[PEAK] == 1e3
+    assert 0.0 < run.mesh_errors["contact_duration_s"] < 7.0
+    assert set(run.mesh_errors) == set(run.errors) - {"tip_velocity_at_contact_m_per_s"}
     assert "open" in run.cautions
     model, last = build_model(mesh, HARD, SURFACE, DRIVE, rf.Settings()), run.snapshots[-1]
     foretold = next_touch_s(model, last.displacement, last.velocity)

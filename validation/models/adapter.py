@@ -34,10 +34,15 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A run's record and, from solid models, its fields."""
+    """A run's record and, from solid models, its fields.
+
+    mesh_error : of a solid held to an accuracy: the largest relative one of what it is about that a
+        finer mesh may lessen; None where that is not known.
+    """
 
     record: RunRecord
     fields: Fields | None = None
+    mesh_error: float | None = None
 
 
 Kind = Literal["reduced", "reference"]

@@ -8,7 +8,7 @@ from validation.errors import UserError
 from validation.harness.fields import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
-from validation.models.solid_accuracy import held, solved_within
+from validation.models.solid_accuracy import held, largest_share, solved_within
 from validation.models.solid_inputs import DIMENSIONS, Dimension, inputs, start_of
 from validation.models.solid_mesh import (
     build_mesh,
@@ -131,7 +131,8 @@ class Solid:
             statistics={**record.statistics, **times},
             accuracy=held(tables, sizing, (settings, materials), record),
         )
-        return Outcome(record, Fields(mesh.points, mesh.cells, tuple(result.snapshots)))
+        fields = Fields(mesh.points, mesh.cells, tuple(result.snapshots))
+        return Outcome(record, fields, largest_share(result.mesh_errors, record))
 
 
 FEM3D, FEM2D = Solid("fem3d"), Solid("fem2d")

@@ -240,13 +240,13 @@ STRICT = "solver.accuracy=5e-3"
     ("overrides", "share"),
     [
         ([STRICT], sizes_for(5e-3, 0.5).relaxation),
-        (["solver.accuracy=1e-2"], 0.0),
+        (["solver.accuracy=2e-2"], sizes_for(2e-2, 0.5).relaxation),
         ([STRICT, "surface.friction=0.3"], 0.0),  # too little to flutter
         ([STRICT, "material.relaxation_time=0"], 0.0),  # stated
         ([], 0.0),
     ],
 )
-def test_a_tip_that_slides_relaxes_at_a_strict_accuracy(overrides: list[str], share: float) -> None:
+def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: float) -> None:
     """tau = share a / c of the predicted patch's radius a and a bar's wave speed c."""
     tables = load_scene("soft", overrides).tables
     given = solid_inputs.inputs(tables)[0]
@@ -326,7 +326,8 @@ def test_a_solid_that_expects_more_is_solved_again(
         said = "" if expected is not None and expected <= 0.01 else "coarse"
         found = {"wall_time_s": 1.0, "elements": len(seen) - 1}
         status = "COMPLETED" if ok else "UNSTABLE"
-        return Outcome(RunRecord("soft", "fem3d", "", status, ok, said, found, accuracy=held))
+        record = RunRecord("soft", "fem3d", "", status, ok, said, found, accuracy=held)
+        return Outcome(record, None, expected)
 
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
     assert seen == pytest.approx([0.01, *(0.01 * share for share in asked)], rel=1e-2)
@@ -334,6 +335,19 @@ def test_a_solid_that_expects_more_is_solved_again(
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
     assert "0.03 was expected" in record.accuracy["choices"][-1]["reason"]
     assert (record.ok, record.message) == (True, caution)
+
+
+@pytest.mark.parametrize("of_mesh", [0.004, None])
+def test_what_no_mesh_lessens_is_told_and_not_solved_again(of_mesh: float | None) -> None:
+    """The tap may have another end; None: it is not known which touch is the first."""
+    held = {"wanted": 0.01, "expected": 0.3, "choices": []}
+    found = RunRecord(
+        "soft", "fem3d", "", "COMPLETED", True, "", {"wall_time_s": 1.0}, accuracy=held
+    )
+    once = [Outcome(found, None, of_mesh)]
+    record = solved_within(lambda asked: once.pop(), load_scene("soft", ["solver.accuracy=0.01"]))
+    assert record.record.message == "expects a relative error of 0.3; 0.01 was wanted"
+    assert record.record.accuracy == held
 
 
 def test_a_solid_that_keeps_its_accuracy_is_solved_once() -> None:

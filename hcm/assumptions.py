@@ -8,12 +8,15 @@ from typing import Literal
 
 from hcm.bounds import ParameterError, check_fields
 
+TIP = ("hertz", "lowest_point", "tip_compliance")
 # Each needs the other: what it says of the patch is Hertz's, or C a tip that ends in a sphere.
 NEEDS = (
     ("partial_slip", "hertz"),
     ("tip_compliance", "hertz"),
     ("tip_compliance", "lowest_point"),
-    *(("deforming_tip", other) for other in ("hertz", "lowest_point", "tip_compliance")),
+    *(("deforming_tip", other) for other in TIP),
+    *(("growing_patch", other) for other in TIP),
+    ("growing_patch", "deforming_tip"),
 )
 
 
@@ -40,6 +43,8 @@ class Assumptions:
     """What the tip yields between the beam's end and the patch."""
     deforming_tip: bool | None = None
     """It yields as St. Venant-Kirchhoff's law does at finite strain, and its parts lag."""
+    growing_patch: bool | None = None
+    """It yields the more, the larger its patch is."""
     whole_tap: bool | None = None
     """A touch that soon follows a separation is of the same tap (`hcm.tap`)."""
 

@@ -3,7 +3,9 @@
 Normal: with the elastic indentation d that the loading history leaves (d. = -u_Y. in compression,
 -u_Y./e*^2 in restitution; the loop of the lumped law, of d in the place of F/k),
 
-    F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d.
+    F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d,
+
+where a tip that yields by its patch, s > 0, has d + s d^2 of the history in the place of d.
 
 Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
 distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
@@ -29,7 +31,8 @@ class BallLaw(NamedTuple):
     k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
     radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
-    normal, shear : E* and G*, Pa. holding : k_t, N/m. compliance : (5,) of `build`, m/N.
+    growth : s, 1/m. normal, shear : E* and G*, Pa. holding : k_t, N/m.
+    compliance : (5,) of `build`, m/N.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
     tap : (12,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C in X and Y,
         C_XX, C_XY, C_YY; F_t, F_n; d.
@@ -43,6 +46,7 @@ class BallLaw(NamedTuple):
     radius: float
     lowest: bool
     hertz: bool
+    growth: float
     normal: float
     shear: float
     holding: float
@@ -61,8 +65,11 @@ def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, floa
         start = contact.force_ref / law.k
         if law.hertz:
             start = start ** (2.0 / 3.0)
+        start += law.growth * start * start
     rate = 1.0 / (law.restitution * law.restitution) if contact.normal == RESTITUTION else 1.0
-    return start - rate * (gap - contact.gap_ref), rate
+    taken = start - rate * (gap - contact.gap_ref)
+    d = 2.0 * taken / (1.0 + math.sqrt(1.0 + 4.0 * law.growth * max(taken, 0.0)))
+    return d, rate / (1.0 + 2.0 * law.growth * max(d, 0.0))
 
 
 @kernel
@@ -77,7 +84,8 @@ def normal_force(d: float, law: BallLaw) -> tuple[float, float]:
 @kernel
 def normal_energy(d: float, law: BallLaw) -> float:
     """Work of F_n up to d, J."""
-    return (0.4 if law.hertz else 0.5) * normal_force(d, law)[0] * d
+    share = 0.4 + 4.0 / 7.0 * law.growth * d if law.hertz else 0.5
+    return share * normal_force(d, law)[0] * d
 
 
 @kernel

@@ -17,7 +17,7 @@ from hcm.contact import ball, round_tip
 from hcm.contact.ball import BallLaw
 from hcm.contact.build import SPRINGS, law_of
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, event_values, transition
-from hcm.contact.law import IN_FLIGHT, SLIP, STICK
+from hcm.contact.law import IN_FLIGHT, RESTITUTION, SLIP, STICK
 from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
 NORMAL_E = E / (1 - NU**2)
@@ -28,6 +28,7 @@ DEEP = 2e-4  # a/R = 0.16
 # the outer spring's width over a, squared: what the sums are wrong by
 GRID = R / (DEEP * R) ** 0.5 * 4 / SPRINGS**2
 YIELDING = {"tip_compliance": True, "deforming_tip": True}
+GROWING = {**YIELDING, "growing_patch": True}
 
 
 def test_normal_force_and_energy_are_hertzs() -> None:
@@ -37,6 +38,25 @@ def test_normal_force_and_energy_are_hertzs() -> None:
     assert ball.stored_energy(0.0, -DEEP, TOUCH, tip) == pytest.approx(
         0.4 * K * DEEP**2.5, rel=1e-12
     )
+
+
+def test_a_growing_patch_yields_by_its_radius() -> None:
+    """u = d + 0.28 (a/R) F_n/(E R) with Hertz's d and a of the same F_n; the work of F_n is
+    stored; restitution unloads on e*^-2 of the way, from the force it starts with.
+    """
+    tip = touched(law(growing_patch=True, **YIELDING))._replace(compliance=np.zeros(5))
+    tip.tap[6:9] = 0.0
+    d = np.linspace(0.0, DEEP, 2001)
+    force, a = K * d**1.5, np.sqrt(R * d)
+    way = d + 0.28 * a / R * force / (E * R)
+    found = [ball.contact_force(0.0, -u, TOUCH, tip)[1] for u in way]
+    assert found == pytest.approx(force, rel=1e-12, abs=1e-12)
+    work = np.trapezoid(force, way)
+    assert ball.stored_energy(0.0, -way[-1], TOUCH, tip) == pytest.approx(work, rel=1e-6)
+    loose = tip._replace(restitution=0.5)
+    back = TOUCH._replace(normal=RESTITUTION, force_ref=force[-1], gap_ref=-way[-1])
+    half = ball.contact_force(0.0, 0.25 * (way[-1] - way[1000]) - way[-1], back, loose)[1]
+    assert half == pytest.approx(force[1000], rel=1e-12)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.6, 0.95])
@@ -117,7 +137,7 @@ def test_a_wandering_tip_dissipates_and_stays_inside_the_cone(seed: int) -> None
 
 
 @pytest.mark.parametrize("tangential", [STICK, SLIP])
-@pytest.mark.parametrize("switches", [{}, YIELDING, {"partial_slip": False}])
+@pytest.mark.parametrize("switches", [{}, YIELDING, GROWING, {"partial_slip": False}])
 @pytest.mark.parametrize("angle", [-0.7, -2.2])
 def test_tangents_are_the_forces_differences(
     tangential: int, switches: dict[str, bool], angle: float
@@ -283,4 +303,5 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=NU),))
     found = law_of(body, hcm.Surface(0.02, 0.5), given, Assumptions("refined"))
     assert isinstance(found, BallLaw)
-    assert found.compliance * E * R == pytest.approx([0.5, 0.3, 2.0, 0.22, -0.16])
+    # what is given is that of a/R = 0.28: the law starts from a patch that has no size
+    assert found.compliance * E * R == pytest.approx([0.5 - 0.28**2, 0.3, 2.0, 0.22, -0.16])

@@ -18,6 +18,7 @@ ORDER = (
     "shear",
     "tip_compliance",
     "deforming_tip",
+    "growing_patch",
 )
 
 

@@ -12,10 +12,16 @@ from validation.scenes.tables import LONGEST_M, Table, refuse, state_key
 
 ACCURACY_ADVICE = "1e-3 is 0.1 %"
 NO_ACCURACY = "none"
-DEFAULT_ACCURACY = {"hcm": 1e-3}
+DEFAULT_ACCURACY = {"hcm": 1e-3, "fem": 1e-2}
 """What `run` and `validate` ask of a solver where the scene leaves it open."""
-MESH_DECIDED = {"preset", "mesh"}
-"""Keys of a solid's mesh: with one of them nothing of it is left to an accuracy."""
+DECIDED = {
+    "hcm": {"accuracy"},
+    "fem": {
+        "accuracy", "preset", "mesh", "section_size", "axial_size", "tip_size", "contact", "flight"
+    },
+}  # fmt: skip
+"""Keys of which a scene that states one leaves nothing to the default accuracy: solving again, in
+minutes of an explicit flight, would not lessen what springs or stated sizes leave wrong."""
 
 
 def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
@@ -65,7 +71,7 @@ class AccuracyTable(Table):
     """Largest relative error wanted in peak force, impulse, duration and arrival, against the same
     model's converged answer; settings that are not stated follow from it. "none": they have the
     defaults given here, 20 elements and a preset's mesh. Left out: the commands run and validate
-    ask for 1e-3 of hcm, other commands for none."""
+    ask for 1e-3 of hcm, 1e-2 of fem, other commands for none."""
 
 
 @cache
@@ -148,6 +154,6 @@ class SolverTable(AccuracyTable):
         return None if asked is None or asked == NO_ACCURACY else float(asked)
 
     def open_to_accuracy(self, solver: str) -> bool:
-        """Whether the scene says nothing of an accuracy, nor of all that a mesh's would decide."""
+        """Whether the scene says nothing of an accuracy, nor of what is in its place `DECIDED`."""
         stated = {"hcm": self.stated_hcm, "fem": self.stated_fem}[solver].keys()
-        return self.accuracy is None and not stated & {"accuracy", *MESH_DECIDED}
+        return self.accuracy is None and not stated & DECIDED[solver]

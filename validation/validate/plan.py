@@ -95,8 +95,8 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     """
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")
     own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
-    preset, fast = "solver.fem.preset=ls-dyna-like", "solver.fem.preset=fast"
-    fixed = f"solver.hcm.accuracy={NO_ACCURACY}"
+    fixed, plain = (f"solver.{table}.accuracy={NO_ACCURACY}" for table in ("hcm", "fem"))
+    preset, fast = ((plain, f"solver.fem.preset={name}") for name in (REFERENCE[1], FAST[1]))
     tables = load_scene(scene).tables
     radius = SHAFT_SHARE * min(tables.per_phalanx(tables.finger.diameter))
     holes = f"solver.fem.shaft_radius={radius:g}"
@@ -107,19 +107,19 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
             Job(scene, "hcm", (fixed, "finger.elements=10", *beams), "N=30"),
             Job(scene, "hcm", (fixed, "finger.elements=5", *beams), "N=15"),
         ],
-        [Job(scene, "fem3d", reference, DEFAULT[1], True)],
+        [Job(scene, "fem3d", by_default(scene, "fem3d", estimate), DEFAULT[1], True)],
         [
-            Job(scene, "fem3d", (preset, *reference), REFERENCE[1]),
-            Job(scene, "fem3d", (preset, holes, *solid), HOLES[1]),
+            Job(scene, "fem3d", (*preset, *reference), REFERENCE[1]),
+            Job(scene, "fem3d", (*preset, holes, *solid), HOLES[1]),
         ],
         [
-            Job(scene, "fem3d", (fast, *reference), FAST[1]),
+            Job(scene, "fem3d", (*fast, *reference), FAST[1]),
             *(
-                Job(scene, "fem3d", (fast, f"{PENALTY}={p}", *solid), f"fast penalty {p:g}")
+                Job(scene, "fem3d", (*fast, f"{PENALTY}={p}", *solid), f"fast penalty {p:g}")
                 for p in PENALTIES
             ),
         ],
-        [Job(scene, "fem2d", (fast, *reference), PLANE[1])],
+        [Job(scene, "fem2d", (*fast, *reference), PLANE[1])],
     ]
 
 

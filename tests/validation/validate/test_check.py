@@ -12,6 +12,7 @@ from tests.validation.commands import Make, Patch, Run
 from validation.compare.verdict import judge, unit_slip
 from validation.harness.record import RunRecord
 from validation.models.hcm import translate
+from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 from validation.validate import command as validate_command
@@ -107,13 +108,16 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
     ]
     wanted = [load_scene("soft", group[0].overrides).tables.solver for group in alone]
     asked = [wanted[0].accuracy_of("hcm"), wanted[1].accuracy_of("fem")]
-    assert asked == [DEFAULT_ACCURACY["hcm"], None]
+    assert asked == [DEFAULT_ACCURACY["hcm"], DEFAULT_ACCURACY["fem"]]
     refined = work(plan_of(("soft",), "hcm-refined", "fem2d", ""))
     assert [len(group) for group in refined] == [1, 1, 10 + 9]  # step by step, and each left out
 
 
 def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
-    """Whatever the default, and whatever the scene asks for, to the fields of the solver's call."""
+    """Whatever the default, and whatever the scene asks for, to the fields of the solver's call.
+
+    A preset beside an accuracy would be refused.
+    """
     document = replaced_scene(tmp_path / "held.toml", "solver.accuracy=1e-2")
     for source in ("soft", str(document)):
         jobs = {job.variant: job for group in groups(source) for job in group}
@@ -123,9 +127,13 @@ def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
             alone = load_scene("soft", [f"finger.elements={count}"])
             estimate = variant == REDUCED[1]
             assert translate(scene, estimate=True) == translate(alone, estimate=estimate)
-    own = [group[0] for group in groups(str(document)) if group[0].model == "hcm"]
-    asked = load_scene(str(document), own[0].overrides).tables.solver.accuracy_of("hcm")
-    assert asked == 1e-2  # what the scene states wins
+        for variant in ("ls-dyna-like", "ls-dyna-like shaft holes", "fast", "fast penalty 1.6"):
+            tables = load_scene(source, jobs[variant].overrides).tables
+            assert sizes_of(tables) is None
+    for model in ("hcm", "fem"):
+        own = [group[0] for group in groups(str(document)) if group[0].model.startswith(model)]
+        asked = load_scene(str(document), own[0].overrides).tables.solver.accuracy_of(model)
+        assert asked == 1e-2  # what the scene states wins
 
 
 def replaced_scene(path: Path, change: str) -> Path:

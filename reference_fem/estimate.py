@@ -159,9 +159,10 @@ def estimated(
                 of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
         of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
         of_tap |= rivals(run, of_tap)
-        if of_speed != math.inf:
-            of_mesh = {"contact_time_s": late, **of_tap}
         of_ends, open_ends = other_ends(run, given.model)
+        if of_speed != math.inf:  # a companion's tap may have the other end
+            alone = tap_errors(run, None, resolution) if open_ends else of_tap
+            of_mesh = {"contact_time_s": late, **alone}
         errors |= {name: max(error, of_ends.get(name, 0.0)) for name, error in of_tap.items()}
     doubts = (*caution(run.summary, errors, resolution.coarse), *open_ends)
     if of_speed == math.inf:

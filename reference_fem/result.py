@@ -210,8 +210,8 @@ class TapResult:
     cautions : what the numbers should not be trusted for, one sentence each; see `cautions`.
     errors : estimated absolute errors by the summary's names; inf where there is none to be had,
         empty where none were asked for or the run is not complete.
-    mesh_errors : those that a finer mesh may lessen, without what other ends of the tap leave open;
-        empty where it is not known which touch is the first.
+    mesh_errors : what of them a finer mesh may lessen; where the end is open by the edges alone,
+        as another mesh's tap may have the other end; empty where no first touch is known.
     given : what `simulate` was given, by its parameters' names; of the mesh its SHA-256.
     """
 

@@ -26,7 +26,7 @@ from hcm.result import Statistics, Status, TapResult, history_of
 from hcm.start import BeamStart, enter_piece, start_beams, start_divided
 from hcm.state import Clock, Motion, Plan
 from hcm.summary import summarize
-from hcm.tap import next_touch_s, taps_of
+from hcm.tap import next_touch_s, slow_end, taps_of
 from hcm.workload import check_size
 
 Progress = Callable[[float, str], None]
@@ -117,8 +117,10 @@ def simulate(
         if touch is not None and summary.peak_normal_force_N is not None:
             slope = q[touch, model.chain.tip + 2 :]
             angle = math.atan2(-slope[1], abs(slope[0]))
-            peak = summary.peak_normal_force_N
-            cautions += beyond_checks(finger.phalanges[-1], tip, assumptions, angle, peak)
+            peak, stress = summary.peak_normal_force_N, summary.peak_stress_R_Pa or 0.0
+            cautions += beyond_checks(finger.phalanges[-1], tip, assumptions, angle, peak, stress)
+        if taps and assumptions.has("hertz"):
+            cautions += slow_end(history.time_s, history.normal_force_N, taps[0])
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"

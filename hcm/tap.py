@@ -22,6 +22,9 @@ from hcm.parameters import Finger
 from hcm.result import Event
 
 AWAY, AWAY_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
+# A force of less than the first, over the peak, for longer than the second, over the tap: where the
+# study's durations differ by more than 2 %.
+SLIGHT, LONG = 0.01, 0.03
 # of L/c, between two looks at a tip that is about to come back
 LOOK = 0.1
 
@@ -69,6 +72,20 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
         elif event.kind == "separation":
             taps[-1] = (taps[-1][0], event.time_s)
     return tuple(taps)
+
+
+def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
+    """A caution, of a tap that fades out: its duration is a small force's. s, N."""
+    during = (time >= tap[0]) & (time <= tap[1])
+    felt = time[during & (force > SLIGHT * force[during].max(initial=0.0))]
+    share = (tap[1] - felt[-1]) / (tap[1] - tap[0]) if felt.size else 0.0
+    if not share > LONG:
+        return ()
+    return (
+        f"the tap fades out: for the last {100 * share:.2g} % of contact_duration_s it pushes with"
+        f" less than {100 * SLIGHT:g} % of its peak, and another model may end it that much sooner"
+        " or later; compare forces or impulses",
+    )
 
 
 def next_touch_s(q: Floats, v: Floats, chain: Chain, height: float) -> float:

@@ -38,6 +38,9 @@ from hcm.parameters import Finger, Phalanx, Surface, Tip
 # square of i/SPRINGS, so that a patch of any size has sqrt(a/R) of them, and its edge a width of
 # 2 sqrt(R/a)/SPRINGS over a.
 SPRINGS = 200
+# Where the round end's statics at finite strain end: a/R; and where the stress at mid-length is the
+# solids' to 5 %, seen over 128 fingers: strains, and lengths over diameters.
+LARGEST_PATCH, LARGEST_STRAIN, SHORTEST = 0.41, 0.05, 2.5
 # E R c_nn grows with a/R, and at which patch it is what is said above.
 GROWTH, GROWN = 0.28, 0.28
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
@@ -80,11 +83,13 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
 
 
 def beyond_checks(
-    last: Phalanx, tip: Tip, assumptions: Assumptions, angle: float, peak: float
+    last: Phalanx, tip: Tip, assumptions: Assumptions, angle: float, peak: float, stress: float
 ) -> tuple[str, ...]:
-    """Cautions of a tap: a closed form out of its range, a patch that reaches the shaft.
+    """Cautions of a tap: a closed form out of its range, a patch that is large or reaches the
+    shaft, a beam's stress that is not a solid's.
 
-    angle : of the last phalanx below the horizontal at the touch, rad. peak : of F_n, N.
+    angle : of the last phalanx below the horizontal at the touch, rad. peak : of F_n, N. stress :
+        the peak at R, Pa.
     """
     found, nu, degrees = [], last.poisson_ratio or 0.0, math.degrees(angle)
     given = None not in (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
@@ -99,7 +104,19 @@ def beyond_checks(
     if assumptions.has("lowest_point"):
         radius = last.diameter / 2
         depth = (3 * peak * (1 - nu**2) / (4 * last.youngs_modulus * math.sqrt(radius))) ** (2 / 3)
-        if math.sqrt(radius * depth) > radius * math.sin(angle):
+        patch, strain = math.sqrt(depth / radius), stress / last.youngs_modulus
+        if patch > LARGEST_PATCH:
+            found.append(
+                f"the patch's radius reaches {patch:.2f} of the tip's, and the tip's statics were"
+                f" checked to {LARGEST_PATCH:g}: use a stiffer material or a slower impact"
+            )
+        if strain > LARGEST_STRAIN or last.length < SHORTEST * last.diameter:
+            found.append(
+                f"the stress at R is a beam's, and the reference's may be more than 5 % off: strain"
+                f" {100 * strain:.2g} % (checked to {100 * LARGEST_STRAIN:g}), a last phalanx of"
+                f" {last.length / last.diameter:.2g} diameters (from {SHORTEST:g} on)"
+            )
+        if patch > math.sin(angle):
             found.append(
                 f"the patch reaches the shaft, which touches at an angle of {degrees:.0f} degrees:"
                 " the tip is no sphere there; lower surface.height for a steeper touch"

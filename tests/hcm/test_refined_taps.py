@@ -9,6 +9,7 @@ import pytest
 import hcm
 from hcm.assumptions import Assumptions
 from hcm.contact.build import beyond_checks
+from hcm.tap import slow_end
 from tests.hcm.cases import order_of
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=6, poisson_ratio=0.4)
@@ -146,13 +147,28 @@ def test_what_was_not_checked_is_said() -> None:
     cautions = " ".join(tap(replace(SOFT, poisson_ratio=0.2)).cautions)
     assert "checked for poisson_ratio 0.3 to 0.49" in cautions
     assert tap().cautions == ()
-    flat = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.05, 100.0)
+    flat = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.05, 100.0, 6e7)
     assert [text[:28] for text in flat] == [
         "the tip's compliance is a cl",
+        "the stress at R is a beam's,",
         "the patch reaches the shaft,",
     ]
     own = hcm.Tip(1e6, compliance_nn=0.0, compliance_nt=0.0, compliance_tt=0.0)
-    assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0) == ()
+    assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0, 4e7) == ()
+    short = replace(SOFT, length=0.03)
+    (stub,) = beyond_checks(short, own, Assumptions("refined"), 0.2, 100.0, 1e6)
+    assert "a last phalanx of 2 diameters" in stub
+    pressed = 1e9 * 0.0075**2 * 4 / 3 / 0.84 * 0.42**3
+    (large,) = beyond_checks(SOFT, own, Assumptions("refined"), 0.7, pressed, 1e6)
+    assert "reaches 0.42 of the tip's" in large
+
+
+def test_a_tap_that_fades_out_says_so() -> None:
+    time = np.linspace(0.0, 1.2, 1201)
+    force = np.where(time < 0.95, np.sin(np.pi * time / 0.95), 0.005 * (time < 1.0))
+    (faded,) = slow_end(time, force, (0.0, 1.0))
+    assert "the last 5.4 % of contact_duration_s" in faded  # 1 - 0.947, and a row
+    assert slow_end(time, force, (0.0, 0.95)) == ()
 
 
 def test_a_later_tap_begins_anew() -> None:

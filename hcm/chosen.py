@@ -34,11 +34,10 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from hcm.beam.drive import torque_rows, torques_on_rods
+from hcm.beam.drive import torque_rows
 from hcm.contact.build import law_of
-from hcm.flight.rigid_chain import build_rods, clearance, reactions
-from hcm.flight.rigid_flight import TOUCHED, integrate_flight
-from hcm.model import Scene, plan_of, rods_state
+from hcm.fall import Fall, rods_fall
+from hcm.model import Scene
 from hcm.parameters import (
     GAUSS,
     GENERALIZED_ALPHA,
@@ -47,7 +46,6 @@ from hcm.parameters import (
     ParameterError,
     Phalanx,
     Tip,
-    check_scene,
 )
 from hcm.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
@@ -74,9 +72,15 @@ BY_TORQUE, BY_WEIGHT = (1.0, 0.5), (0.25, 1.5)
 TURN = 0.3
 # where a vibration is followed: from 5 stages to 8 steps grow by 2.1, their cost by 1.6
 FOLLOWING_STAGES = 8
-# steps where it is not: in a dozen, Newton's method fails again and again on stiff fingers; of 65
-# scenes that bend slowly 12 % miss an accuracy of 1e-3 in 60, 2 % in 90, none in 120
-FEW_STEPS = 90
+# steps where it is not, over eps^(-1/4) where it is below QUIET of the error wanted: in a dozen,
+# Newton's method fails again and again on stiff fingers; of 16 louder scenes that bend slowly 5
+# miss an accuracy of 1e-3 in 45 steps, none in 90; of quiet ones none of 80 misses 1e-2 in 17, of
+# 51 none 1e-3 in 30 (5 in 20), of 33 none 1e-4 in 53 (2 in 40)
+FEW_STEPS, FEWEST_STEPS, QUIET = 90, 5.4, 0.7
+# of the way that its weight bends a finger, the largest V over its slowest w: what sinks by more
+# than so many, its tip being as far above the surface, meets it first: all 175 that sink by 0.3 do
+# (of 1,200 scenes); torques may whirl a finger out of 200
+SUNK = 10.0
 # of the surface's depth: steps that bend the finger by so much more than a polynomial are shorter
 BENT_TOLERANCE = 1e-4
 # elements of a phalanx that bends slowly in flight: those of the contact change 32 taps at 1e-3 and
@@ -89,9 +93,6 @@ NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
 # where torques whirl the finger: what the iteration leaves in the highest modes adds up in a flight
 # without damping, to 5 % of a peak at 1e-6, 0.01 % at 1e-9
 DRIVEN_NEWTON = (1e-6, 1e-9)
-# of a flight as rods, beside one that decides, over the surface's depth
-RODS_TOLERANCE = 1e-6
-
 SETTINGS = (
     "elements", "flight", "flight_integrator", "flight_elements", "flight_step", "flight_tolerance",
     "contact_step", "contact_tolerance", "contact_integrator", "stages", "spectral_radius",
@@ -125,17 +126,6 @@ class Flown:
     elements: tuple[int, ...]
     followed: bool = False
     stages: int = STAGES
-
-
-@dataclass(frozen=True)
-class Fall:
-    """The rods' flight: its time (s), the tip's approach, V_0, V_1 and the largest V (m/s)."""
-
-    time: float
-    speed: float
-    ringing: float
-    bending: float
-    largest: float
 
 
 def check_accuracy(accuracy: float) -> None:
@@ -225,25 +215,6 @@ def _count(phalanx: Phalanx, frequency: float, turn: float) -> int:
     return min(max(math.ceil(waves * phalanx.length / turn), 1), MOST_ELEMENTS)
 
 
-def rods_fall(scene: Scene) -> Fall | None:
-    """The fall of the phalanges as rods; None where they do not touch."""
-    finger, drive, settings = scene.finger, scene.drive, scene.settings
-    check_scene(finger, scene.surface, drive)
-    state, start_s = rods_state(finger, scene.start)
-    rods = build_rods(finger, scene.surface, drive, scene.assumptions)
-    plan = plan_of(settings, scene.surface.height)
-    plan = plan._replace(flight_step=1.0, flight_tolerance=RODS_TOLERANCE * scene.surface.height)
-    pieces = torques_on_rods(drive, len(finger.phalanges))
-    flight = integrate_flight(rods, state, start_s, plan, settings.max_steps, pieces)
-    if flight.code != TOUCHED:
-        return None
-    out = state.copy()
-    rows = zip(flight.states, flight.accelerations, strict=True)
-    left_out = [reactions(state, turns, rods, out) for state, turns in rows]
-    speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
-    return Fall(float(flight.time[-1]) - start_s, speed, left_out[0], left_out[-1], max(left_out))
-
-
 def _flight(
     accuracy: float, scene: Scene, fall: Fall | None, frequency: float, stated: Stated
 ) -> Flown:
@@ -265,6 +236,14 @@ def _flight(
         return Flown(skipped, skips, one)
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
         return Flown((), math.inf, one)
+    way = fall.largest / _slowest(scene.finger)
+    if fall.sunk > SUNK * way and not (_driven(scene) or "flight" in stated):
+        blocked = (
+            Choice("flight", "rigid", "skipped: the finger meets the surface before its tip does"),
+            Choice("flight_step", min(fall.time / FEW_STEPS, 1.0), "when it does"),
+            Choice("flight_tolerance", RODS_SHARE * accuracy, "a share of the accuracy"),
+        )
+        return Flown(blocked, skips, one)
     elastic = (
         Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
@@ -275,7 +254,10 @@ def _flight(
         # torques may whirl a finger, and its tap then hangs on all that the flight does
         return () if _driven(scene) else (Choice("flight_elements", few, why),)
 
-    longest = min(fall.time / FEW_STEPS, 1.0)
+    # nor may whirling ones take longer steps
+    quiet = rung <= QUIET * accuracy and not _driven(scene)
+    steps = min(FEWEST_STEPS / min(accuracy, 1e-2) ** 0.25, FEW_STEPS) if quiet else FEW_STEPS
+    longest = min(fall.time / steps, 1.0)
     if rung <= accuracy:
         why = f"skipped: the vibration, {rung:.1g} of the tap, is not followed"
         few = of_elements(
@@ -303,14 +285,19 @@ def followed_frequency(finger: Finger, contact: float, share: float, decay: floa
 
     contact : w_c. share : r of the vibration over the error wanted. decay : p.
     """
-    slowest = min(
-        (math.pi / p.length) ** 2 * math.sqrt(p.bending_stiffness / p.line_density)
-        for p in finger.phalanges
-    )
+    slowest = _slowest(finger)
     shielded = max(slowest, contact)
     left = share * (slowest / shielded) ** decay
     whole = slowest * share ** (1 / decay)
     return whole if left < 1.0 else shielded * left ** (1 / (1 + decay))
+
+
+def _slowest(finger: Finger) -> float:
+    """The slowest phalanx's first angular frequency on two hinges, rad/s."""
+    return min(
+        (math.pi / p.length) ** 2 * math.sqrt(p.bending_stiffness / p.line_density)
+        for p in finger.phalanges
+    )
 
 
 def _hz(frequency: float) -> str:

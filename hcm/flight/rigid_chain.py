@@ -174,3 +174,34 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
         fx, fy = fx + out[2 * w], fy + out[2 * w + 1]
         out[2 * w], out[2 * w + 1] = fx, fy
     return fastest
+
+
+@kernel
+def body_depth(state: Floats, radius: Floats, chain: Rods) -> float:
+    """How far the lowest section of radius (P,) at a hinge lies below the surface, m."""
+    y, deepest, n = chain.height, -math.inf, chain.length.size
+    for w in range(n):
+        reach = radius[w] * abs(math.cos(state[w]))
+        deepest = max(deepest, reach - y)
+        y -= chain.length[w] * math.sin(state[w])
+        if w + 1 < n:
+            deepest = max(deepest, reach - y)
+    return deepest
+
+
+@kernel
+def survey(
+    states: Floats, accelerations: Floats, radius: Floats, chain: Rods, out: Floats
+) -> tuple[float, float, float, float]:
+    """Speeds that rods leave out (`reactions`): at first, at last, the largest, m/s; and the depth
+    below the surface, m, that sections reach while the tip is at least as far above it.
+
+    states (m, 2 P), accelerations (m, P) : of a flight. out : (2 P,) scratch.
+    """
+    first, speed, largest, sunk = 0.0, 0.0, 0.0, 0.0
+    for m in range(states.shape[0]):
+        speed = reactions(states[m], accelerations[m], chain, out)
+        first, largest = speed if m == 0 else first, max(largest, speed)
+        depth = body_depth(states[m], radius, chain)
+        sunk = max(sunk, min(depth, clearance(states[m], chain)[0]))
+    return first, speed, largest, sunk

@@ -8,15 +8,22 @@ import pytest
 
 import hcm
 from hcm.accuracy import HELD, other_transitions, simulate_within
+from hcm.beam.chain import build_chain
+from hcm.beam.outline import build_outline, depth
 from hcm.chosen import (
+    BY_WEIGHT,
+    FEW_STEPS,
     NEWTON,
+    QUIET,
     contact_frequency,
     followed_frequency,
-    rods_fall,
     settings_for,
 )
 from hcm.companion import first_tap
 from hcm.estimate import VERTEX_SHARE
+from hcm.fall import rods_fall
+from hcm.flight.rigid_chain import body_depth, build_rods
+from hcm.model import rigid_motion
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 NO_ESTIMATE = hcm.Settings(estimate=False)
@@ -105,6 +112,50 @@ def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
     # the vibration is followed at last
     assert (loose.followed, strict.followed, strictest.followed) == (False, False, True)
     assert strictest.scene.settings.flight_step < 0.2 * strict.scene.settings.flight_step
+
+
+def test_a_finger_that_meets_the_surface_before_its_tip_falls_as_rods() -> None:
+    low = replace(SOFT_SCENE, surface=hcm.Surface(0.04, 0.5))
+    skipped = simulate_within(1e-4, low)
+    bent = simulate_within(1e-4, replace(low, settings=NO_ESTIMATE), {"flight": "elastic"})
+    assert skipped.status is bent.status is hcm.Status.BODY_TOUCHES
+    ends = [result.history.time_s[-1] for result in (skipped, bent)]
+    # the elastic steps are not longer: each ends with its first step below the surface
+    assert ends[0] == pytest.approx(ends[1], rel=1 / 90)
+    assert "meets the surface" in {c.setting: c.reason for c in skipped.accuracy.choices}["flight"]
+    driven = replace(low, drive=hcm.Drive((0.0, 0.0, 1e-9)))
+    kept = {c.setting: c.value for c in settings_for(1e-4, driven).choices}
+    assert kept["flight"] == "elastic"
+
+
+def test_sections_sink_as_those_of_straight_beams() -> None:
+    body, surface = finger(SOFT, elements=1), hcm.Surface(0.04, 0.5)
+    rods, radius = build_rods(body, surface, hcm.Drive()), np.full(3, SOFT.diameter / 2)
+    for angles in ((0.9, 0.5, 0.7), (0.3, 1.4, 0.2), (0.4, -0.6, 1.2), (0.6, 0.9, -0.3)):
+        state = np.array([*angles, 0.0, 0.0, 0.0])
+        chain = build_chain(body, hcm.Drive())[0]
+        q, _ = rigid_motion(body, chain, hcm.RigidStart(angles, (0.0,) * 3))
+        below = depth(q, chain, build_outline(body, surface.height))[0]
+        assert max(body_depth(state, radius, rods), 0.0) == pytest.approx(below, abs=1e-12)
+
+
+def test_quiet_flights_take_steps_by_the_error_wanted() -> None:
+    soft = hcm.Finger((replace(SOFT, diameter=0.01, youngs_modulus=5e7),) * 3)
+    scene = replace(SOFT_SCENE, finger=soft)
+    fall = rods_fall(scene)
+    rung = BY_WEIGHT[0] * fall.ringing / fall.speed
+
+    def steps(accuracy: float, scene: hcm.Scene = scene) -> float:
+        chosen = {c.setting: c.value for c in settings_for(accuracy, scene).choices}
+        assert chosen["flight"] == "elastic"
+        return fall.time / chosen["flight_step"]
+
+    least = 1.01 * rung / QUIET
+    assert steps(1e-2) == pytest.approx(steps(least) * (least / 1e-2) ** 0.25)
+    assert steps(least) < FEW_STEPS - 1
+    assert steps(0.98 * least) == pytest.approx(FEW_STEPS)
+    whirled = replace(scene, drive=hcm.Drive((1e-12, 0.0, 0.0)))
+    assert steps(1e-2, whirled) == pytest.approx(FEW_STEPS, rel=1e-3)
 
 
 def test_elements_and_steps_keep_the_orders_of_the_errors() -> None:

@@ -1,0 +1,46 @@
+"""What a fall of rigid rods foretells of a tap: when, how fast, and what rods leave out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hcm.beam.drive import torques_on_rods
+from hcm.flight.rigid_chain import build_rods, clearance, survey
+from hcm.flight.rigid_flight import TOUCHED, integrate_flight
+from hcm.model import Scene, plan_of, rods_state
+from hcm.parameters import check_scene
+
+# of a flight as rods, beside one that decides, over the surface's depth
+RODS_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Fall:
+    """The rods' flight: its time (s), the tip's approach, V_0, V_1 and the largest V (m/s), and how
+    deep (m) a section sinks below the surface while the tip is as far above it.
+    """
+
+    time: float
+    speed: float
+    ringing: float
+    bending: float
+    largest: float
+    sunk: float
+
+
+def rods_fall(scene: Scene) -> Fall | None:
+    """The fall of the phalanges as rods; None where they do not touch."""
+    finger, drive, settings = scene.finger, scene.drive, scene.settings
+    check_scene(finger, scene.surface, drive)
+    state, start_s = rods_state(finger, scene.start)
+    rods = build_rods(finger, scene.surface, drive, scene.assumptions)
+    plan = plan_of(settings, scene.surface.height)
+    plan = plan._replace(flight_step=1.0, flight_tolerance=RODS_TOLERANCE * scene.surface.height)
+    pieces = torques_on_rods(drive, len(finger.phalanges))
+    flight = integrate_flight(rods, state, start_s, plan, settings.max_steps, pieces)
+    if flight.code != TOUCHED:
+        return None
+    radius = np.array([p.diameter / 2 for p in finger.phalanges])
+    found = survey(flight.states, flight.accelerations, radius, rods, state.copy())
+    speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
+    return Fall(float(flight.time[-1]) - start_s, speed, *found)

@@ -118,7 +118,7 @@ def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
 
     A preset beside an accuracy would be refused.
     """
-    document = replaced_scene(tmp_path / "held.toml", "solver.accuracy=1e-2")
+    document = replaced_scene(tmp_path / "held.toml", "solver.accuracy=5e-3")
     for source in ("soft", str(document)):
         jobs = {job.variant: job for group in groups(source) for job in group}
         for count, variant in ((20, "N=60"), (10, "N=30"), (5, "N=15")):
@@ -130,10 +130,11 @@ def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
         for variant in ("ls-dyna-like", "ls-dyna-like shaft holes", "fast", "fast penalty 1.6"):
             tables = load_scene(source, jobs[variant].overrides).tables
             assert sizes_of(tables) is None
-    for model in ("hcm", "fem"):
-        own = [group[0] for group in groups(str(document)) if group[0].model.startswith(model)]
-        asked = load_scene(str(document), own[0].overrides).tables.solver.accuracy_of(model)
-        assert asked == 1e-2  # what the scene states wins
+    for source, asked in (("soft", DEFAULT_ACCURACY), (str(document), {"hcm": 5e-3, "fem": 5e-3})):
+        for model in asked:  # what the scene states wins
+            own = [group[0] for group in groups(source) if group[0].model.startswith(model)]
+            solver = load_scene(source, own[0].overrides).tables.solver
+            assert solver.accuracy_of(model) == asked[model]
 
 
 def replaced_scene(path: Path, change: str) -> Path:

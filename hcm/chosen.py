@@ -93,6 +93,7 @@ NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
 # where torques whirl the finger: what the iteration leaves in the highest modes adds up in a flight
 # without damping, to 5 % of a peak at 1e-6, 0.01 % at 1e-9
 DRIVEN_NEWTON = (1e-6, 1e-9)
+
 SETTINGS = (
     "elements", "flight", "flight_integrator", "flight_elements", "flight_step", "flight_tolerance",
     "contact_step", "contact_tolerance", "contact_integrator", "stages", "spectral_radius",
@@ -223,7 +224,8 @@ def _flight(
     one = (1,) * len(phalanges)
     if fall is None:
         return Flown((), math.inf, one)
-    kind = BY_TORQUE if _driven(scene) else BY_WEIGHT
+    driven = _driven(scene)
+    kind = BY_TORQUE if driven else BY_WEIGHT
     bent, rung = BEND_SHARE * fall.bending / fall.speed, kind[0] * fall.ringing / fall.speed
     skips = max(bent, rung)
     stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
@@ -237,7 +239,7 @@ def _flight(
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
         return Flown((), math.inf, one)
     way = fall.largest / _slowest(scene.finger)
-    if fall.sunk > SUNK * way and not (_driven(scene) or "flight" in stated):
+    if fall.sunk > SUNK * way and not (driven or "flight" in stated):
         blocked = (
             Choice("flight", "rigid", "skipped: the finger meets the surface before its tip does"),
             Choice("flight_step", min(fall.time / FEW_STEPS, 1.0), "when it does"),
@@ -252,10 +254,10 @@ def _flight(
 
     def of_elements(few: int, why: str) -> tuple[Choice, ...]:
         # torques may whirl a finger, and its tap then hangs on all that the flight does
-        return () if _driven(scene) else (Choice("flight_elements", few, why),)
+        return () if driven else (Choice("flight_elements", few, why),)
 
     # nor may whirling ones take longer steps
-    quiet = rung <= QUIET * accuracy and not _driven(scene)
+    quiet = rung <= QUIET * accuracy and not driven
     steps = min(FEWEST_STEPS / min(accuracy, 1e-2) ** 0.25, FEW_STEPS) if quiet else FEW_STEPS
     longest = min(fall.time / steps, 1.0)
     if rung <= accuracy:

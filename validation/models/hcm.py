@@ -23,6 +23,7 @@ WARM_UP = (
     "finger.elements=2",
     "surface.height=0.01",
 )
+REFINED = "solver.hcm.assumptions='refined'"
 
 
 def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
@@ -88,9 +89,6 @@ def warm_up() -> None:
     unless_interrupted(run(load_scene("soft", WARM_UP)).record)
 
 
-REFINED = "solver.hcm.assumptions='refined'"
-
-
 @cache
 def warm_up_refined() -> None:
     """The same with refined assumptions, once a process: their contact's kernels are others."""
@@ -99,8 +97,9 @@ def warm_up_refined() -> None:
     hcm.simulate(**translate(load_scene("soft", (*WARM_UP, REFINED)), estimate=False))
 
 
+@cache
 def warm_up_choices(*stated: str) -> None:
-    """The same with what an accuracy may choose, and its choice: their kernels are others."""
+    """The same with what an accuracy may choose, and its choice, once a process: other kernels."""
     import hcm
 
     for choice in ("flight='rigid'", "flight_integrator='gauss'", "contact_integrator='gauss'"):

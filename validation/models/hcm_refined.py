@@ -24,7 +24,7 @@ def run(
     scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
 ) -> Outcome:
     """Run the reduced model on the scene so changed."""
-    changed = ("solver.hcm.assumptions='refined'",)
-    outcome = hcm.run(changed_scene(scene.name, scene.document, changed, scene.name), progress)
+    refined = changed_scene(scene.name, scene.document, (hcm.REFINED,), scene.name)
+    outcome = hcm.run(refined, progress)
     del checkpoint
     return replace(outcome, record=replace(outcome.record, model=name))

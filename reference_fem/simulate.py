@@ -38,6 +38,7 @@ def simulate(
     start: ChainState | None = None,
     restart: Restart | None = None,
     companion: meshes.FingerMesh | None = None,
+    compared: TapResult | None = None,
     flight_mesh: meshes.FingerMesh | None = None,
 ) -> TapResult:
     """Let the finger of `mesh` fall and tap the surface.
@@ -54,6 +55,7 @@ def simulate(
         resume; None: nowhere.
     companion : a mesh of other edges, which `Settings.estimate` compares the run with; without it
         estimates tell less.
+    compared : a completed run of the same finger on `companion`, where there is one already
     flight_mesh : of the same finger, with longer edges: where `Settings.flight` is "coarse"
 
     Returns
@@ -89,6 +91,8 @@ def simulate(
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
 
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult:
+        if compared is not None:
+            return compared
         return _solve(other, materials, surface, drive, once, None, state, None).result
 
     given = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)

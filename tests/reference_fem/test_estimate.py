@@ -350,6 +350,22 @@ def test_a_mesh_of_168_elements_is_known_to_be_wrong(estimated: rf.TapResult) ->
     assert "peak normal force" in said
 
 
+def test_a_run_on_the_companion_is_not_solved_again(estimated: rf.TapResult) -> None:
+    """Its own peak, and twice it: another error is stated."""
+    mesh = meshes.finger_hexahedra(FINGER, COARSE)
+    other = meshes.finger_hexahedra(FINGER, meshes.Sizing(4e-3, 7e-3, 4e-3))
+    settings = rf.Settings(contact="impulse")
+    own = rf.simulate(other, HARD, SURFACE, DRIVE, replace(settings, estimate=False))
+    found = []
+    for factor in (1.0, 2.0):
+        peak = own.summary.peak_normal_force_N
+        run = replace(own, summary=replace(own.summary, peak_normal_force_N=factor * peak))
+        found.append(rf.simulate(mesh, HARD, SURFACE, DRIVE, settings, None, companion=other,
+                                 compared=run))  # fmt: skip
+    assert found[0].errors[PEAK] == pytest.approx(estimated.errors[PEAK], rel=0.05)
+    assert found[1].errors[PEAK] > 1.5 * found[0].errors[PEAK]
+
+
 def test_a_mesh_without_its_shape_has_no_errors_of_flight(estimated: rf.TapResult) -> None:
     """168 elements with masses of their own arrive late, which nothing tells."""
     unknown = tap(shape=False)

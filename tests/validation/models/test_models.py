@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray
 
+import reference_fem
 from hcm.accuracy import HELD
 from reference_fem.accuracy import sizes_for
 from tests.validation.commands import Run, call
@@ -308,19 +309,20 @@ SHORT = "expects a relative error of {}; 0.01 was wanted; coarse"
 
 
 @pytest.mark.parametrize(
-    ("further", "asked", "kept", "left", "caution"),
+    ("further", "asked", "kept", "caution"),
     [
-        ([0.008], [1 / 3], 1, 0.008, ""),
-        ([0.02, 0.02], [1 / 3, 0.2], 1, 0.02, SHORT.format(0.02)),
-        ([0.04, 0.009], [1 / 3, 0.2], 2, 0.009, ""),
-        ([0.04, 0.04], [1 / 3, 0.2], 0, 0.03, SHORT.format(0.03)),
-        ([None], [1 / 3], 0, 0.03, SHORT.format(0.03)),
+        ([0.008], [0.7 / 3], 1, ""),
+        ([0.02, 0.02], [0.7 / 3, 0.2], 2, SHORT.format(0.02)),
+        ([0.04, 0.009], [0.7 / 3, 0.2], 2, ""),
+        ([0.04, 0.04], [0.7 / 3, 0.2], 2, SHORT.format(0.04)),
+        ([None], [0.7 / 3], 0, SHORT.format(0.03)),
     ],
 )
 def test_a_solid_that_expects_more_is_solved_again(
-    further: list[float | None], asked: list[float], kept: int, left: float, caution: str
+    further: list[float | None], asked: list[float], kept: int, caution: str
 ) -> None:
-    """On meshes for less and less, 2e-3 at least; the best is kept, and says what it expects."""
+    """For less and less, 2e-3 at least; the finest that completed is kept: a coarser one that
+    expects less is apart from it by more than that."""
     seen: list[float] = []
 
     def solver(scene: NamedScene) -> Outcome:
@@ -335,9 +337,11 @@ def test_a_solid_that_expects_more_is_solved_again(
         return Outcome(record, None, expected)
 
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
-    assert seen == pytest.approx([0.01, *(0.01 * share for share in asked)], rel=1e-2)
+    assert seen == pytest.approx([0.007, *(0.01 * share for share in asked)], rel=1e-2)
     assert record.summary == {"elements": kept, "wall_time_s": len(seen)}
+    left = [0.03, *further][kept]
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
+    assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
     assert "0.03 was expected" in record.accuracy["choices"][-1]["reason"]
     assert (record.ok, record.message) == (True, caution)
 
@@ -352,14 +356,46 @@ def test_what_no_mesh_lessens_is_told_and_not_solved_again(of_mesh: float | None
     once = [Outcome(found, None, of_mesh)]
     record = solved_within(lambda asked: once.pop(), load_scene("soft", ["solver.accuracy=0.01"]))
     assert record.record.message == "expects a relative error of 0.3; 0.01 was wanted"
-    assert record.record.accuracy == held
+    (told,) = record.record.accuracy["choices"]
+    assert (told["setting"], told["value"]) == ("accuracy", "0.007")
 
 
-def test_a_solid_that_keeps_its_accuracy_is_solved_once() -> None:
-    held = {"wanted": 0.01, "expected": 0.009, "choices": []}
-    once = [Outcome(RunRecord("soft", "fem3d", "", "COMPLETED", True, "", {}, accuracy=held))]
-    scene = load_scene("soft", ["solver.accuracy=0.01"])
-    assert solved_within(lambda asked: once.pop(), scene).record.accuracy is held
+@pytest.mark.parametrize(("estimate", "asked"), [(True, 0.007), (False, 0.01)])
+def test_a_solid_that_keeps_its_accuracy_is_solved_once(estimate: bool, asked: float) -> None:
+    """What states no errors has none to keep: the mesh for what is wanted."""
+    seen: list[float | None] = []
+
+    def solver(scene: NamedScene) -> Outcome:
+        seen.append(scene.tables.solver.accuracy_of("fem"))
+        held = {"wanted": seen[-1], "expected": 0.009 if estimate else None, "choices": []}
+        found = {"wall_time_s": 1.0}
+        record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", found, accuracy=held)
+        return Outcome(record, None, 0.009)
+
+    overrides = ["solver.accuracy=0.01", f"solver.fem.estimate={str(estimate).lower()}"]
+    record = solved_within(solver, load_scene("soft", overrides)).record
+    assert seen == [asked]
+    assert record.accuracy["wanted"] == 0.01
+
+
+def test_a_finer_mesh_is_compared_with_the_run_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where both have the same elements; else with a companion of its own."""
+    given: list[tuple[Any, Any]] = []
+    real = reference_fem.simulate
+
+    def simulate(*args: Any, **kwargs: Any) -> Any:
+        given.append((kwargs["companion"], kwargs["compared"]))
+        return real(*args, **kwargs)
+
+    monkeypatch.setattr(reference_fem, "simulate", simulate)
+    taps: list[tuple[Any, Any]] = []
+    for accuracy in (0.1, 0.06, 0.019):
+        scene = load_scene("soft", [f"solver.fem.accuracy={accuracy}", "surface.friction=0"])
+        assert solid.FEM3D._solved(scene, None, None, taps).record.ok
+    assert given[0][1] is None
+    assert all(a is b for a, b in zip(given[1], taps[0], strict=True))
+    assert given[2][1] is None
+    assert len(taps[1][0].cells) > len(taps[0][0].cells)
 
 
 def test_memory_is_not_charged_for_the_parent(tmp_path: Path) -> None:

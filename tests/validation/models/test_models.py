@@ -309,17 +309,18 @@ SHORT = "expects a relative error of {}; 0.01 was wanted; coarse"
 
 
 @pytest.mark.parametrize(
-    ("further", "asked", "kept", "caution"),
+    ("first", "further", "asked", "kept", "caution"),
     [
-        ([0.008], [0.7 / 3], 1, ""),
-        ([0.02, 0.02], [0.7 / 3, 0.2], 2, SHORT.format(0.02)),
-        ([0.04, 0.009], [0.7 / 3, 0.2], 2, ""),
-        ([0.04, 0.04], [0.7 / 3, 0.2], 2, SHORT.format(0.04)),
-        ([None], [0.7 / 3], 0, SHORT.format(0.03)),
+        (0.02, [0.008], [0.35], 1, ""),
+        (0.011, [0.008], [0.7 / 1.5], 1, ""),  # nearer ones tell less of each other
+        (0.05, [0.02, 0.02], [0.7 / 3, 0.2], 2, SHORT.format(0.02)),
+        (0.03, [0.04, 0.009], [0.7 / 3, 0.2], 2, ""),
+        (0.03, [0.04, 0.04], [0.7 / 3, 0.2], 2, SHORT.format(0.04)),
+        (0.03, [None], [0.7 / 3], 0, SHORT.format(0.03)),
     ],
 )
 def test_a_solid_that_expects_more_is_solved_again(
-    further: list[float | None], asked: list[float], kept: int, caution: str
+    first: float, further: list[float | None], asked: list[float], kept: int, caution: str
 ) -> None:
     """For less and less, 2e-3 at least; the finest that completed is kept: a coarser one that
     expects less is apart from it by more than that."""
@@ -327,7 +328,7 @@ def test_a_solid_that_expects_more_is_solved_again(
 
     def solver(scene: NamedScene) -> Outcome:
         seen.append(scene.tables.solver.accuracy_of("fem") or 0.0)
-        expected = [0.03, *further][len(seen) - 1]
+        expected = [first, *further][len(seen) - 1]
         held = {"wanted": seen[-1], "expected": expected, "choices": []}
         ok = expected is not None
         said = "" if expected is not None and expected <= 0.01 else "coarse"
@@ -339,10 +340,10 @@ def test_a_solid_that_expects_more_is_solved_again(
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
     assert seen == pytest.approx([0.007, *(0.01 * share for share in asked)], rel=1e-2)
     assert record.summary == {"elements": kept, "wall_time_s": len(seen)}
-    left = [0.03, *further][kept]
+    left = [first, *further][kept]
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
     assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
-    assert "0.03 was expected" in record.accuracy["choices"][-1]["reason"]
+    assert f"{first:.1g} was expected" in record.accuracy["choices"][-1]["reason"]
     assert (record.ok, record.message) == (True, caution)
 
 

@@ -70,7 +70,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 @kernel
 def finish(h: float, old: Motion, new: Motion, contact: Contact,
            integrator: GaussIntegrator) -> bool:  # fmt: skip
-    """Fill `new` from B: q and v by quadrature, q.. and lam by the equations there; if finite.
+    """Fill `new` from B: q and v by quadrature, the rest by `settle`; whether all is finite.
 
     new.a is the step's mean acceleration, which the next step guesses its stages from: a polynomial
     continued would amplify what the iteration has left of the stiffest modes.
@@ -86,8 +86,19 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
         new.q[m] = old.q[m] + moved[m]
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
-        new.jerk[m] = new.acceleration[m] = 0.0
     move_chords(old.chords, moved, chain, new.chords)
+    if contact.normal != FLIGHT and not chain.damped:
+        move_velocities(h, old, integrator)
+    return settle(h, old, new, contact, integrator)
+
+
+@kernel
+def settle(h: float, old: Motion, new: Motion, contact: Contact,
+           integrator: GaussIntegrator) -> bool:  # fmt: skip
+    """Fill q.. and lam of `new` by the equations at its q and v; whether they are finite."""
+    chain, gauss = integrator.chain, integrator.gauss
+    for m in range(new.q.size):
+        new.jerk[m] = new.acceleration[m] = 0.0
     right = gauss.real_right[HALF_BANDWIDTH:]
     law = integrator.law
     set_torques(old.drive, h, chain.torque)
@@ -99,8 +110,6 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
     solve(gauss.mass_factors, gauss.real_right)
     for m in range(right.size):
         new.acceleration[m] = chain.scale[m] * right[m]
-    if contact.normal != FLIGHT and not chain.damped:
-        move_velocities(h, old, integrator)
     return is_finite(right)
 
 

@@ -95,7 +95,7 @@ class GaussWork(NamedTuple):
     factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
     complex right-hand side; real_right : (w + n,). border, real_border : (p, w + n), (w + n,) the
     factors' solutions for a sliding tip's part, as in `Workspace`. unknown, stage : (s, n) B and A.
-    q, v : (s, n), chords : (s, N, 2). residual, change : (s, n). key : (5,) as in
+    q, v : (s, n), chords : (s, N, 2). residual, change, spare : (s, n). key : (5,) as in
     `Workspace`, with the step of the factors (NaN: none) in the place of the weight.
     rate : (1,), age : (2,) of the factors, as in `Workspace`.
     """
@@ -119,6 +119,7 @@ class GaussWork(NamedTuple):
     chords: Floats
     residual: Floats
     change: Floats
+    spare: Floats
     key: Floats
     rate: Floats
     age: Ints
@@ -149,7 +150,7 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
     tangent(np.ones(n), 0.0, 0.0, chain, IN_FLIGHT, law, mass)
     mass_factors = mass.copy()
     factorize(mass_factors)
-    many = [np.zeros((stages, n)) for _ in range(6)]
+    many = [np.zeros((stages, n)) for _ in range(7)]
     return GaussWork(
         mass, mass_factors, storage(n), storage(n), storage(n),
         np.zeros((systems, w + n, w + 1), dtype=np.complex128),
@@ -157,7 +158,7 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
         np.zeros(w + n, dtype=np.complex128), np.zeros(w + n),
         np.zeros((systems, w + n), dtype=np.complex128), np.zeros(w + n),
         many[0], many[1], many[2], many[3], np.zeros((stages, elements, 2)), many[4], many[5],
-        np.full(5, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
+        many[6], np.full(5, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
     )  # fmt: skip
 
 

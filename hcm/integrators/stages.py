@@ -1,16 +1,16 @@
 """What a step of collocation in contact knows between its ends: events, losses and rows by stages.
 
 The stages hold the step's motion to order s + 1 at c_i h. An event lies where its function first
-changes sign from one of them to the next (an end of the step among them), and is located there by
-the cubic through four of them and the secant method, a trial being a step of that length. What a
-sliding tip loses is a quadrature of F_t V_P, of the stages' order.
+changes sign from one of them to the next (an end of the step among them), and is located there on
+the step's own polynomial, which then ends with it: neither takes a trial step, and the factors stay
+those of whole steps. What a sliding tip loses is a quadrature of F_t V_P, of the stages' order.
 """
 
 import math
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
-from hcm.beam.equations import dissipation
+from hcm.beam.equations import dissipation, move_chords
 from hcm.compiled import by_type, kernel
 from hcm.contact.contract import (
     contact_force,
@@ -22,15 +22,16 @@ from hcm.contact.contract import (
 from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, SLIP, Contact
 from hcm.integrators import event_search
-from hcm.integrators.event_search import NO_EVENT, NOISE, TIME_RESOLUTION, values_at
-from hcm.integrators.gauss import step
+from hcm.integrators.event_search import NO_EVENT, values_at
+from hcm.integrators.gauss import move_velocities, settle
+from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.step import AnyIntegrator
 from hcm.record import write_row
 from hcm.state import Clock, Motion, advance_clock
 
-TRIALS = 60
-HALVINGS = 50
+# Evaluations of a step's polynomial for an event, and of the step what may be left of the bracket.
+TRIALS, RESOLUTION = 60, 1e-15
 
 
 @kernel
@@ -60,81 +61,130 @@ def first_passed(
     h: float, found: int, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[int, int]:  # fmt: skip
-    """The slot that is passed first, `found` left out, and the point that is past it."""
+    """The slot that is passed first, `found` left out, and the point that is past it.
+
+    One that starts at zero has just fired: it may again once it has been positive, or at point 0
+    where it never is.
+    """
     begin, before = point(0, h, contact, old, new, integrator)
-    for p in range(1, integrator.tableau.c.size + 2):
+    values, last = before, integrator.tableau.c.size + 1
+    positive = 0
+    for k in range(3):
+        positive |= int(before[k] > tolerance[k]) << k
+    for p in range(1, last + 1):
         time, values = point(p, h, contact, old, new, integrator)
         slot, earliest = NO_EVENT, math.inf
         for k in range(3):
-            if k == found or not values[k] < -tolerance[k]:
-                continue
-            at = begin + (time - begin) * max(before[k], 0.0) / (max(before[k], 0.0) - values[k])
-            if at < earliest:
-                slot, earliest = k, at
+            if k != found and values[k] < -tolerance[k] and positive >> k & 1:
+                above = max(before[k], 0.0)
+                at = begin + (time - begin) * above / (above - values[k])
+                if at < earliest:
+                    slot, earliest = k, at
+            positive |= int(values[k] > tolerance[k]) << k
         if slot != NO_EVENT:
             return slot, p
         begin, before = time, values
+    for k in range(3):
+        if k != found and values[k] < -tolerance[k]:
+            return k, 0
     return NO_EVENT, 0
 
 
 @kernel
-def cubic_root(
-    low: float, high: float, t: tuple[float, float, float, float],
-    g: tuple[float, float, float, float],
-) -> tuple[float, float]:  # fmt: skip
-    """Where the cubic through (t_i, g_i) falls through zero in [low, high], and its slope there."""
-    a = (g[1] - g[0]) / (t[1] - t[0])
-    b, c = (g[2] - g[1]) / (t[2] - t[1]), (g[3] - g[2]) / (t[3] - t[2])
-    d, e = (b - a) / (t[2] - t[0]), (c - b) / (t[3] - t[1])
-    f = (e - d) / (t[3] - t[0])
-    middle, left = 0.5 * (low + high), 0.5 * (high - low)
-    for _ in range(HALVINGS):
-        u = middle - t[0]
-        left *= 0.5
-        value = g[0] + u * (a + (middle - t[1]) * (d + (middle - t[2]) * f))
-        middle += left if value > 0.0 else -left
-    u, v, w = middle - t[0], middle - t[1], middle - t[2]
-    return middle, a + d * (u + v) + f * (u * v + u * w + v * w)
+def lagrange(k: int, x: float, c: Floats) -> float:
+    """l_k(x) of the nodes c (s,)."""
+    value = 1.0
+    for j in range(c.size):
+        if j != k:
+            value *= (x - c[j]) / (c[k] - c[j])
+    return value
 
 
 @kernel
-def narrow(
+def value_inside(
+    slot: int, share: float, h: float, contact: Contact, old: Motion, new: Motion,
+    integrator: GaussIntegrator,
+) -> float:  # fmt: skip
+    """A slot's event function at `share` of the latest step, h long; overwrites `new`'s tip."""
+    tip, c, gauss = integrator.chain.tip, integrator.tableau.c, integrator.gauss
+    for m in range(tip, tip + 4):
+        new.q[m], new.v[m] = old.q[m] + share * h * old.v[m], old.v[m]
+    for k in range(c.size):
+        weight = lagrange(k, share, c) * share / c[k]
+        for m in range(tip, tip + 4):
+            new.q[m] += h * h * weight * gauss.unknown[k, m]
+            new.v[m] += weight * (gauss.v[k, m] - old.v[m])
+    return values_at(new, contact, integrator)[slot]
+
+
+@kernel
+def shorten(
+    share: float, h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+) -> bool:
+    """End the latest step, h long, at `share` of it; whether all is finite.
+
+    Its stages and its end are those of the collocation's polynomials, of degree s through the
+    step's start and its stages, q and v each having its own: the derivative of the one is the other
+    at the stages only, and stiff vibrations would feel the difference.
+    """
+    chain, gauss, c = integrator.chain, integrator.gauss, integrator.tableau.c
+    b, u, a, moved = gauss.residual, gauss.change, gauss.spare, integrator.work.increment
+    for k in range(c.size):
+        for m in range(moved.size):
+            b[k, m], a[k, m] = gauss.unknown[k, m], gauss.stage[k, m]
+            u[k, m] = gauss.v[k, m] - old.v[m]
+    for i in range(c.size + 1):
+        inside = i < c.size
+        x = share * c[i] if inside else share
+        q, v = (gauss.q[i], gauss.v[i]) if inside else (new.q, new.v)
+        for m in range(moved.size):
+            moved[m], v[m] = 0.0, old.v[m]
+        for k in range(c.size):
+            weight = lagrange(k, x, c)
+            along = weight * x / c[k]
+            for m in range(moved.size):
+                moved[m] += along * b[k, m]
+                v[m] += along * u[k, m]
+            if inside:
+                for m in range(moved.size):
+                    gauss.stage[i, m] = weight * a[k, m] + (gauss.stage[i, m] if k > 0 else 0.0)
+        for m in range(moved.size):
+            if inside:
+                gauss.unknown[i, m] = moved[m] / (share * share)
+            moved[m] = x * h * old.v[m] + h * h * moved[m]
+            q[m] = old.q[m] + moved[m]
+        move_chords(old.chords, moved, chain, gauss.chords[i] if inside else new.chords)
+    for m in range(moved.size):
+        new.a[m] = (new.v[m] - old.v[m]) / (share * h)
+    return settle(share * h, old, new, contact, integrator)
+
+
+@kernel
+def zero_inside(
     slot: int, after: int, h: float, tolerance: float, contact: Contact, old: Motion, new: Motion,
     integrator: GaussIntegrator,
-) -> tuple[float, int]:  # fmt: skip
-    """Length of the step that ends just past the slot's zero, which point `after` is the first
-    past, `new` being that step; NaN where a trial fails. And the trials used.
+) -> float:  # fmt: skip
+    """Share of the step at which a slot's value, which point `after` is the first past, is zero: by
+    false position (Illinois).
     """
-    last = integrator.tableau.c.size + 1
-    first = min(max(after - 2, 0), last - 3)
-    t0, v0 = point(first, h, contact, old, new, integrator)
-    t1, v1 = point(first + 1, h, contact, old, new, integrator)
-    t2, v2 = point(first + 2, h, contact, old, new, integrator)
-    t3, v3 = point(first + 3, h, contact, old, new, integrator)
-    times, values = (t0, t1, t2, t3), (v0[slot], v1[slot], v2[slot], v3[slot])
-    at = after - first
-    time, slope = cubic_root(times[at - 1], times[at], times, values)
-    # stages are known less well than ends: the zero may lie beyond them
-    low, high = times[max(at - 2, 0)], times[min(at + 1, 3)]
-    share = max(1e-14, NOISE * integrator.co.tolerance) * h
-    before, g_before = math.nan, math.nan
-    for trials in range(1, TRIALS + 1):
-        if not step(time, contact, old, new, integrator):
-            return math.nan, trials
-        g = values_at(new, contact, integrator)[slot]
-        if g <= 0.0 and -g <= max(tolerance, share * abs(slope)):
-            return time, trials
-        low, high = (time, high) if g > 0.0 else (low, time)
-        if high - low <= TIME_RESOLUTION:
+    low, before = point(after - 1, h, contact, old, new, integrator)
+    high, past = point(after, h, contact, old, new, integrator)
+    low, high, g_low, g_high = low / h, high / h, before[slot], past[slot]
+    side = 0
+    for _ in range(TRIALS):
+        share = high - g_high * (high - low) / (g_high - g_low)
+        if not low < share < high or high - low <= RESOLUTION:
             break
-        if trials > 1:
-            slope = (g - g_before) / (time - before)
-        before, g_before = time, g
-        # just past it: the middle of what counts as there
-        time = time - g / slope + 0.5 * share if slope != 0.0 else math.nan
-        if not low < time < high or trials % 8 == 7:
-            time = 0.5 * (low + high)
-    return (high, TRIALS) if step(high, contact, old, new, integrator) else (math.nan, TRIALS)
+        g = value_inside(slot, share, h, contact, old, new, integrator)
+        if g > 0.0:
+            low, g_low, g_high = share, g, 0.5 * g_high if side == 1 else g_high
+            side = 1
+        else:
+            high, g_high, g_low = share, g, 0.5 * g_low if side == -1 else g_low
+            side = -1
+            if -g <= tolerance:
+                break
+    return high
 
 
 @kernel
@@ -142,29 +192,24 @@ def first_event(
     h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[float, int, int]:  # fmt: skip
-    """`event_search.first_event`, by the stages where they are those of a contact."""
-    if contact.normal == FLIGHT or not integrator.contact:
+    """`event_search.first_event`, without trials where contacts are stepped by collocation."""
+    if not integrator.contact or (contact.normal == FLIGHT and not integrator.flight):
         return event_search.first_event(h, tolerance, contact, old, new, integrator)
-    found, total = NO_EVENT, 0
+    found = NO_EVENT
     for _ in range(4):
         slot, after = first_passed(h, found, tolerance, contact, old, new, integrator)
         if slot == NO_EVENT:
             break
-        start = values_at(old, contact, integrator)[slot]
-        if after == 1 and start <= tolerance[slot]:  # it has just fired, or fires at once
-            high, values = point(1, h, contact, old, new, integrator)
-            event, trials = event_search.locate(
-                slot, high, start, values[slot], tolerance[slot], contact, old, new, integrator
-            )
-            if event > 0.0 and not step(event, contact, old, new, integrator):
-                event = math.nan
-        else:
-            event, trials = narrow(slot, after, h, tolerance[slot], contact, old, new, integrator)
-        total += trials
-        if not event > 0.0:
-            return event, slot, total
-        h, found = event, slot
-    return h, found, total
+        if after == 0:
+            return 0.0, slot, 0
+        if found == NO_EVENT:
+            combine(integrator.tableau.inverse, integrator.gauss.unknown, integrator.gauss.stage)
+            move_velocities(h, old, integrator)
+        share = zero_inside(slot, after, h, tolerance[slot], contact, old, new, integrator)
+        if not shorten(share, h, contact, old, new, integrator):
+            return math.nan, slot, 0
+        h, found = share * h, slot
+    return h, found, 0
 
 
 @kernel

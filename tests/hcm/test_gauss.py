@@ -11,6 +11,7 @@ from hcm.beam.chain import Chain
 from hcm.beam.energy import energies
 from hcm.beam.equations import residual
 from hcm.contact import law as contact
+from hcm.contact.contract import Law
 from hcm.contact.law import IN_FLIGHT, Contact
 from hcm.integrators.gauss import step
 from hcm.integrators.gauss_tableau import GaussIntegrator, tableau, with_collocation
@@ -37,10 +38,10 @@ ANGLES = np.radians([255.0, 240.0, 200.0])
 
 
 def prepared(
-    chain: Chain, start: Start, stages: int = STAGES, tolerance: float = 1e-13
+    chain: Chain, start: Start, stages: int = STAGES, tolerance: float = 1e-13, law: Law = NOWHERE
 ) -> tuple[GaussIntegrator, Motion, Motion]:
     old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
-    plain = Integrator(coefficients(1.0, tolerance), chain, NOWHERE, workspace(chain.scale.size))
+    plain = Integrator(coefficients(1.0, tolerance), chain, law, workspace(chain.scale.size))
     assert initial_acceleration(old, IN_FLIGHT, plain)
     plain.work.cost[:] = 0
     return with_collocation(plain, stages), old, new

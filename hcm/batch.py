@@ -1,20 +1,21 @@
-"""Many scenes over all cores: a scene belongs to one thread, from its start to its end.
+"""Many scenes over all cores: a scene belongs to one process, from its start to its end.
 
-The compiled loop lets go of the interpreter while it runs (`hcm.loop.advance`), and takes a scene's
-steps without returning to Python, so that threads share out the cores. What Python does for a scene
-before and after, some 0.4 ms, threads do by turns: beyond a dozen cores use processes, each with
-its part of the scenes.
+What Python does for a scene before and after its steps, a third of a tap held to 1e-3, threads
+would do by turns. The processes are forked from this one once it has solved a first scene, with
+whose kernels they begin.
 """
 
 from __future__ import annotations
 
 import os
-import threading
+import signal
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,8 +32,11 @@ from hcm.simulate import simulate
 if TYPE_CHECKING:
     import xarray
 
-# Scenes that a thread takes at once, and such parts that may wait, per thread.
+# Scenes that a process takes at once, and such parts that may wait, per process.
 PART, AHEAD = 8, 8
+_FORKED = get_context("fork")
+# In a process: set where nobody waits for its runs any more.
+_stop: Any = None
 # Statuses of a scene without a run: it was refused, or its solver raised what it should not have.
 REFUSED, FAILED = "REFUSED", "FAILED"
 
@@ -98,7 +102,7 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
 
 def simulate_each(
     scenes: Iterable[Scene | ParameterError],
-    threads: int | None = None,
+    workers: int | None = None,
     accuracy: float | None = None,
 ) -> Iterator[Outcome]:
     """Outcomes in the order of the scenes, each to the bits that `simulate` alone gives.
@@ -109,7 +113,7 @@ def simulate_each(
     Parameters
     ----------
     scenes : a `ParameterError` in the place of one is a scene that is refused.
-    threads : that share them out; None: one a core that this process may use.
+    workers : processes that share them out; None: one a core that this process may use.
     accuracy : chooses each scene's settings (`simulate_within`); None leaves its own.
 
     Raises
@@ -119,13 +123,14 @@ def simulate_each(
     """
     if accuracy is not None:
         check_accuracy(accuracy)
-    count = threads or len(os.sched_getaffinity(0))
-    given, stop = iter(scenes), threading.Event()
+    count = workers or len(os.sched_getaffinity(0))
+    given, stop = iter(scenes), _FORKED.Event()
+    yield from (_tap(scene, accuracy) for scene in islice(given, 1))
     waiting: deque[Future[list[Outcome]]] = deque()
-    with ThreadPoolExecutor(count, "taps") as pool:
+    with ProcessPoolExecutor(count, _FORKED, _begin, (stop,)) as pool:
         try:
             while part := tuple(islice(given, PART)):
-                waiting.append(pool.submit(_taps, part, stop, accuracy))
+                waiting.append(pool.submit(_taps, part, accuracy))
                 if len(waiting) >= AHEAD * count:
                     yield from waiting.popleft().result()
             while waiting:
@@ -136,9 +141,23 @@ def simulate_each(
                 future.cancel()
 
 
+def _begin(stop: Any) -> None:
+    """Begin a process, which `stop` ends between two calls of the loop, and its parent's death."""
+    global _stop
+    _stop = stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_outlive, daemon=True).start()
+
+
+def _outlive() -> None:
+    if parent := parent_process():
+        connection.wait([parent.sentinel])
+    os._exit(1)
+
+
 def simulate_many(
     scenes: Iterable[Scene | ParameterError],
-    threads: int | None = None,
+    workers: int | None = None,
     accuracy: float | None = None,
 ) -> xarray.Dataset:
     """`simulate_each` as one table over a dimension ``scene``, units in the attributes.
@@ -146,28 +165,27 @@ def simulate_many(
     Numbers that a scene has not are NaN, counts 0. Estimated errors, where a scene's settings ask
     for them, are ``error_`` and the number's name.
     """
-    return table(list(simulate_each(scenes, threads, accuracy)))
+    return table(list(simulate_each(scenes, workers, accuracy)))
 
 
-def _taps(
-    scenes: Sequence[Scene | ParameterError], stop: threading.Event, accuracy: float | None
-) -> list[Outcome]:
-    return [_tap(scene, stop, accuracy) for scene in scenes if not stop.is_set()]
+def _taps(scenes: Sequence[Scene | ParameterError], accuracy: float | None) -> list[Outcome]:
+    return [_tap(scene, accuracy) for scene in scenes if not _stop.is_set()]
 
 
-def _tap(scene: Scene | ParameterError, stop: threading.Event, accuracy: float | None) -> Outcome:
-    def watch(fraction: float, doing: str) -> None:
-        del fraction, doing
-        if stop.is_set():
-            raise KeyboardInterrupt
+def _watch(fraction: float, doing: str) -> None:
+    del fraction, doing
+    if _stop is not None and _stop.is_set():
+        raise KeyboardInterrupt
 
+
+def _tap(scene: Scene | ParameterError, accuracy: float | None) -> Outcome:
     try:
         if isinstance(scene, ParameterError):
             raise scene
         if accuracy is None:
-            result = simulate(**scene.arguments(), progress=watch)
+            result = simulate(**scene.arguments(), progress=_watch)
         else:
-            result = simulate_within(accuracy, scene, progress=watch)
+            result = simulate_within(accuracy, scene, progress=_watch)
     except ParameterError as error:
         return Outcome(REFUSED, str(error))
     except Exception as error:  # of one scene, of which the others know nothing

@@ -2,8 +2,10 @@
 
 import itertools
 import json
+import multiprocessing
+import subprocess
 import sys
-import threading
+import time
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ import hcm
 from hcm import batch, loop
 from tests.hcm.cases import SOFT, SOFT_TIP
 
+ROOT = Path(__file__).parents[2]
 CHEAP = hcm.Settings(estimate=False, contact_step=1e-5, contact_tolerance=1e-9)
 SCENE = hcm.Scene(
     hcm.Finger((replace(SOFT, elements=2),)), hcm.Surface(0.03, 0.5), SOFT_TIP, settings=CHEAP
@@ -37,7 +40,7 @@ def scenes() -> list[hcm.Scene]:
 
 
 def test_each_scene_has_the_bits_of_its_own_run() -> None:
-    many = list(hcm.simulate_each(scenes(), threads=3))
+    many = list(hcm.simulate_each(scenes(), workers=3))
     for scene, outcome in zip(scenes(), many, strict=True):
         alone = hcm.simulate(**scene.arguments())
         assert outcome.status == alone.status.name
@@ -74,7 +77,7 @@ def test_a_run_as_a_dataset_comes_back_from_a_file_with_units_and_origin(tmp_pat
 
 def test_an_accuracy_chooses_each_scenes_settings() -> None:
     given = scenes()[:2]
-    many = list(hcm.simulate_each(given, threads=2, accuracy=1e-2))
+    many = list(hcm.simulate_each(given, workers=2, accuracy=1e-2))
     for scene, outcome in zip(given, many, strict=True):
         assert outcome.summary == hcm.simulate_within(1e-2, scene).summary
         assert outcome.summary != hcm.simulate(**scene.arguments()).summary
@@ -95,7 +98,7 @@ def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyP
     given = scenes()
     given[2] = replace(given[2], settings=short)
     given[3] = replace(given[3], surface=hcm.Surface(1e-3, 0.3))  # cuts the finger
-    table = hcm.simulate_many(given, threads=2)
+    table = hcm.simulate_many(given, workers=2)
     assert table["status"].values.tolist() == [
         "COMPLETED", "FAILED", "NOT_REACHED", "REFUSED", "COMPLETED", "COMPLETED", "FAILED",
         *["COMPLETED"] * 4,
@@ -123,17 +126,17 @@ def test_scenes_are_asked_for_as_they_are_needed() -> None:
     """So that neither scenes nor outcomes pile up, and an end is an end."""
     asked = itertools.count()
     endless = (SCENE for _ in asked)
-    stream = hcm.simulate_each(endless, threads=2)
+    stream = hcm.simulate_each(endless, workers=2)
     for _ in range(3):
         assert next(stream).status == "COMPLETED"
-    assert next(asked) <= 2 * batch.AHEAD * batch.PART + 1
+    assert next(asked) <= 2 * batch.AHEAD * batch.PART + 2
     stream.close()  # type: ignore[attr-defined]
-    assert not [t for t in threading.enumerate() if t.name.startswith("taps")]
+    assert not multiprocessing.active_children()
 
 
 def test_what_runs_ends_when_nobody_waits_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of 20,000 calls of the loop is left between two of them."""
-    calls = itertools.count()
+    calls = multiprocessing.get_context("fork").Value("l")
     monkeypatch.setattr(sys.modules["hcm.simulate"], "TABLE_ROWS", 50)
     # falling upwards it swings above the surface for ever
     endless = replace(
@@ -145,16 +148,40 @@ def test_what_runs_ends_when_nobody_waits_for_it(monkeypatch: pytest.MonkeyPatch
 
     def counted(progress: Any, **given: Any) -> hcm.TapResult:
         def tell(fraction: float, doing: str) -> None:
-            next(calls)
+            calls.value += 1
             progress(fraction, doing)
 
         return own(progress=tell, **given)
 
     monkeypatch.setattr(batch, "simulate", counted)
-    stream = hcm.simulate_each([*short, *short[:3], upwards], threads=2)
-    assert next(stream).status == "COMPLETED"
+    # one here, a part of eight, and one beside it
+    stream = hcm.simulate_each([*short, *short[:4], upwards], workers=2)
+    assert [next(stream).status for _ in range(2)] == ["COMPLETED"] * 2
+    while calls.value < 100:
+        time.sleep(0.01)
     stream.close()  # type: ignore[attr-defined]
-    assert next(calls) < 10_000
+    assert calls.value < 10_000
+
+
+def test_processes_end_with_their_parent() -> None:
+    """One that is killed can stop nobody."""
+    code = "; ".join([
+        "import os, multiprocessing, tests.hcm.test_batch as t",
+        "s = t.hcm.simulate_each(iter(lambda: t.SCENE, None), 2)",
+        "[next(s) for _ in range(3)]",
+        "print(*[c.pid for c in multiprocessing.active_children()], flush=True)",
+        "os.kill(os.getpid(), 9)",
+    ])  # fmt: skip
+    ran = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, check=False, timeout=300
+    )
+    workers = [int(pid) for pid in ran.stdout.split()]
+    assert len(workers) == 2
+    for _ in range(500):
+        if not any(Path(f"/proc/{pid}").exists() for pid in workers):
+            break
+        time.sleep(0.02)
+    assert not any(Path(f"/proc/{pid}").exists() for pid in workers)
 
 
 def test_other_threads_run_while_the_loop_does() -> None:

@@ -17,10 +17,10 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Throughput:
-    """Scenes solved, the threads that shared them, accepted steps, how the scenes ended."""
+    """Scenes solved, the processes that shared them, accepted steps, how the scenes ended."""
 
     scenes: int
-    threads: int
+    processes: int
     wall_time_s: float
     scenes_per_s: float
     steps_per_s: float
@@ -37,21 +37,21 @@ def scenes(count: int) -> Iterator[hcm.Scene]:
 
 
 def measure_throughput(quick: bool, progress: Progress) -> Throughput:
-    """Share the scenes out to threads; compiled code is loaded before."""
-    count, threads = QUICK_SCENES if quick else SCENES, os.cpu_count() or 1
+    """Share the scenes out to processes; compiled code is loaded before."""
+    count, processes = QUICK_SCENES if quick else SCENES, os.cpu_count() or 1
     progress(0.0, "random scenes")
     warm_up()
     given = list(scenes(count))
     endings: Counter[str] = Counter()
     steps, start = 0, time.perf_counter()
-    for done, outcome in enumerate(hcm.simulate_each(given, threads), 1):
+    for done, outcome in enumerate(hcm.simulate_each(given, processes), 1):
         endings[outcome.status.lower().replace("_", " ")] += 1
         steps += outcome.steps
         progress(done / count, "random scenes")
     wall_time_s = time.perf_counter() - start
     return Throughput(
         scenes=count,
-        threads=threads,
+        processes=processes,
         wall_time_s=wall_time_s,
         scenes_per_s=count / wall_time_s,
         steps_per_s=steps / wall_time_s,

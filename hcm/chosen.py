@@ -49,6 +49,7 @@ from hcm.parameters import (
 )
 from hcm.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
+from hcm.unchecked import changed
 
 SMALLEST, LARGEST = 1e-6, 0.1
 # w h over sqrt(eps), and elements of a phalanx over kappa L/eps^(1/4)
@@ -90,6 +91,9 @@ BENT_ELEMENTS = 4
 # most the second, by the contact's integrator: collocation's iteration ends on its way of a step
 RODS_SHARE = 1e-3
 NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
+# the least of undriven collocation, of eps and at most: 30 falls at 1e-5 change by a tenth of it at
+# most, nine of ten by a fiftieth
+FINE_NEWTON = (1e-2, 1e-7)
 # where torques whirl the finger: what the iteration leaves in the highest modes adds up in a flight
 # without damping, to 5 % of a peak at 1e-6, 0.01 % at 1e-9
 DRIVEN_NEWTON = (1e-6, 1e-9)
@@ -173,8 +177,10 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
     step = min(min(of_turn * math.sqrt(accuracy), LONGEST_TURN) / frequency, 1.0)
-    share, most = DRIVEN_NEWTON if method == GAUSS and _driven(scene) else NEWTON[method]
-    newton = min(max(share * accuracy, 1e-12), most)
+    whirls = _driven(scene)
+    share, most = DRIVEN_NEWTON if method == GAUSS and whirls else NEWTON[method]
+    fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if method == GAUSS and not whirls else 0.0
+    newton = min(max(share * accuracy, fine, 1e-12), most)
     choices = (
         Choice("elements", counts, f"waves of {_hz(frequency)}; the spring shields higher ones"),
         *flight.choices,
@@ -188,10 +194,10 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     finger = scene.finger
     if made.pop("elements", None) is not None:
         pairs = zip(phalanges, counts, strict=True)
-        finger = Finger(tuple([replace(p, elements=n) for p, n in pairs]))
+        finger = Finger(tuple([changed(p, elements=n) for p, n in pairs]))
     told = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
     kept = (*(c for c in choices if c.setting not in stated), *told)
-    made_of = replace(scene, finger=finger, settings=replace(scene.settings, **made))
+    made_of = changed(scene, finger=finger, settings=replace(scene.settings, **made))
     return Chosen(made_of, kept, flight.error, flight.followed)
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.compiled import kernel
+from hcm.compiled import kernel, kernel_with
 
 Four = tuple[float, float, float, float]
 Six = tuple[float, float, float, float, float, float]
@@ -106,7 +106,7 @@ def axial_force(
     )
 
 
-@kernel
+@kernel_with("contract", forceinline=True)  # a call would hand over as much as it computes
 def internal_force(
     cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
     axial: float, near: float, far: float,

@@ -31,13 +31,20 @@ NEAR = 1e-3
 
 @kernel
 def combine(weights: Floats, source: Floats, target: Floats) -> None:
-    """target_i = sum_j weights_ij source_j, for rows (s, n)."""
+    """target_i = sum_j weights_ij source_j, for rows (s, n): four at a time, in their order."""
+    count = source.shape[0]
+    fours = count - count % 4
     for i in range(target.shape[0]):
-        row, first, only = target[i], source[0], weights[i, 0]
+        row, share = target[i], weights[i]
         for m in range(row.size):
-            row[m] = only * first[m]
-        for j in range(1, source.shape[0]):
-            other, weight = source[j], weights[i, j]
+            row[m] = 0.0
+        for j in range(0, fours, 4):
+            s0, s1, s2, s3 = source[j], source[j + 1], source[j + 2], source[j + 3]
+            w0, w1, w2, w3 = share[j], share[j + 1], share[j + 2], share[j + 3]
+            for m in range(row.size):
+                row[m] = row[m] + w0 * s0[m] + w1 * s1[m] + w2 * s2[m] + w3 * s3[m]
+        for j in range(fours, count):
+            other, weight = source[j], share[j]
             for m in range(row.size):
                 row[m] += weight * other[m]
 

@@ -169,6 +169,16 @@ def hcm_settings(quick: bool) -> list[Setting]:
         for t in (1e-4, 1e-5)
         for xi in (0.4, 0.8)
     ), BASE, loose, fixed)  # fmt: skip
+    settings += series("collocation in contact", (
+        (n, {"contact_step": h, "stages": s, "flight": "rigid", "flight_step": 1.0})
+        for n in (2, 3) for s, h in ((3, 5e-5), (4, 7e-5), (5, 7e-5), (5, 1e-4))
+    ), BASE, loose, fixed, {"contact_integrator": "gauss", "newton_tolerance": 1e-4})  # fmt: skip
+    settings += series("collocation throughout", (
+        (n, {"contact_step": h, "stages": s, "flight_step": f})
+        for n in (3, TAP_ELEMENTS) for f in (8e-3, 5e-3) for s, h in ((4, 2.5e-5), (5, 3.5e-5))
+    ), BASE, loose, fixed, {
+        "flight_integrator": "gauss", "contact_integrator": "gauss", "flight_tolerance": 1e-4,
+    })  # fmt: skip
     settings += series("tolerances", (
         (n, {"flight_tolerance": f, "contact_tolerance": c, "newton_tolerance": 1e-6})
         for n in (3, TAP_ELEMENTS)

@@ -19,6 +19,8 @@ SMALLEST, LARGEST = 2e-3, 0.1
 AT, EDGE, SECTION = 0.01, 0.4, 0.2
 # Halved cells lie within a factor of 2 of what is asked: 0.63 a left 5 % in the soft peak.
 LARGEST_EDGE = 0.45
+COARSEST = AT * (LARGEST_EDGE / EDGE) ** POWER
+"""The accuracy from which on meshes have like edges where it touches."""
 GROWTH = 1.4
 # Cells halved in place on the way to the fine ones, in the place of blocks as fine throughout.
 HALVINGS = 3

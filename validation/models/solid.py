@@ -118,24 +118,14 @@ class Solid:
             if checkpoint is not None:
                 restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
             result = reference_fem.simulate(
-                mesh,
-                materials,
-                surface,
-                drive,
-                settings,
-                progress=progress,
-                start=start_of(tables),
-                restart=restart,
-                companion=beside,
-                compared=compared,
-                flight_mesh=coarse,
-            )
+                mesh, materials, surface, drive, settings, progress, start_of(tables), restart,
+                companion=beside, compared=compared, flight_mesh=coarse,
+            )  # fmt: skip
             taps.append((mesh, result))
             estimate_time = time.perf_counter() - start - result.summary.wall_time_s
         except ValueError as error:
             raise UserError(f"scene {scene.name}: {error}") from error
-        solve_time = result.summary.wall_time_s
-        record = to_record(result, scene, self.name, variant(tables), solve_time)
+        record = to_record(result, scene, self.name, variant(tables), result.summary.wall_time_s)
         times = {"mesh_time_s": mesh_time, "estimate_time_s": max(estimate_time, 0.0)}
         record = replace(
             record,

@@ -33,8 +33,8 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
     """
     import reference_fem
 
-    wanted = scene.tables.solver.accuracy_of("fem")
-    if wanted is None or scene.tables.solver.fem.estimate is False:
+    wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
+    if wanted is None or fem.estimate is False or fem.mesh is not None:
         return solve(scene)
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs = max(FIRST * wanted, smallest), list[Outcome]()
@@ -46,37 +46,34 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
             if not runs:
                 raise
             break
-        left = run.mesh_error
         if runs and run.record.status == "INTERRUPTED":
             return run
         runs.append(run)
+        left = run.mesh_error
         if len(runs) == SOLVES or target <= smallest or left is None or left <= wanted:
             break
-        target = max(target / min(max(left / wanted, LEAST), MOST), smallest)
-    best = runs[-1] if _expected(runs[-1]) is not None else runs[max(0, len(runs) - 2)]
-    record, first, expects = best.record, _expected(runs[0]), _expected(best)
-    told = dict(record.accuracy)
-    if told:
-        reason = "of the mesh, which states more than it leaves"
-        if len(runs) > 1:
-            reason = f"solved {len(runs)} times: {first:.1g} was expected of the first run"
-        tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
-        told |= {"wanted": wanted, "choices": [*told["choices"], tried]}
-    short = ""
+        by = min(max(left / wanted, LEAST), MOST)
+        target = max(min(target, reference_fem.COARSEST) / by, smallest)
+    told = [run.record.accuracy["expected"] for run in runs]
+    best = runs[-1] if told[-1] is not None else runs[max(0, len(runs) - 2)]
+    record, expects = best.record, best.record.accuracy["expected"]
+    reason, short = "of the mesh, which states more than it leaves", ""
+    if len(runs) > 1:
+        reason = f"solved {len(runs)} times: {told[0]:.1g} was expected of the first run"
     if expects is not None and expects > wanted:
         short = f"expects a relative error of {expects:.1g}; {wanted:g} was wanted"
+    tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
     record = replace(
         record.with_summary(wall_time_s=sum(run.record.summary["wall_time_s"] for run in runs)),
         message="; ".join(filter(None, (short, record.message))),
-        accuracy=told,
+        accuracy={
+            "wanted": wanted,
+            "expected": expects,
+            "choices": [*record.accuracy["choices"], tried],
+        },
         provenance=provenance(scene.document),
     )
     return replace(best, record=record)
-
-
-def _expected(run: Outcome) -> float | None:
-    found: float | None = run.record.accuracy.get("expected") if run.record.ok else None
-    return found
 
 
 def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord) -> dict[str, Any]:

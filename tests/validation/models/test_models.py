@@ -379,6 +379,23 @@ def test_a_solid_that_keeps_its_accuracy_is_solved_once(estimate: bool, asked: f
     assert record.accuracy["wanted"] == 0.01
 
 
+def test_a_further_mesh_has_finer_edges_than_the_coarsest() -> None:
+    """Those for 2e-2 and for 1.2e-2 have like ones where it touches."""
+    seen: list[float] = []
+
+    def solver(scene: NamedScene) -> Outcome:
+        seen.append(scene.tables.solver.accuracy_of("fem") or 0.0)
+        held = {"wanted": seen[-1], "expected": 0.03 / len(seen), "choices": []}
+        found = {"wall_time_s": 1.0}
+        record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", found, accuracy=held)
+        return Outcome(record, None, 0.03 / len(seen))
+
+    solved_within(solver, load_scene("soft", ["solver.accuracy=0.025"]))
+    first, second = (sizes_for(accuracy).edge for accuracy in seen)
+    assert first == sizes_for(0.1).edge
+    assert first / second == pytest.approx(1.5 ** (2 / 3), rel=1e-3)
+
+
 def test_a_finer_mesh_is_compared_with_the_run_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where both have the same elements; else with a companion of its own."""
     given: list[tuple[Any, Any]] = []

@@ -65,17 +65,26 @@ def polynomial(c: float, g1: float, g2: float) -> tuple[float, float, float]:
     return 1.5 * c - 0.25 * (g1 + g2), 0.5 * (g2 - g1), 0.75 * (g1 + g2) - 1.5 * c
 
 
+@kernel_with("contract", forceinline=True)
+def over(x: float, by: float, inverse: float) -> float:
+    """x/by to the last bit, from 1/by correctly rounded and what x (1/by) leaves (Markstein 1990),
+    in a third of a division's time.
+    """
+    quotient = x * inverse
+    return quotient + (x - quotient * by) * inverse
+
+
 @kernel
 def moments(
     c0: float, c1: float, c2: float, c3: float, c4: float
 ) -> tuple[float, float, float, float, float]:
     """Means over the element of t^k p(t), k = 0..4, for the quartic p = c0 + c1 t + .. + c4 t^4."""
     return (
-        c0 + c2 / 3.0 + c4 / 5.0,
-        c1 / 3.0 + c3 / 5.0,
-        c0 / 3.0 + c2 / 5.0 + c4 / 7.0,
-        c1 / 5.0 + c3 / 7.0,
-        c0 / 5.0 + c2 / 7.0 + c4 / 9.0,
+        c0 + over(c2, 3.0, 1.0 / 3.0) + over(c4, 5.0, 0.2),
+        over(c1, 3.0, 1.0 / 3.0) + over(c3, 5.0, 0.2),
+        over(c0, 3.0, 1.0 / 3.0) + over(c2, 5.0, 0.2) + over(c4, 7.0, 1.0 / 7.0),
+        over(c1, 5.0, 0.2) + over(c3, 7.0, 1.0 / 7.0),
+        over(c0, 5.0, 0.2) + over(c2, 7.0, 1.0 / 7.0) + over(c4, 9.0, 1.0 / 9.0),
     )
 
 

@@ -17,7 +17,7 @@ from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain
 from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
-from hcm.beam.element import inertia, internal_force, tangent_stiffness
+from hcm.beam.element import inertia, internal_force, over, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import allocating, inlined, kernel
 from hcm.contact.contract import Law, add_tangent, subtract_force
@@ -37,9 +37,9 @@ def move_chords(chords: Floats, moved: Floats, chain: Chain, out: Floats) -> Non
     """Write the chords (N, 2) of nodes that have moved by `moved` (n,) since `chords` to `out`."""
     for e in range(chain.first.size):
         a, length = chain.first[e], chain.length[e]
-        change = moved[a : a + 6]
-        out[e, 0] = chords[e, 0] + (change[4] - change[0]) / length
-        out[e, 1] = chords[e, 1] + (change[5] - change[1]) / length
+        change, inverse = moved[a : a + 6], 1.0 / length
+        out[e, 0] = chords[e, 0] + over(change[4] - change[0], length, inverse)
+        out[e, 1] = chords[e, 1] + over(change[5] - change[1], length, inverse)
 
 
 @kernel
@@ -105,7 +105,8 @@ def residual_from_chords(
             chords[e, 0], chords[e, 1], qe[2], qe[3], qe[6], qe[7],
             chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
         )  # fmt: skip
-        fx, fy = fx / length, fy / length
+        inverse = 1.0 / length
+        fx, fy = over(fx, length, inverse), over(fy, length, inverse)
         mass = chain.mass[e]
         p0, p1, p2, p3 = inertia(mass, x[0], x[2], x[4], x[6])
         r0, r1, r2, r3 = inertia(mass, x[1], x[3], x[5], x[7])

@@ -17,6 +17,8 @@ NEEDS = (
     *(("deforming_tip", other) for other in TIP),
     *(("growing_patch", other) for other in TIP),
     ("growing_patch", "deforming_tip"),
+    *(("radiating_tip", other) for other in TIP),
+    ("radiating_tip", "deforming_tip"),
 )
 
 
@@ -45,6 +47,8 @@ class Assumptions:
     """It yields as St. Venant-Kirchhoff's law does at finite strain, and its parts lag."""
     growing_patch: bool | None = None
     """It yields the more, the larger its patch is."""
+    radiating_tip: bool | None = None
+    """F_n changes with a lag: waves that leave the patch take energy with them."""
     whole_tap: bool | None = None
     """A touch that soon follows a separation is of the same tap (`hcm.tap`)."""
 

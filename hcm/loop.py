@@ -7,6 +7,7 @@ and a run can be interrupted.
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
+from hcm.beam.equations import resists_rates
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel, kernel_with
 from hcm.contact.contract import begin_mode, keep, place, velocity
@@ -100,7 +101,7 @@ def advance(
         if h > 0.0:
             fill_frames(clock, h, old, new, frames)
             lost = 0.0
-            if chain.damped:
+            if resists_rates(chain, law):
                 lost = loss_of_step(h, contact, old, new, method)
             n_rows += write_between(
                 h, contact, clock, old, method, probe, rows[n_rows:], reactions[n_rows:]

@@ -11,10 +11,10 @@ from hcm.beam.energy import energies, stress_at_probe
 from hcm.compiled import kernel, kernel_with
 from hcm.contact.contract import (
     axis_end,
-    contact_force,
     particle_velocity,
     place,
     stored_energy,
+    tip_force,
     velocity,
 )
 from hcm.contact.events import TOUCH
@@ -77,7 +77,7 @@ def write_row(
     q, v, tip = motion.q, motion.v, chain.tip
     x, gap = place(q, tip, contact, law)
     vt, vn = velocity(q, v, tip, contact, law)
-    ft, fn = contact_force(x, gap, contact, law)
+    ft, fn = tip_force(q, v, tip, contact, law)
     kinetic, strain, gravity = energies(q, v, chain)
     row[0], row[1], row[2] = clock.time, fn, ft
     row[3], row[4] = axis_end(q, tip, law)

@@ -1,6 +1,6 @@
 """Equations of motion of the tapping finger and their tangent (paper, eqs. 15-16).
 
-    M q.. + Phi_q^T lam + K(q) q + D(q) q. = Q + tau(q) + F_c(q),      Phi(q) = Phi_q q = 0,
+    M q.. + Phi_q^T lam + K(q) q + D(q) q. = Q + tau(q) + F_c(q, q.),      Phi(q) = Phi_q q = 0,
 
 Phi_q constant: the fixed hinge holds the first node at the origin, each further hinge joins the
 positions of two neighbouring nodes. lam_w is the force that hinge w takes from phalanx w.
@@ -20,7 +20,14 @@ from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.element import inertia, internal_force, over, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import allocating, inlined, kernel
-from hcm.contact.contract import Law, add_tangent, subtract_force
+from hcm.contact.contract import (
+    Law,
+    add_rate,
+    add_tangent,
+    radiated_power,
+    radiates,
+    subtract_force,
+)
 from hcm.contact.law import Contact
 
 
@@ -62,6 +69,21 @@ def add_damping(q: Floats, chords: Floats, v: Floats, chain: Chain, out: Floats)
         f[5] += fy / length
         f[6] += f2x
         f[7] += f2y
+
+
+@kernel
+def resists_rates(chain: Chain, law: Law) -> bool:
+    """Whether any force depends on velocities."""
+    return chain.damped or radiates(law)
+
+
+@kernel
+def lost_power(
+    q: Floats, chords: Floats, v: Floats, chain: Chain, contact: Contact, law: Law
+) -> float:
+    """What the material and a tip that radiates take, W."""
+    power = radiated_power(q, v, chain.tip, contact, law) if radiates(law) else 0.0
+    return power + dissipation(q, chords, q, chords, v, chain) if chain.damped else power
 
 
 @kernel
@@ -125,7 +147,7 @@ def residual_from_chords(
         fx, fy = torque_force(chain.torque[t], q[slope], q[slope + 1])
         out[slope] -= fx
         out[slope + 1] -= fy
-    subtract_force(q, chain.tip, contact, law, out)
+    subtract_force(q, v, chain.tip, contact, law, out)
     for w in range(chain.hinge.size):
         lam, inner, outer = chain.hinge[w], chain.hinge_inner[w], chain.hinge_outer[w]
         for c in range(2):
@@ -247,6 +269,7 @@ def tangent(
         rows[w + s, w] -= unit * dxx
         rows[w + s + 1, w - 1] -= unit * dxy
         rows[w + s + 1, w] += unit * dxx
+    add_rate(q, rate_weight, chain.tip, contact, law, rows)
     skew = add_tangent(q, weight, chain.tip, chain.scale, contact, law, rows)
     for hinge in range(chain.hinge.size):
         lam, inner, outer = (chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge])

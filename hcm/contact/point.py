@@ -31,11 +31,40 @@ def axis_end(q: Floats, tip: int, law: ContactLaw) -> tuple[float, float]:
 
 
 @kernel
-def subtract_force(q: Floats, tip: int, contact: Contact, law: ContactLaw, out: Floats) -> None:
+def tip_force(
+    q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw
+) -> tuple[float, float]:
+    """(F_t, F_n) of the surface on the tip, N."""
+    return contact_force(q[tip], q[tip + 1] + law.height, contact, law)
+
+
+@kernel
+def radiates(law: ContactLaw) -> bool:
+    """Whether `tip_force` depends on v."""
+    return False
+
+
+@kernel
+def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw) -> float:
+    """What the tip radiates, W."""
+    return 0.0
+
+
+@kernel
+def subtract_force(
+    q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw, out: Floats
+) -> None:
     """Subtract the generalized contact force F_c, N and N m, from the residual `out` (n,)."""
-    ft, fn = contact_force(q[tip], q[tip + 1] + law.height, contact, law)
+    ft, fn = tip_force(q, v, tip, contact, law)
     out[tip] -= ft
     out[tip + 1] -= fn
+
+
+@kernel
+def add_rate(
+    q: Floats, weight: float, tip: int, contact: Contact, law: ContactLaw, rows: Floats
+) -> None:
+    """Add -weight dF_c/dv to `rows`: nothing."""
 
 
 @kernel

@@ -11,7 +11,12 @@ with the arm at their middle. Between C and the contact's springs lies the tip's
     (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, c_nn]],
 
 s = 1 for a phalanx that points along -X; C is that of the angle at the touch. Both are solved
-for by Newton's method, so that the beams see forces that are functions of (X, g).
+for by Newton's method, so that the beams see forces that are functions of (X, g). A tip that
+radiates yields by -D F_n. on top of it: to first order in D, and without friction's part in k,
+
+    F_n += -D k^2 g.,      k = k_n/(1 + C_nn k_n),   k_n of `ball.normal_slope`,
+
+which takes the power D (k g.)^2, but no more than makes F_n vanish.
 """
 
 import math
@@ -20,7 +25,15 @@ from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.ball import BallLaw, draw, force_and_slopes, indentation
+from hcm.contact.ball import (
+    BallLaw,
+    contact_force,
+    draw,
+    force_and_slopes,
+    indentation,
+    normal_slope,
+    particle_velocity,
+)
 from hcm.contact.law import FLIGHT, SLIP, STICK, Contact
 
 # Newton's iterations on the springs' place: quadratic but where springs begin to slip.
@@ -57,7 +70,9 @@ def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[fl
         det = a * d - b * c
         dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
         x, y = x + dx, y + dy
-        if abs(dx) + abs(dy) <= ENOUGH * (abs(gap) + abs(along - law.tap[4]) + ENOUGH * law.radius):
+        # the springs' depth is a difference to that of the last reversal
+        way = abs(gap) + abs(contact.gap_ref) + abs(along - law.tap[4])
+        if abs(dx) + abs(dy) <= ENOUGH * (way + ENOUGH * law.radius):
             return x, y
     return math.nan, math.nan
 
@@ -103,17 +118,79 @@ def axis_end(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
 
 
 @kernel
-def subtract_force(q: Floats, tip: int, contact: Contact, law: BallLaw, out: Floats) -> None:
+def radiates(law: BallLaw) -> bool:
+    """Whether `tip_force` depends on v."""
+    return law.radiation > 0.0
+
+
+@kernel
+def normal_stiffness(gap: float, contact: Contact, law: BallLaw) -> float:
+    """k, N/m, where the springs are at u_Y = gap."""
+    slope = normal_slope(gap, contact, law)
+    return slope / (1.0 + law.tap[8] * slope)
+
+
+@kernel
+def forces(
+    q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw
+) -> tuple[float, float, float, float]:
+    """(F_t, F_n) of the springs and what a tip that radiates adds to them, N."""
+    x, y = place(q, tip, contact, law)
+    ft, fn = contact_force(x, y, contact, law)
+    if not radiates(law) or contact.normal == FLIGHT:
+        return ft, fn, 0.0, 0.0
+    more = max(-law.radiation * normal_stiffness(y, contact, law) ** 2 * v[tip + 1], -fn)
+    friction = -contact.slip_sign * law.mu if contact.tangential == SLIP else 0.0
+    return ft, fn, friction * more, more
+
+
+@kernel
+def tip_force(
+    q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw
+) -> tuple[float, float]:
+    """(F_t, F_n) of the surface on the tip, N."""
+    ft, fn, more_t, more_n = forces(q, v, tip, contact, law)
+    return ft + more_t, fn + more_n
+
+
+@kernel
+def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> float:
+    """What the tip radiates, W; friction's work, F_t V_P, is not of it."""
+    _, _, more_t, more_n = forces(q, v, tip, contact, law)
+    power = -more_n * v[tip + 1]
+    if more_t != 0.0:
+        _, y = place(q, tip, contact, law)
+        vt, vn = velocity(q, v, tip, contact, law)
+        slid = particle_velocity(y, vt, vn, contact, law)
+        along = v[tip] + arm(q[tip + 1] + law.height, law) * spin(q, v, tip)
+        power -= more_t * (along - slid)
+    return power
+
+
+@kernel
+def subtract_force(
+    q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw, out: Floats
+) -> None:
     """Subtract F_c, N and N m, from the residual `out` (n,)."""
     if contact.normal == FLIGHT:
         return
-    x, y = place(q, tip, contact, law)
-    ft, fn, _, _, _ = force_and_slopes(x, y, contact, law)
+    ft, fn = tip_force(q, v, tip, contact, law)
     mx, my = torque_force(ft * arm(q[tip + 1] + law.height, law), q[tip + 2], q[tip + 3])
     out[tip] -= ft
     out[tip + 1] -= fn
     out[tip + 2] -= mx
     out[tip + 3] -= my
+
+
+@kernel
+def add_rate(
+    q: Floats, weight: float, tip: int, contact: Contact, law: BallLaw, rows: Floats
+) -> None:
+    """Add -weight dF_n/dg. to `rows`."""
+    if contact.normal != FLIGHT and radiates(law):
+        _, y = place(q, tip, contact, law)
+        k = normal_stiffness(y, contact, law)
+        rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * law.radiation * k * k
 
 
 @kernel

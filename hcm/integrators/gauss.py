@@ -14,7 +14,7 @@ import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
 from hcm.beam.drive import set_torques
-from hcm.beam.equations import dissipation, move_chords, residual_from_chords
+from hcm.beam.equations import lost_power, move_chords, residual_from_chords, resists_rates
 from hcm.compiled import inlined, kernel
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.gauss_systems import (
@@ -63,7 +63,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
         move_chords(old.chords, place, chain, chords)
         for m in range(place.size):
             place[m] += old.q[m]
-    if chain.damped:
+    if resists_rates(chain, integrator.law):
         move_velocities(h, old, integrator)
 
 
@@ -87,7 +87,7 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
     move_chords(old.chords, moved, chain, new.chords)
-    if contact.normal != FLIGHT and not chain.damped:
+    if contact.normal != FLIGHT and not resists_rates(chain, integrator.law):
         move_velocities(h, old, integrator)
     return settle(h, old, new, contact, integrator)
 
@@ -199,11 +199,10 @@ def local_error(h: float, integrator: GaussIntegrator) -> float:
 
 
 @kernel
-def material_loss(h: float, integrator: GaussIntegrator) -> float:
+def material_loss(h: float, contact: Contact, integrator: GaussIntegrator) -> float:
     """What the material has dissipated in the latest step, J, by the collocation's quadrature."""
-    gauss, total = integrator.gauss, 0.0
+    gauss, chain, total = integrator.gauss, integrator.chain, 0.0
     for i in range(integrator.tableau.b.size):
-        q, chords = gauss.q[i], gauss.chords[i]
-        power = dissipation(q, chords, q, chords, gauss.v[i], integrator.chain)
+        power = lost_power(gauss.q[i], gauss.chords[i], gauss.v[i], chain, contact, integrator.law)
         total += integrator.tableau.b[i] * power
     return h * total

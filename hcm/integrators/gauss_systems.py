@@ -19,7 +19,7 @@ import numpy as np
 from hcm.arrays import Complexes, Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, solve_border, take_border
 from hcm.beam.chain import Chain
-from hcm.beam.equations import tangent
+from hcm.beam.equations import resists_rates, tangent
 from hcm.compiled import kernel
 from hcm.contact.contract import fill_column, stiffness_key
 from hcm.contact.law import FLIGHT, Contact
@@ -134,7 +134,8 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
         column[:] = 0.0
         fill_column(q, chain.tip, chain.scale, contact, law, column[HALF_BANDWIDTH:])
     mass, stiff, damp = gauss.mass, gauss.stiff, gauss.damp
-    if chain.damped:
+    damped = resists_rates(chain, law)
+    if damped:
         tangent(q, 0.0, h, chain, contact, law, damp)
     for k in range(table.mu.size):
         mu = table.mu[k]
@@ -142,7 +143,7 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
             for i in range(mass.shape[0]):
                 for j in range(mass.shape[1]):
                     gauss.real_factors[i, j] = mass[i, j] + mu.real * (stiff[i, j] - mass[i, j])
-            if chain.damped:
+            if damped:
                 add_difference(table.lam[k].real, damp, mass, gauss.real_factors)
             if not factorize(gauss.real_factors):
                 return False
@@ -155,7 +156,7 @@ def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrat
             for i in range(mass.shape[0]):
                 for j in range(mass.shape[1]):
                     factors[i, j] = mass[i, j] + mu * (stiff[i, j] - mass[i, j])
-            if chain.damped:
+            if damped:
                 add_difference(table.lam[k], damp, mass, factors)
             if not factorize(factors):
                 return False

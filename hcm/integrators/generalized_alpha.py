@@ -16,7 +16,7 @@ from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
-from hcm.contact.contract import fill_column, stiffness_key
+from hcm.contact.contract import fill_column, radiated_power, radiates, stiffness_key
 from hcm.contact.law import Contact
 from hcm.integrators.newton import (
     ITERATIONS,
@@ -159,14 +159,22 @@ def local_error(h: float, old: Motion, new: Motion, integrator: Integrator) -> f
 
 
 @kernel
-def material_loss(h: float, old: Motion, new: Motion, integrator: Integrator) -> float:
+def material_loss(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator
+) -> float:
     """What the material has dissipated in the latest step, J: h D at its mean posture and velocity.
 
-    The trapezoidal rule (xi = 1) takes just that of a linear motion, whatever the step.
+    The trapezoidal rule (xi = 1) takes just that of a linear motion, whatever the step. What a tip
+    radiates is added by that rule.
     """
-    moved = integrator.work.increment
-    power = dissipation(old.q, old.chords, new.q, new.chords, moved, integrator.chain)
-    return power / h
+    _, chain, law, work = integrator
+    lost = 0.0
+    if chain.damped:
+        lost = dissipation(old.q, old.chords, new.q, new.chords, work.increment, chain) / h
+    if radiates(law):
+        before = radiated_power(old.q, old.v, chain.tip, contact, law)
+        lost += 0.5 * h * (before + radiated_power(new.q, new.v, chain.tip, contact, law))
+    return lost
 
 
 @kernel

@@ -10,13 +10,16 @@ import math
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
-from hcm.beam.equations import dissipation, move_chords
+from hcm.beam.equations import lost_power, move_chords, resists_rates
 from hcm.compiled import by_type, kernel
 from hcm.contact.contract import (
     contact_force,
     friction_loss,
+    particle_position,
     particle_velocity,
     place,
+    radiates,
+    tip_force,
     velocity,
 )
 from hcm.contact.events import SlotValues
@@ -216,9 +219,10 @@ def first_event(
 def friction_power(motion: Motion, contact: Contact, integrator: GaussIntegrator) -> float:
     """-F_t V_P, W."""
     tip, law = integrator.chain.tip, integrator.law
-    x, gap = place(motion.q, tip, contact, law)
+    _, gap = place(motion.q, tip, contact, law)
     vt, vn = velocity(motion.q, motion.v, tip, contact, law)
-    return -contact_force(x, gap, contact, law)[0] * particle_velocity(gap, vt, vn, contact, law)
+    ft, _ = tip_force(motion.q, motion.v, tip, contact, law)
+    return -ft * particle_velocity(gap, vt, vn, contact, law)
 
 
 @kernel
@@ -229,7 +233,16 @@ def plain_friction(
     tip, law = integrator.chain.tip, integrator.law
     x0, y0 = place(old.q, tip, contact, law)
     x1, y1 = place(new.q, tip, contact, law)
-    return friction_loss(loss, x0, y0, x1, y1, contact, law)
+    loss = friction_loss(loss, x0, y0, x1, y1, contact, law)
+    if radiates(law) and contact.tangential == SLIP:
+        more = (
+            tip_force(old.q, old.v, tip, contact, law)[0] - contact_force(x0, y0, contact, law)[0]
+        )
+        more += tip_force(new.q, new.v, tip, contact, law)[0]
+        more -= contact_force(x1, y1, contact, law)[0]
+        slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
+        loss -= 0.5 * more * slid
+    return loss
 
 
 @kernel
@@ -269,8 +282,8 @@ def write_stages(
         stage = stage_motion(j, old, integrator)
         power[0, j] = friction_power(stage, contact, integrator) if slides else 0.0
         power[1, j] = 0.0
-        if chain.damped:
-            power[1, j] = dissipation(stage.q, stage.chords, stage.q, stage.chords, stage.v, chain)
+        if resists_rates(chain, law):
+            power[1, j] = lost_power(stage.q, stage.chords, stage.v, chain, contact, law)
     for i in range(table.c.size):
         stage = stage_motion(i, old, integrator)
         friction, lost = clock.friction_loss, 0.0

@@ -90,12 +90,12 @@ def _loss_of_step(
     plain, collocation = generalized_alpha.material_loss, gauss.material_loss
 
     def by_generalized_alpha(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
-        return plain(h, old, new, integrator)
+        return plain(h, contact, old, new, integrator)
 
     def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
         if integrator.flight if contact.normal == FLIGHT else integrator.contact:
-            return collocation(h, integrator)
+            return collocation(h, contact, integrator)
         parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
-        return plain(h, old, new, parts)
+        return plain(h, contact, old, new, parts)
 
     return by_mode if _with_collocation(integrator) else by_generalized_alpha

@@ -17,7 +17,9 @@ TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
 def law(restitution: float = 1.0, mu: float = MU, nu: float = NU, **switches: bool) -> BallLaw:
     """A tip on a surface through the origin's height below its centre, R."""
     body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=nu),))
-    off = {"tip_compliance": False, "deforming_tip": False, "growing_patch": False}
+    off = dict.fromkeys(
+        ("tip_compliance", "deforming_tip", "growing_patch", "radiating_tip"), False
+    )
     on = Assumptions("refined", **{**off, **switches})
     found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
     assert isinstance(found, BallLaw)

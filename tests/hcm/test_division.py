@@ -16,7 +16,8 @@ from hcm.model import rigid_motion
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
 PAPER, REFINED = hcm.Assumptions(), hcm.Assumptions("refined", lowest_point=False, hertz=False,
-    partial_slip=False, tip_compliance=False, deforming_tip=False, growing_patch=False)  # fmt: skip
+    partial_slip=False, tip_compliance=False, deforming_tip=False, growing_patch=False,
+    radiating_tip=False)  # fmt: skip
 
 
 def body(elements: int) -> hcm.Finger:

@@ -88,7 +88,9 @@ def test_a_tap_that_lasts_at_least_so_long_has_what_touches_until_then() -> None
         hcm.simulate(
             hcm.Finger((phalanx,)), hcm.Surface(0.0387, 0.27), hcm.Tip(1e6),
             settings=hcm.Settings(estimate=False, flight="rigid", tap_at_least=time),
-            assumptions=hcm.Assumptions("refined", deforming_tip=False, growing_patch=False),
+            assumptions=hcm.Assumptions(
+                "refined", deforming_tip=False, growing_patch=False, radiating_tip=False
+            ),
         )
         for time in (0.0, 1e-3, 2.5e-3)
     )  # fmt: skip

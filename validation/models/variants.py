@@ -19,6 +19,7 @@ ORDER = (
     "tip_compliance",
     "deforming_tip",
     "growing_patch",
+    "radiating_tip",
 )
 
 

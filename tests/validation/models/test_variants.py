@@ -29,7 +29,8 @@ def test_each_is_a_scene_that_can_be_run(variant: Variant) -> None:
 
 def test_what_needs_an_assumption_goes_with_it() -> None:
     names = [variant.name for variant in left_out()]
-    after = " and ".join(("partial_slip", "tip_compliance", "deforming_tip", "growing_patch"))
+    tip = ("partial_slip", "tip_compliance", "deforming_tip", "growing_patch", "radiating_tip")
+    after = " and ".join(tip)
     assert f"without hertz and {after}" in names
     assert len(set(names)) == len(ORDER)
 

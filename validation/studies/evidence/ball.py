@@ -102,7 +102,7 @@ def by_reduced_model(speed: float, x: float, poisson: float) -> Bounce:
     place = np.array([0.0, -law.height, -0.5 * math.pi])  # x, y and the angle of r'
     velocity = np.array([x * FRICTION * speed, -speed, 0.0])
     force, rows = np.zeros(3), [(0.0, 0.0, 0.0)]
-    q = np.array([*place[:2], 0.0, -1.0])
+    q, at_rest = np.array([*place[:2], 0.0, -1.0]), np.zeros(4)
     begin_mode(q, 0, IN_FLIGHT, contact, law)
     while True:  # velocity Verlet
         velocity += 0.5 * step * force / inertia
@@ -111,7 +111,7 @@ def by_reduced_model(speed: float, x: float, poisson: float) -> Bounce:
         if gap >= 0.0:
             break
         q, out = np.array([*place[:2], math.cos(place[2]), math.sin(place[2])]), np.zeros(4)
-        subtract_force(q, 0, contact, law, out)
+        subtract_force(q, at_rest, 0, contact, law, out)
         keep(q, 0, contact, law)
         force = -np.array([out[0], out[1], q[2] * out[3] - q[3] * out[2]])
         velocity += 0.5 * step * force / inertia

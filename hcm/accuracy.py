@@ -26,7 +26,6 @@ from hcm.model import Scene
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
 from hcm.simulate import Progress, simulate
-from hcm.unchecked import changed
 
 COMPANION, SAFETY = 3.0, 1.5
 HELD = (
@@ -86,7 +85,7 @@ def simulate_within(
 
 def _solve(scene: Scene, progress: Progress | None) -> TapResult:
     if scene.settings.estimate:
-        scene = changed(scene, settings=changed(scene.settings, estimate=False))
+        scene = replace(scene, settings=replace(scene.settings, estimate=False))
     return simulate(**scene.arguments(), progress=progress)
 
 
@@ -94,13 +93,13 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
     """Wrong by COMPANION times as much; a flight in few steps keeps them."""
     scene, settings = chosen.scene, chosen.scene.settings
     fewer = [
-        changed(p, elements=max(round(p.elements / math.sqrt(COMPANION)), 1))
+        replace(p, elements=max(round(p.elements / math.sqrt(COMPANION)), 1))
         for p in scene.finger.phalanges
     ]
     longer, flown = 1.0, settings.flight_elements
     if chosen.followed:
         longer, flown = COMPANION ** (2 / 3), round(flown / math.sqrt(COMPANION))
-    coarse = changed(
+    coarse = replace(
         settings,
         flight_elements=flown,
         flight_step=min(longer * settings.flight_step, 1.0),
@@ -110,7 +109,7 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
         end_time=None,
         frame_times=(),
     )
-    return changed(scene, finger=Finger(tuple(fewer)), settings=coarse)
+    return replace(scene, finger=Finger(tuple(fewer)), settings=coarse)
 
 
 def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[TapResult, float]:

@@ -49,7 +49,6 @@ from hcm.parameters import (
 )
 from hcm.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
-from hcm.unchecked import changed
 
 SMALLEST, LARGEST = 1e-6, 0.1
 # w h over sqrt(eps), and elements of a phalanx over kappa L/eps^(1/4)
@@ -194,10 +193,10 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     finger = scene.finger
     if made.pop("elements", None) is not None:
         pairs = zip(phalanges, counts, strict=True)
-        finger = Finger(tuple([changed(p, elements=n) for p, n in pairs]))
+        finger = Finger(tuple([replace(p, elements=n) for p, n in pairs]))
     told = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
     kept = (*(c for c in choices if c.setting not in stated), *told)
-    made_of = changed(scene, finger=finger, settings=replace(scene.settings, **made))
+    made_of = replace(scene, finger=finger, settings=replace(scene.settings, **made))
     return Chosen(made_of, kept, flight.error, flight.followed)
 
 

@@ -5,6 +5,8 @@ r = N(x) q, r' = T(x) q (`hcm.beam.refinement`). Where n elements become m n, th
 same, shear included, as a piece of a static shape is one.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from hcm.arrays import Floats
@@ -12,7 +14,6 @@ from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain
 from hcm.beam.refinement import beams_of, shapes, shear_number
 from hcm.parameters import Finger, Settings
-from hcm.unchecked import changed
 
 
 def flight_elements(finger: Finger, settings: Settings) -> Finger:
@@ -20,7 +21,7 @@ def flight_elements(finger: Finger, settings: Settings) -> Finger:
     most = settings.flight_elements
     if settings.flight == "rigid" or not most:
         return finger
-    return Finger(tuple([changed(p, elements=min(p.elements, most)) for p in finger.phalanges]))
+    return Finger(tuple([replace(p, elements=min(p.elements, most)) for p in finger.phalanges]))
 
 
 def divided(

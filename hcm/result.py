@@ -93,7 +93,7 @@ class History:
     mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
     hinge_reactions_N (n, P, 2) is lam_w: the force that hinge w takes from phalanx w.
     contact_energy_J is what both contact elements could give back; material_dissipation_J what
-    the phalanges' damping has taken.
+    the phalanges' damping has taken, and a tip that radiates.
     """
 
     time_s: Floats

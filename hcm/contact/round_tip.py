@@ -1,12 +1,15 @@
 """A contact at the lowest point of a spherical tip, behind the contract of `hcm.contact.point`.
 
 The beam ends at the sphere's centre C, whose slope r' turns with the rigid end piece. With
-g = Y_C + H - R and the angle psi of r', the surface takes its forces at the arm R + g under C:
+g = Y_C + H - R and the angle psi of r', the surface takes its forces at the arm R under C:
 
-    X. = X_C. + (R + g) psi.,      F_c = F_t (e_X + (R + g) grad psi) + F_n e_Y.
+    X = X_C + R psi,      F_c = F_t (e_X + R grad psi) + F_n e_Y.
 
-X is a path's length, not a function of the coordinates: it is added up over the accepted steps,
-with the arm at their middle. Between C and the contact's springs lies the tip's own compliance,
+They act on the undeformed sphere, as Hertz's and Mindlin's do. On the deformed one the arm of F_t
+is shorter by d, and F_n has the patch's displacement u for one, which does the opposite: with
+Mindlin's u, F_n u is 8/9 of F_t d at nu = 0.4. psi is added up over the accepted steps.
+
+Between C and the contact's springs lies the tip's own compliance,
 
     (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, c_nn]],
 
@@ -42,9 +45,9 @@ ENOUGH = 1e-13
 
 
 @kernel
-def arm(gap: float, law: BallLaw) -> float:
-    """Height of C above the surface where the sphere's lowest point touches, m."""
-    return law.radius + gap if law.lowest else 0.0
+def arm(law: BallLaw) -> float:
+    """Of F_t about C, m."""
+    return law.radius if law.lowest else 0.0
 
 
 @kernel
@@ -52,7 +55,7 @@ def path(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
     """(X, g) of the tip at q, m."""
     gap = q[tip + 1] + law.height
     turned = turned_angle(law.tap[2], law.tap[3], q[tip + 2], q[tip + 3])
-    moved = q[tip] - law.tap[0] + arm(0.5 * (gap + law.tap[1]), law) * turned
+    moved = q[tip] - law.tap[0] + arm(law) * turned
     return law.tap[4] + moved, gap
 
 
@@ -98,8 +101,7 @@ def velocity(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> 
     """The springs' velocity, m/s; of accelerations in the place of v theirs, but for products of
     velocities.
     """
-    gap = q[tip + 1] + law.height
-    vt, vn = v[tip] + arm(gap, law) * spin(q, v, tip), v[tip + 1]
+    vt, vn = v[tip] + arm(law) * spin(q, v, tip), v[tip + 1]
     if contact.normal == FLIGHT:
         return vt, vn
     x, y = place(q, tip, contact, law)
@@ -162,7 +164,7 @@ def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLa
         _, y = place(q, tip, contact, law)
         vt, vn = velocity(q, v, tip, contact, law)
         slid = particle_velocity(y, vt, vn, contact, law)
-        along = v[tip] + arm(q[tip + 1] + law.height, law) * spin(q, v, tip)
+        along = v[tip] + arm(law) * spin(q, v, tip)
         power -= more_t * (along - slid)
     return power
 
@@ -175,7 +177,7 @@ def subtract_force(
     if contact.normal == FLIGHT:
         return
     ft, fn = tip_force(q, v, tip, contact, law)
-    mx, my = torque_force(ft * arm(q[tip + 1] + law.height, law), q[tip + 2], q[tip + 3])
+    mx, my = torque_force(ft * arm(law), q[tip + 2], q[tip + 3])
     out[tip] -= ft
     out[tip + 1] -= fn
     out[tip + 2] -= mx
@@ -218,7 +220,7 @@ def add_tangent(
         return 0.0
     w, unit = HALF_BANDWIDTH, scale[tip + 2]
     ft, tx, _, nx, ng = tip_slopes(q, tip, contact, law)
-    h = arm(q[tip + 1] + law.height, law)
+    h = arm(law)
     px, py = torque_force(h, q[tip + 2], q[tip + 3])
     bx, by = unit * px, unit * py
     dxx, dxy = torque_tangent(ft * h * unit * unit, q[tip + 2], q[tip + 3])
@@ -240,9 +242,9 @@ def add_tangent(
 def fill_column(
     q: Floats, tip: int, scale: Floats, contact: Contact, law: BallLaw, column: Floats
 ) -> None:
-    """(dF_t/dg - dF_n/dX) (e_X + (R + g) grad psi) + F_t grad psi, what e_Y^T completes."""
-    ft, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
-    turning = (tg - nx) * arm(q[tip + 1] + law.height, law) + (ft if law.lowest else 0.0)
+    """(dF_t/dg - dF_n/dX) (e_X + R grad psi), what e_Y^T completes."""
+    _, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
+    turning = (tg - nx) * arm(law)
     px, py = torque_force(turning * scale[tip + 2], q[tip + 2], q[tip + 3])
     column[tip], column[tip + 2], column[tip + 3] = tg - nx, px, py
 

@@ -15,10 +15,11 @@ NEEDS = (
     ("tip_compliance", "hertz"),
     ("tip_compliance", "lowest_point"),
     *(("deforming_tip", other) for other in TIP),
-    *(("growing_patch", other) for other in TIP),
-    ("growing_patch", "deforming_tip"),
-    *(("radiating_tip", other) for other in TIP),
-    ("radiating_tip", "deforming_tip"),
+    *(
+        (switch, other)
+        for switch in ("growing_patch", "radiating_tip")
+        for other in (*TIP, "deforming_tip")
+    ),
 )
 
 

@@ -269,7 +269,8 @@ def tangent(
         rows[w + s, w] -= unit * dxx
         rows[w + s + 1, w - 1] -= unit * dxy
         rows[w + s + 1, w] += unit * dxx
-    add_rate(q, rate_weight, chain.tip, contact, law, rows)
+    if rate_weight > 0.0:
+        add_rate(q, rate_weight, chain.tip, contact, law, rows)
     skew = add_tangent(q, weight, chain.tip, chain.scale, contact, law, rows)
     for hinge in range(chain.hinge.size):
         lam, inner, outer = (chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge])

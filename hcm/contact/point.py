@@ -45,6 +45,14 @@ def radiates(law: ContactLaw) -> bool:
 
 
 @kernel
+def radiated_force(
+    gap: float, fn: float, vn: float, contact: Contact, law: ContactLaw
+) -> tuple[float, float]:
+    """What a tip that radiates adds to the element's force, N."""
+    return 0.0, 0.0
+
+
+@kernel
 def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw) -> float:
     """What the tip radiates, W."""
     return 0.0

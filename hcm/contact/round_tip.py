@@ -133,17 +133,16 @@ def normal_stiffness(gap: float, contact: Contact, law: BallLaw) -> float:
 
 
 @kernel
-def forces(
-    q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw
-) -> tuple[float, float, float, float]:
-    """(F_t, F_n) of the springs and what a tip that radiates adds to them, N."""
-    x, y = place(q, tip, contact, law)
-    ft, fn = contact_force(x, y, contact, law)
-    if not radiates(law) or contact.normal == FLIGHT:
-        return ft, fn, 0.0, 0.0
-    more = max(-law.radiation * normal_stiffness(y, contact, law) ** 2 * v[tip + 1], -fn)
-    friction = -contact.slip_sign * law.mu if contact.tangential == SLIP else 0.0
-    return ft, fn, friction * more, more
+def radiated_force(
+    gap: float, fn: float, vn: float, contact: Contact, law: BallLaw
+) -> tuple[float, float]:
+    """What a tip that radiates and moves up with vn = g. adds to the springs' force, of which fn is
+    the normal part at u_Y = gap, N.
+    """
+    if contact.normal == FLIGHT or not radiates(law):
+        return 0.0, 0.0
+    more = max(-law.radiation * normal_stiffness(gap, contact, law) ** 2 * vn, -fn)
+    return (-contact.slip_sign * law.mu if contact.tangential == SLIP else 0.0) * more, more
 
 
 @kernel
@@ -151,21 +150,23 @@ def tip_force(
     q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw
 ) -> tuple[float, float]:
     """(F_t, F_n) of the surface on the tip, N."""
-    ft, fn, more_t, more_n = forces(q, v, tip, contact, law)
+    x, y = place(q, tip, contact, law)
+    ft, fn = contact_force(x, y, contact, law)
+    more_t, more_n = radiated_force(y, fn, v[tip + 1], contact, law)
     return ft + more_t, fn + more_n
 
 
 @kernel
 def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> float:
     """What the tip radiates, W; friction's work, F_t V_P, is not of it."""
-    _, _, more_t, more_n = forces(q, v, tip, contact, law)
+    x, y = place(q, tip, contact, law)
+    _, fn = contact_force(x, y, contact, law)
+    more_t, more_n = radiated_force(y, fn, v[tip + 1], contact, law)
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
-        _, y = place(q, tip, contact, law)
         vt, vn = velocity(q, v, tip, contact, law)
-        slid = particle_velocity(y, vt, vn, contact, law)
         along = v[tip] + arm(law) * spin(q, v, tip)
-        power -= more_t * (along - slid)
+        power -= more_t * (along - particle_velocity(y, vt, vn, contact, law))
     return power
 
 

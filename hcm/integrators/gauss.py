@@ -70,7 +70,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 @kernel
 def finish(h: float, old: Motion, new: Motion, contact: Contact,
            integrator: GaussIntegrator) -> bool:  # fmt: skip
-    """Fill `new` from B: q and v by quadrature, the rest by `settle`; whether all is finite.
+    """Fill `new` from B: q and v by quadrature, the rest by `accelerate`; whether all is finite.
 
     new.a is the step's mean acceleration, which the next step guesses its stages from: a polynomial
     continued would amplify what the iteration has left of the stiffest modes.
@@ -89,12 +89,12 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
     move_chords(old.chords, moved, chain, new.chords)
     if contact.normal != FLIGHT and not resists_rates(chain, integrator.law):
         move_velocities(h, old, integrator)
-    return settle(h, old, new, contact, integrator)
+    return accelerate(h, old, new, contact, integrator)
 
 
 @kernel
-def settle(h: float, old: Motion, new: Motion, contact: Contact,
-           integrator: GaussIntegrator) -> bool:  # fmt: skip
+def accelerate(h: float, old: Motion, new: Motion, contact: Contact,
+               integrator: GaussIntegrator) -> bool:  # fmt: skip
     """Fill q.. and lam of `new` by the equations at its q and v; whether they are finite."""
     chain, gauss = integrator.chain, integrator.gauss
     for m in range(new.q.size):

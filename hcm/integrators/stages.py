@@ -18,6 +18,7 @@ from hcm.contact.contract import (
     particle_position,
     particle_velocity,
     place,
+    radiated_force,
     radiates,
     tip_force,
     velocity,
@@ -26,7 +27,7 @@ from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, SLIP, Contact
 from hcm.integrators import event_search
 from hcm.integrators.event_search import NO_EVENT, values_at
-from hcm.integrators.gauss import move_velocities, settle
+from hcm.integrators.gauss import accelerate, move_velocities
 from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.step import AnyIntegrator
@@ -159,7 +160,7 @@ def shorten(
         move_chords(old.chords, moved, chain, gauss.chords[i] if inside else new.chords)
     for m in range(moved.size):
         new.a[m] = (new.v[m] - old.v[m]) / (share * h)
-    return settle(share * h, old, new, contact, integrator)
+    return accelerate(share * h, old, new, contact, integrator)
 
 
 @kernel
@@ -235,11 +236,10 @@ def plain_friction(
     x1, y1 = place(new.q, tip, contact, law)
     loss = friction_loss(loss, x0, y0, x1, y1, contact, law)
     if radiates(law) and contact.tangential == SLIP:
-        more = (
-            tip_force(old.q, old.v, tip, contact, law)[0] - contact_force(x0, y0, contact, law)[0]
-        )
-        more += tip_force(new.q, new.v, tip, contact, law)[0]
-        more -= contact_force(x1, y1, contact, law)[0]
+        _, fn0 = contact_force(x0, y0, contact, law)
+        _, fn1 = contact_force(x1, y1, contact, law)
+        more, _ = radiated_force(y0, fn0, old.v[tip + 1], contact, law)
+        more += radiated_force(y1, fn1, new.v[tip + 1], contact, law)[0]
         slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
         loss -= 0.5 * more * slid
     return loss

@@ -2,8 +2,9 @@
 
 import json
 import os
+import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -12,85 +13,6 @@ from validation.harness.files import write_json, write_text
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import for_people, table_of
-
-
-@dataclass(frozen=True)
-class Section:
-    """A section of the page: what it says, and the files that it shows where they exist."""
-
-    title: str
-    notes: tuple[str, ...]
-    figures: tuple[str, ...] = ()
-    tables: tuple[str, ...] = ()
-
-
-SECTIONS = (
-    Section(
-        "What an error costs: both models",
-        (
-            "Soft finger, from rest to separation. Each model's errors are against its own"
-            " converged truth, since the truths differ; the dashed line is how far apart they are."
-            " Lines join the settings that no other one beats, dotted lines are the truths' own"
-            " errors, crosses runs that failed.",
-            "Time is the solve alone, compiled code loaded, the shortest of several runs. The"
-            " reference skips the flight by its own rigid chain; hcm integrates it.",
-        ),
-        ("work-precision-all",),
-        ("truths",),
-    ),
-    Section(
-        "hcm",
-        (
-            "Row tap: from rest, errors against hcm.reference_solution with the same five"
-            " elements a phalanx, that is of time integration. Row contact: from one rigid impact"
-            " state, against 20 elements a phalanx, that is of the mesh.",
-            "The tap's peak and duration stay some 5e-5 off whatever the contact's step: small fast"
-            " vibrations from the fall, whose phase at the touch only the flight's step improves."
-            " The contact alone meets hcm.reference_solution to 1e-8.",
-        ),
-        ("work-precision-hcm",),
-    ),
-    Section(
-        "The reference",
-        (
-            "3D and plane stress, from rest. The mesh's series refines the tip alone. The last"
-            " step's point is beyond the stable step: its cross is what a run says that fails.",
-        ),
-        ("work-precision-reference",),
-    ),
-    Section("Cost of hcm's step against size", (), ("scaling",), ("scaling",)),
-    Section(
-        "Random scenes through hcm",
-        (
-            "Scenes of `fingertap stress`, far beyond any finger, of at most 3,000 steps each, on"
-            " all cores; compiled code loaded.",
-        ),
-        (),
-        ("throughput",),
-    ),
-    Section("The reference's kernels", (), ("kernels",), ("kernels",)),
-    Section(
-        "The skip ledger",
-        (
-            "Each shortcut on and off, the two runs taking turns: what it saves in time, what it"
-            " changes in the result.",
-        ),
-        ("skips",),
-        ("skips",),
-    ),
-    Section(
-        "Peers of the reference on one bar",
-        (
-            "A free bar of cubes in axial vibration; whole explicit steps, the same number of"
-            " threads, one run after the other. off_exact is the end's displacement against the"
-            " standing wave, off_fingertap against ours.",
-        ),
-        ("peers-reference",),
-        ("peers-reference",),
-    ),
-    Section("Peers of hcm on its scene", (), ("peers",), ("peers-cheapest",)),
-    Section("Every setting", (), (), ("work-precision", "peers")),
-)
 
 
 def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool = True) -> None:
@@ -129,19 +51,20 @@ def _table(folder: Path, name: str) -> dict[str, Any] | None:
 
 
 def page(folder: Path) -> Path:
-    """Write ``index.html`` of all tables and figures that are in the folder.
+    """Write ``index.html`` of all in the folder that ``data/bench_page.toml`` describes.
 
     Returns
     -------
     The page. A part that was measured on another day is dated by its own ``machine*.json``.
     """
+    described = resources.files("validation").joinpath("data", "bench_page.toml").read_text("utf-8")
     sections = []
-    for section in SECTIONS:
-        figures = [folder / f"{name}.png" for name in section.figures]
+    for section in tomllib.loads(described)["section"]:
+        figures = [folder / f"{name}.png" for name in section.get("figures", ())]
         shown = [path for path in figures if path.is_file()]
-        tables = [t for t in (_table(folder, name) for name in section.tables) if t is not None]
+        tables = [found for name in section.get("tables", ()) if (found := _table(folder, name))]
         if shown or tables:
-            sections.append({**vars(section), "figures": shown, "tables": tables})
+            sections.append({"notes": (), **section, "figures": shown, "tables": tables})
     machines = [
         {"part": path.stem, **json.loads(path.read_text(encoding="utf-8"))}
         for path in sorted(folder.glob("machine*.json"))

@@ -1,10 +1,11 @@
 """How well stated errors bound true ones: counts, a figure, a page."""
 
+from __future__ import annotations
+
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,49 +16,35 @@ from validation.harness.tables import write_table
 from validation.studies.calibration.scenes import KINDS, Case
 from validation.studies.stated_errors import FLOOR, TIMES, WRONG, understated
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 FAR = 3.0  # times the accuracy asked for
 # What an accuracy is about.
 HELD = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
 SMALLEST = 1e-9  # drawn in the place of no error
-
-
-@dataclass(frozen=True)
-class Number:
-    """One number of a completed run: its quantity, relative stated and true error, its scene.
-
-    doubted : whether the tight solve has a caution of its own
-    """
-
-    quantity: str
-    stated: float
-    true: float
-    cautioned: bool
-    index: int
-    case: Case
-    doubted: bool
-
-    @property
-    def missed(self) -> bool:
-        """Whether the stated error is too small."""
-        return understated(self.stated, self.true)
-
-    @property
-    def silent(self) -> bool:
-        """Whether it is wrong, and the run says nothing."""
-        return self.true > WRONG and not self.cautioned
-
+NUMBER = ("scene", "kind", "overrides", "quantity", "stated", "true", "cautioned", "doubted")
 
 Row = tuple[int, Case, Mapping[str, Any]]
 
 
-def numbers_of(rows: Sequence[Row]) -> Iterator[Number]:
-    """Those of all scenes: their numbers, cases and results."""
-    for index, case, row in rows:
-        for quantity, (_, stated, true, scale) in row["numbers"].items():
-            yield Number(
-                quantity, stated / scale, true / scale, bool(row["caution"]), index, case,
-                bool(row["tight_caution"]),
-            )  # fmt: skip
+def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
+    """A row for each number of a completed run: its scene, quantity, relative errors.
+
+    cautioned, doubted : whether the run has a caution, and its tight solve. missed : whether the
+    stated error is too small. silent : whether the number is wrong, and the run says nothing.
+    """
+    import pandas as pd
+
+    lines = [
+        (index, case.kind, "; ".join(case.overrides), quantity, stated / scale, true / scale,
+         bool(row["caution"]), bool(row["tight_caution"]))
+        for index, case, row in rows
+        for quantity, (_, stated, true, scale) in row["numbers"].items()
+    ]  # fmt: skip
+    found = pd.DataFrame(lines, columns=NUMBER).astype({"cautioned": bool, "doubted": bool})
+    silent = (found["true"] > WRONG) & ~found["cautioned"]
+    return found.assign(missed=understated(found["stated"], found["true"]), silent=silent)
 
 
 def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
@@ -71,55 +58,47 @@ def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
     ]
 
 
-def table(numbers: Sequence[Number]) -> list[dict[str, Any]]:
+def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """How often the stated error is too small, or missing.
 
     A row a quantity and a kind of scene; of what tight solves without a caution of their own judge,
     which they have where they touch beside their fine edges; and of all.
     """
-    groups: dict[str, list[Number]] = {}
-    for number in numbers:
-        for name in (number.quantity, f"of scenes: {number.case.kind}"):
-            groups.setdefault(name, []).append(number)
-    groups = {name: groups[name] for name in sorted(groups, key=lambda name: ":" in name)}
-    groups["judged without a caution"] = [n for n in numbers if not n.doubted]
+    kinds = [(f"of scenes: {kind}", own) for kind, own in numbers.groupby("kind", sort=False)]
+    whole = [("judged without a caution", numbers[~numbers["doubted"]]), ("all", numbers)]
     rows = []
-    for name, group in [*groups.items(), ("all", list(numbers))]:
-        true = np.array([max(n.true, FLOOR) for n in group])
-        stated = np.array([max(n.stated, FLOOR) for n in group])
-        finite = np.isfinite(stated) & np.isfinite(true)
-        missed = sum(n.missed for n in group)
+    for name, own in (*numbers.groupby("quantity", sort=False), *kinds, *whole):
+        stated, true = (own[error].clip(lower=FLOOR) for error in ("stated", "true"))
+        ratios = (stated / true)[np.isfinite(stated) & np.isfinite(true)]
+        missed = int(own["missed"].sum())
         rows.append(
             {
                 "quantity": name,
-                "numbers": len(group),
-                "true error, median (%)": 100 * float(np.median(true)) if group else None,
-                "stated / true, median": float(np.median(stated[finite] / true[finite]))
-                if finite.any()
-                else None,
+                "numbers": len(own),
+                "true error, median (%)": 100 * float(true.median()) if len(own) else None,
+                "stated / true, median": float(ratios.median()) if len(ratios) else None,
                 f"more than {TIMES:g} stated errors off": missed,
-                "share (%)": 100 * missed / max(len(group), 1),
-                f"{100 * WRONG:g} % wrong and silent": sum(n.silent for n in group),
-                "nothing stated": int(np.isinf([n.stated for n in group]).sum()),
+                "share (%)": 100 * missed / max(len(own), 1),
+                f"{100 * WRONG:g} % wrong and silent": int(own["silent"].sum()),
+                "nothing stated": int(np.isinf(own["stated"]).sum()),
             }
         )
     return rows
 
 
-def misses(numbers: Sequence[Number]) -> list[dict[str, Any]]:
+def misses(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """Every number that is missed or silent, with its scene, the worst first."""
-    poor = sorted(
-        (n for n in numbers if n.missed or n.silent),
-        key=lambda n: -n.true / max(n.stated, FLOOR),
-    )
-    return [
-        {
-            "scene": n.index, "kind": n.case.kind, "quantity": n.quantity,
-            "stated (%)": 100 * n.stated, "true (%)": 100 * n.true, "cautioned": n.cautioned,
-            "tight solve cautioned": n.doubted, "overrides": "; ".join(n.case.overrides),
-        }
-        for n in poor
-    ]  # fmt: skip
+    poor = numbers[numbers["missed"] | numbers["silent"]]
+    beyond = poor["true"] / poor["stated"].clip(lower=FLOOR)
+    poor = poor.loc[beyond.sort_values(ascending=False, kind="stable").index]
+    names = {
+        "scene": "scene", "kind": "kind", "quantity": "quantity", "stated": "stated (%)",
+        "true": "true (%)", "cautioned": "cautioned", "doubted": "tight solve cautioned",
+        "overrides": "overrides",
+    }  # fmt: skip
+    poor = poor.assign(stated=100 * poor["stated"], true=100 * poor["true"])
+    found: list[dict[str, Any]] = poor[list(names)].rename(columns=names).to_dict("records")
+    return found
 
 
 def held(rows: Sequence[Row]) -> list[dict[str, Any]]:
@@ -157,23 +136,21 @@ def held(rows: Sequence[Row]) -> list[dict[str, Any]]:
     return found
 
 
-def draw(path: Path, numbers: Sequence[Number], names: Mapping[str, str]) -> None:
+def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
     """True against stated error, a panel a quantity, with the lines of 1:1 and `TIMES` : 1."""
-    present = [name for name in names if any(n.quantity == name for n in numbers)]
+    present = [name for name in names if (numbers["quantity"] == name).any()]
     columns = 3
     rows = -(-len(present) // columns) or 1
     ends = np.array([SMALLEST, 10.0])
     with panels(path, columns, rows, width=3.0, height=2.7, sharex=True, sharey=True) as axes:
         for axis, name in zip(axes.flat, present, strict=False):
-            group = [n for n in numbers if n.quantity == name]
-            stated, true = (
-                np.clip([getattr(n, part) for n in group], *ends) for part in ("stated", "true")
-            )
-            poor = np.array([n.missed or n.silent for n in group])
             axis.plot(ends, ends, color=BLACK, linewidth=0.8)
             axis.plot(ends, TIMES * ends, color=BLACK, linewidth=0.8, linestyle="--")
-            for chosen, color in ((~poor, GREY), (poor, ORANGE)):
-                axis.plot(stated[chosen], true[chosen], ".", color=color, markersize=3.5)
+            own = numbers[numbers["quantity"] == name]
+            poor = own["missed"] | own["silent"]
+            for chosen, color in ((own[~poor], GREY), (own[poor], ORANGE)):
+                stated, true = (chosen[error].clip(*ends) for error in ("stated", "true"))
+                axis.plot(stated, true, ".", color=color, markersize=3.5)
             axis.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
             axis.set_title(names[name], fontsize=8, loc="left")
         for axis in axes[-1]:
@@ -186,7 +163,7 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
     """Tables, figure and page of what is solved; one line that sums them up."""
     import pandas as pd
 
-    numbers = list(numbers_of(rows))
+    numbers = numbers_of(rows)
     tables = {
         f"{model}-calibration": (table(numbers), "Stated against true errors, by quantity"),
         f"{model}-endings": (endings(rows), "How the runs ended"),
@@ -205,13 +182,12 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
         }
         for place, (name, (found, caption)) in enumerate(tables.items())
     ]  # fmt: skip
-    judged = {n.index for n in numbers}
-    poor, silent = (sum(getattr(n, part) for n in numbers) for part in ("missed", "silent"))
-    spoilt = len({n.index for n in numbers if n.silent})
+    judged, spoilt = (own["scene"].nunique() for own in (numbers, numbers[numbers["silent"]]))
+    poor, silent = (int(numbers[part].sum()) for part in ("missed", "silent"))
     share = 100 * poor / max(len(numbers), 1)
     within = f"; {kept[-1]['within (%)']:.3g} % of {kept[-1]['number']} runs keep" if kept else ""
     line = (
-        f"{model}: {len(rows)} scenes, {len(judged)} with a tight solve, {len(numbers)} numbers:"
+        f"{model}: {len(rows)} scenes, {judged} with a tight solve, {len(numbers)} numbers:"
         f" {poor} ({share:.2g} %) more than {TIMES:g} times their stated error off,"
         f" {silent} in {spoilt} scenes more than {100 * WRONG:g} % wrong and silent{within}"
     )

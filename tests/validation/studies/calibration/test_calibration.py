@@ -76,16 +76,16 @@ COUNTS: list[tuple[list[Row], int, int]] = [
 
 @pytest.mark.parametrize(("found", "missed", "silent"), COUNTS)
 def test_what_is_missed_and_what_is_silent(found: list[Row], missed: int, silent: int) -> None:
-    counted = table(list(numbers_of(found)))[-1]
+    counted = table(numbers_of(found))[-1]
     assert counted["numbers"] == len(found)
     assert counted["more than 2 stated errors off"] == missed
     assert counted["2 % wrong and silent"] == silent
 
 
 def test_tight_solves_with_a_caution_are_counted_apart() -> None:
-    judged = {row["quantity"]: row for row in table(list(numbers_of(
+    judged = {row["quantity"]: row for row in table(numbers_of(
         [*rows((1.0, 1.0), (1.0, 5.0)), *rows((1.0, 5.0), doubt="it touches elsewhere")]
-    )))}  # fmt: skip
+    ))}  # fmt: skip
     expected = {"all": (3, 2), "judged without a caution": (2, 1), "of scenes: driven": (1, 1)}
     for name, (number, missed) in expected.items():
         assert judged[name]["numbers"] == number
@@ -117,7 +117,7 @@ def test_runs_that_say_they_fall_short_are_counted_apart() -> None:
 
 def test_the_report_names_scenes_that_can_be_run_again(tmp_path: Path) -> None:
     found = rows((1.0, 5.0), (1.0, 0.5))
-    listed = misses(list(numbers_of(found)))
+    listed = misses(numbers_of(found))
     assert [row["scene"] for row in listed] == [0]
     assert tuple(listed[0]["overrides"].split("; ")) == case("hcm", 0).overrides
     line = write_report(tmp_path, "hcm", found, {"peak": "peak force"})

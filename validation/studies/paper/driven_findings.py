@@ -4,8 +4,7 @@ The torques act at once on a finger without damping: what follows rings at every
 mesh holds. Readings that depend on that ringing are given with their variations (`driven_cases`).
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable
 from functools import partial
 
 from validation.compare.claims import Claim, read_claims
@@ -28,7 +27,6 @@ from validation.studies.paper.ramp_outcome import kept_outcome, sentence
 from validation.studies.paper.readings import Runs
 from validation.studies.paper.torque_factor import IdentifiedTorque
 
-Values = Mapping[str, float | bool]
 ARROW = {1: "right", -1: "left", 0: "stick"}
 
 
@@ -57,12 +55,12 @@ def _band(read: Callable[[str], float], claim: Claim) -> str:
     )
 
 
-def _arrivals(values: Values, found: IdentifiedTorque) -> dict[str, Finding]:
+def _arrivals(found: IdentifiedTorque) -> dict[str, str]:
     numerics = "; ".join(
         f"{name}: factor {fit.factor:.4g}, {fit.misfit_percent:.2g} %"
         for name, fit in found.by_numerics.items()
     )
-    rows = {}
+    reasons = {}
     for id_, case in (("F13.1", ONE), ("F13.2", TWO), ("F13.3", THREE)):
         own = found.by_case[case]
         text = (
@@ -71,89 +69,73 @@ def _arrivals(values: Values, found: IdentifiedTorque) -> dict[str, Finding]:
             else f"alone it fixes nothing: no factor brings it there, the nearest is"
             f" {1e3 * own.best_time_s:.3f} ms at {own.best_factor:.3g}"
         )
-        rows[id_] = Finding(
-            values[id_],
+        reasons[id_] = (
             "the t_3 factor was identified from these times, which it misses by"
             f" {found.common.misfit_percent:.2g} % (rms); {text}; with the article's numerics"
-            f" {numerics}",
+            f" {numerics}"
         )
-    return rows
+    return reasons
+
+
+def _ratios(runs: Runs) -> dict[str, str]:
+    claims, reasons = read_claims(), {}
+    for id_, (case, key) in RATIOS.items():
+        read = partial(ratio, runs, case, key)
+        reasons[id_] = f"{_band(read, claims[id_])}; {_varied(read)}"
+        if key is readings.largest_deflection:
+            drawn = ratio(runs, case, lambda run: readings.largest_deflection(run, drawn=True))
+            reasons[id_] += f"; at the instants that fig. 15 draws {drawn:.4g}"
+    for id_, case in STRESSES.items():
+        own = lambda suffix, case=case: stress_MPa(runs[case + suffix])  # noqa: E731
+        reasons[id_] = f"{_band(own, claims[id_])}; {_varied(own)}"
+    return reasons
+
+
+def _third_case(runs: Runs) -> dict[str, str]:
+    """Forces, phases and slips of the third case."""
+    three = runs[THREE]
+    _, tangential = readings.curve(three, "tangential_force_N")
+    words = " ".join(ARROW[s] for s in readings.phases(three))
+    shares = ", ".join(str(readings.slip_to_stick(three, share)) for share in (0.001, 0.01, 0.02))
+    directions = _varied(lambda s: "".join("RL"[d < 0] for d in readings.slips(runs[THREE + s])))
+    return {
+        "F14.3": (
+            f"{readings.counting(three)}; with variations:"
+            f" {_varied(lambda s: readings.transitions(runs[THREE + s]))}; the contact lasts"
+            f" {duration_ms(three):.2f} ms, which jumps inside the factor's band"
+            f" ({_varied(lambda s: duration_ms(runs[THREE + s]))}); fig. 14 shows about 0.9 ms"
+        ),
+        "F14.4": f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",
+        "F16.3": (
+            "phases of at least 0.5 % of the contact are counted; with 0.1, 1, 2 %:"
+            f" {shares}; located in all: {three.record.summary['slip_to_stick']}; with variations:"
+            f" {_varied(lambda s: readings.slip_to_stick(runs[THREE + s]))}"
+        ),
+        "F16.4": f"phases in order: {words}; slips with variations: {directions}",
+    }
 
 
 def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
     """Findings by claim."""
     values, outcome = driven_values(runs), kept_outcome()
-    rows = _arrivals(values, found)
+    reasons = _arrivals(found) | _ratios(runs) | _third_case(runs)
     for id_, (case, _) in CONCAVE.items():
         below = runs[case].event_postures[0].is_concave
-        rows[id_] = Finding(
-            values[id_],
+        reasons[id_] = (
             f"at contact the hinges lie {'below' if below else 'above'}"
-            " the line from the fixed hinge to the tip",
+            " the line from the fixed hinge to the tip"
         )
-    claims = read_claims()
-    for id_, (case, key) in RATIOS.items():
-        read = partial(ratio, runs, case, key)
-        reason = f"{_band(read, claims[id_])}; {_varied(read)}"
-        if key is readings.largest_deflection:
-            drawn = ratio(runs, case, lambda run: readings.largest_deflection(run, drawn=True))
-            reason += f"; at the instants that fig. 15 draws {drawn:.4g}"
-        rows[id_] = Finding(values[id_], reason)
-    three = runs[THREE]
-    rows["F14.3"] = Finding(
-        values["F14.3"],
-        f"{readings.counting(three)}; with variations:"
-        f" {_varied(lambda s: readings.transitions(runs[THREE + s]))}; the contact lasts"
-        f" {duration_ms(three):.2f} ms, which jumps inside the factor's band"
-        f" ({_varied(lambda s: duration_ms(runs[THREE + s]))}); fig. 14 shows about 0.9 ms",
+    late = "; ".join(
+        f"{c}: {'yes' if readings.deflection_peaks_after_first_restitution(runs[c]) else 'no'},"
+        f" the largest of all {100 * readings.share_of_largest_deflection(runs[c]):.0f} % through"
+        " the contact"
+        for c in (ONE, TWO, THREE)
     )
-    for id_, case in STRESSES.items():
-        own = lambda suffix, case=case: stress_MPa(runs[case + suffix])  # noqa: E731
-        rows[id_] = Finding(values[id_], f"{_band(own, claims[id_])}; {_varied(own)}")
-    _, tangential = readings.curve(three, "tangential_force_N")
-    rows["F14.4"] = Finding(
-        values["F14.4"],
-        f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",
-    )
-    late = {
-        c: readings.deflection_peaks_after_first_restitution(runs[c]) for c in (ONE, TWO, THREE)
-    }
-    rows["F15.3"] = Finding(
-        values["F15.3"],
-        "among the instants that fig. 15 draws; "
-        + "; ".join(
-            f"{c}: {'yes' if ok else 'no'}, the largest of all"
-            f" {100 * readings.share_of_largest_deflection(runs[c]):.0f} % through the contact"
-            for c, ok in late.items()
-        ),
-    )
+    reasons["F15.3"] = f"among the instants that fig. 15 draws; {late}"
     for id_, case in (("F16.1", ONE), ("F16.2", TWO)):
         _, velocity = readings.particle_velocity(runs[case])
-        rows[id_] = Finding(
-            values[id_],
-            f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s",
-        )
-    rows |= _stick_slip(runs, values)
+        reasons[id_] = f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s"
     return {
-        id_: replace(finding, reason=f"{finding.reason}; {sentence(id_, outcome)}")
-        for id_, finding in rows.items()
-    }
-
-
-def _stick_slip(runs: Runs, values: Values) -> dict[str, Finding]:
-    three = runs[THREE]
-    words = " ".join(ARROW[s] for s in readings.phases(three))
-    shares = ", ".join(str(readings.slip_to_stick(three, share)) for share in (0.001, 0.01, 0.02))
-    directions = _varied(lambda s: "".join("RL"[d < 0] for d in readings.slips(runs[THREE + s])))
-    return {
-        "F16.3": Finding(
-            values["F16.3"],
-            "phases of at least 0.5 % of the contact are counted; with 0.1, 1, 2 %:"
-            f" {shares}; located in all: {three.record.summary['slip_to_stick']}; with variations:"
-            f" {_varied(lambda s: readings.slip_to_stick(runs[THREE + s]))}",
-        ),
-        "F16.4": Finding(
-            values["F16.4"],
-            f"phases in order: {words}; slips with variations: {directions}",
-        ),
+        id_: Finding(values[id_], f"{reason}; {sentence(id_, outcome)}")
+        for id_, reason in reasons.items()
     }

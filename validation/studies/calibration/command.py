@@ -15,8 +15,7 @@ from validation.runs.execute import compile_in_fresh_process
 from validation.studies.calibration.report import write_report
 from validation.studies.calibration.scenes import case
 from validation.studies.calibration.solves import solve_case
-from validation.studies.stress.campaign import run_cells, verdict_inputs
-from validation.studies.stress.stability_map import Cell
+from validation.studies.stress.stability_map import Cell, run_cells, verdict_inputs
 
 SCENES, QUICK_SCENES = 500, 12
 

@@ -15,10 +15,9 @@ from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.studies.stated_errors import TIMES, WRONG
-from validation.studies.stress.campaign import verdict_inputs
 from validation.studies.stress.limits import limit
 from validation.studies.stress.reference.judge import OTHER
-from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
+from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map, verdict_inputs
 
 COLORS = {
     Answer.RIGHT: GREEN, Answer.SMALLER: "#7fcfb5", Answer.REFUSED: GREY, Answer.STOPPED: BLUE,

@@ -8,19 +8,24 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
 run that claims to be good can be RIGHT, SMALLER, UNDERSTATED or WRONG. A stored verdict counts
-until its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
+until its scene, or the code of its scene or of its judge changes (`verdict_inputs`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
-`command.all_maps`. The campaign (`campaign`) stores one line per cell as soon as it is judged and
+`command.all_maps`. The campaign (`run_cells`) stores one line per cell as soon as it is judged and
 goes on where it was; tables, figures and the page follow.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import product
 from typing import Any, Self
 
+from validation.harness.identity import program
+from validation.harness.line_store import LineStore
+from validation.harness.processes import Workers
+from validation.models.adapter import Progress
 from validation.studies.stated_errors import FLOOR, WRONG, Compared, understated
 
 # Largest relative error of what is still called right (the README's and the page's definition).
@@ -134,3 +139,25 @@ class Map:
         """All cells, panel by panel."""
         for panel, y, x in product(self.panels, self.y, self.x):
             yield Cell(self.name, x, y, panel, self.scene(x, y, panel), self.judge)
+
+
+def verdict_inputs(cell: Cell) -> dict[str, Any]:
+    """What a cell's verdict is made from: its scene, its judge, and the code of both."""
+    judge = cell.judge
+    return {
+        "scene": repr(cell.scene),
+        "judge": judge.__qualname__,
+        "program": program(judge.__module__, type(cell.scene).__module__),
+    }
+
+
+def run_cells(
+    cells: Sequence[Cell], finished: LineStore, pool: Workers, progress: Progress
+) -> None:
+    """Judge what is not finished and keep it; progress is the share of cells that are done."""
+    todo = [cell for cell in cells if finished.load(verdict_inputs(cell)) is None]
+    running = {pool.submit(cell.judge, cell.scene): cell for cell in todo}
+    for done, future in enumerate(as_completed(running), len(cells) - len(todo) + 1):
+        cell = running[future]
+        finished.keep(verdict_inputs(cell), vars(future.result()))
+        progress(done / len(cells), f"{cell.map}, {done} of {len(cells)} cells")

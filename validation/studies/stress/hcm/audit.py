@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicHermiteSpline
 
 from hcm import Finger, Posture, Scene, Status, TapResult
 from hcm.simulate import LARGEST_RESIDUAL
@@ -41,29 +42,19 @@ class Mechanics:
     floor_J: float
 
 
-def _hermite(s: Floats, el: float, r: Floats, d: Floats) -> tuple[Floats, Floats, Floats]:
-    """Field, its slope and its second derivative at s = x/l of every element, (points, n, 2)."""
-    chord = np.diff(r, axis=0) / el
-    first = 6 * s * (1 - s) * chord + (1 - s) * (1 - 3 * s) * d[:-1] + s * (3 * s - 2) * d[1:]
-    second = ((6 - 12 * s) * chord + (6 * s - 4) * d[:-1] + (6 * s - 2) * d[1:]) / el
-    share = s**2 * (3 - 2 * s)
-    field = (1 - share) * r[:-1] + share * r[1:]
-    field = field + el * s * (1 - s) * ((1 - s) * d[:-1] - s * d[1:])
-    return field, first, second
-
-
 def mechanics(finger: Finger, gravity: float, state: Posture) -> Mechanics:
     """Integrate a state with rates over the finger."""
-    s, w = 0.5 * (GAUSS_POINTS + 1)[:, None, None], 0.5 * GAUSS_WEIGHTS
-    kinetic = strain = potential = floor = 0.0
+    w, kinetic, strain, potential, floor = 0.5 * GAUSS_WEIGHTS, 0.0, 0.0, 0.0, 0.0
     momentum = np.zeros(2)
     for phalanx, r, d, v, dv in zip(
         finger.phalanges, state.positions_m, state.slopes, state.velocities_m_per_s,
         state.slope_rates_per_s, strict=True,
     ):  # fmt: skip
         el, line = phalanx.length / phalanx.elements, phalanx.density * phalanx.area
-        place, first, second = _hermite(s, el, r, d)
-        speed, _, _ = _hermite(s, el, v, dv)
+        knots = np.arange(phalanx.elements + 1)
+        shape, rates = CubicHermiteSpline(knots, r, el * d), CubicHermiteSpline(knots, v, el * dv)
+        x = knots[:-1] + 0.5 * (GAUSS_POINTS[:, None] + 1)  # (points, elements)
+        place, first, second, speed = shape(x), shape(x, 1) / el, shape(x, 2) / el**2, rates(x)
         axial = 0.5 * ((first**2).sum(-1) - 1)
         stored = phalanx.area * axial**2 + phalanx.second_moment * (second**2).sum(-1)
         kinetic += 0.5 * line * el * float((w @ (speed**2).sum(-1)).sum())

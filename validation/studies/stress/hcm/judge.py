@@ -4,16 +4,21 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import hcm
+from hcm import reference_solution
+from hcm.posture import Postures
 from validation.studies.stated_errors import compare
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.judging import SMALLER_STEP, tap_scalars
+from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
 from validation.studies.stress.stability_map import Answer, Verdict
 
 # Of a completed run that breaks no law: the verdict so far, and the verdict with one more check.
 Check = Callable[[Verdict, hcm.Scene, hcm.TapResult], Verdict]
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
+# Of DOP853: the tap need only be known far better than `LARGEST_ERROR`, and one that lasts longer
+# differs anyway.
+RTOL, ATOL, LONGEST_S = 1e-7, 1e-11, 0.01
 
 
 def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Settings:
@@ -100,3 +105,36 @@ def judge_by_tighter_run(scene: hcm.Scene) -> Verdict:
 def judge_by_laws(scene: hcm.Scene) -> Verdict:
     """Run a scene and check its invariants, without a second run."""
     return examine(scene, with_step)
+
+
+def judge_by_dop853(scene: hcm.Scene) -> Verdict:
+    """The verdict of the laws, and then peak F_n, impulse and duration by SciPy's DOP853.
+
+    It solves from the same state at contact (`hcm.reference_solution`) and shares the beams' forces
+    with hcm, and neither the time integration, nor Newton's method, nor the hinges' multipliers,
+    nor the search for events.
+    """
+    return examine(scene, _by_dop853, with_step)
+
+
+def _by_dop853(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
+    kept = result.event_postures
+    assert isinstance(kept, Postures)
+    assert kept.v is not None
+    start = reference_solution.Start(kept.q[0], kept.v[0], kept.times_s[0])
+    try:
+        other = reference_solution.solve(
+            scene.finger, scene.surface, scene.tip, scene.drive, RTOL, ATOL, start,
+            end_time=start.time_s + LONGEST_S,
+        )  # fmt: skip
+    except RuntimeError as failure:
+        return found.judged(Answer.WRONG, f"DOP853: {failure}")
+    s = result.summary
+    assert s.peak_normal_force_N
+    assert s.normal_impulse_N_s
+    assert s.contact_duration_s
+    error = largest_difference(
+        (other.peak_normal_force_N, other.normal_impulse_N_s, other.end.time_s - start.time_s),
+        (s.peak_normal_force_N, s.normal_impulse_N_s, s.contact_duration_s),
+    )
+    return found.compared("DOP853 with event handling from the state at contact", error)

@@ -6,8 +6,7 @@ import pytest
 
 import hcm
 from tests.validation.studies.stress.taps import SOFT, TAP
-from validation.studies.stress.hcm.dop853 import judge_by_dop853
-from validation.studies.stress.hcm.judge import judge_by_tighter_run
+from validation.studies.stress.hcm.judge import judge_by_dop853, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed_form
 from validation.studies.stress.stability_map import Answer, Verdict

@@ -42,7 +42,8 @@ def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
         for index, case, row in rows
         for quantity, (_, stated, true, scale) in row["numbers"].items()
     ]  # fmt: skip
-    found = pd.DataFrame(lines, columns=NUMBER).astype({"cautioned": bool, "doubted": bool})
+    typed = {"stated": float, "true": float, "cautioned": bool, "doubted": bool}
+    found = pd.DataFrame(lines, columns=NUMBER).astype(typed)
     silent = (found["true"] > WRONG) & ~found["cautioned"]
     return found.assign(missed=understated(found["stated"], found["true"]), silent=silent)
 

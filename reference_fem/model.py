@@ -1,7 +1,7 @@
 """From mesh, materials, surface and drive to the arrays that the explicit loop runs on."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,9 +10,12 @@ from reference_fem.arrays import Array, Index
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements.base import ElementKernel
-from reference_fem.elements.hexahedron.eight_point import hex8
-from reference_fem.elements.hexahedron.one_point import hex8_one_point
-from reference_fem.elements.quadrilateral.plane_stress import chord_thickness, quad4_plane_stress
+from reference_fem.elements.kinds import (
+    chord_thickness,
+    hex8,
+    hex8_one_point,
+    quad4_plane_stress,
+)
 from reference_fem.joints.hinges import Hinges, build_hinges
 from reference_fem.joints.mean_position import mean_weights
 from reference_fem.joints.section import Couple, build_section
@@ -134,8 +137,8 @@ def build_model(
     if mesh.shape is not None:
         true = true_chain(mesh.shape, materials, drive, mesh.dim)
         factors = mass_factors(points, mass, body_nodes, true, copies)
-    kernel = kernel.with_masses(factors, mass)
-    mass = np.ascontiguousarray(kernel.lumped_mass)
+    mass = mass * factors
+    kernel = replace(kernel, lumped_mass=mass)
     free = mass.copy()
     free[ties.nodes] = 1.0
     contact = contact_law(

@@ -1,6 +1,6 @@
 """What the explicit loop asks of an element, and what elements of every kind have in common.
 
-Contract for whoever adds an element (one file for the set-up, one for its compiled kernel; what
+Contract for whoever adds an element (its set-up in `kinds`, one file for its compiled kernel; what
 else elements share is in `blocks`, `loops` and `threads`):
 
 1. One object per mesh, built once by a function (`hex8`, `quad4_plane_stress`), frozen afterwards.
@@ -11,25 +11,29 @@ else elements share is in `blocks`, `loops` and `threads`):
    workspace inside the object, so one object serves one caller at a time (it is not re-entrant).
 """
 
-import copy
-from collections.abc import Callable, Iterator
-from dataclasses import InitVar, dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.elements import loops
-from reference_fem.elements.blocks import Blocks, make_blocks
-from reference_fem.elements.checks import check_displacement, check_out
-from reference_fem.elements.frequency import element_stiffness, largest_frequency
-from reference_fem.elements.geometry import Geometry, geometries
+from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.stress import damping_stress, von_mises
 
 # (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
 Stresses = Callable[[Blocks, Array, Array, Array, Array, Index, Array], None]
+
+
+class Kind(NamedTuple):
+    """A class of `Blocks`, the rows of its kernels' workspace and its compiled stresses."""
+
+    blocks: type[Blocks]
+    scratch_rows: int
+    stresses: Stresses
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,50 +44,22 @@ class ElementKernel:
     cells : (n_cells, corners)
     mu, lame : (n_cells,) Lame's constants, Pa; the second one lambda* in plane stress
     cell_volume : (n_cells,) reference volumes, m^3
-    cell_mass : (n_cells, corners) row-sum masses of each element's nodes, kg
+    lumped_mass : (n_nodes,) row sums, kg, of the body as meshed
     gradients : (n_cells, corners, dim) shape gradients that stresses are taken with, 1/m
     relaxation : (n_cells,) tau of Kelvin and Voigt's damping S = C : (E + tau dE/dt), s
-    rows : (n_cells, rows) what the kernels store of each element
-    lumped_mass : (n_nodes,) sums of the row-sum masses, kg, of the body as meshed
-    blocks : that in blocks, and workspaces that calls overwrite
-
-    Of a kind: its class of `Blocks`, the rows of its kernels' workspace, its compiled function of
-    stresses in the order of `Stresses`, and whether its volumetric term is reduced.
+    blocks : what the kernels store of each element, and workspaces that calls overwrite
     """
 
+    kind: Kind
     points: Array
     cells: Index
     mu: Array
     lame: Array
     cell_volume: Array
-    cell_mass: Array
+    lumped_mass: Array
     gradients: Array
     relaxation: Array
-    rows: InitVar[Array]
-    lumped_mass: Array = field(init=False)
-    blocks: Blocks = field(init=False)
-
-    blocks_of_kind: ClassVar[type[Blocks]]
-    scratch_rows: ClassVar[int]
-    stresses: ClassVar[Stresses]
-    mean_dilatation: ClassVar[bool] = False
-
-    def __post_init__(self, rows: Array) -> None:
-        mass = np.bincount(self.cells.ravel(), self.cell_mass.ravel(), len(self.points))
-        kind, scratch_rows = type(self).blocks_of_kind, type(self).scratch_rows
-        blocks = make_blocks(kind, self.points, self.cells, rows, scratch_rows)
-        object.__setattr__(self, "lumped_mass", mass)
-        object.__setattr__(self, "blocks", blocks)
-
-    def with_masses(self, factors: Array, lumped_mass: Array) -> Self:
-        """The same elements, the mass of each of their nodes by these factors (n_nodes,).
-
-        lumped_mass : (n_nodes,), what hanging nodes handed on in its place, kg; before the factors
-        """
-        heavier = copy.copy(self)
-        object.__setattr__(heavier, "cell_mass", self.cell_mass * factors[self.cells])
-        object.__setattr__(heavier, "lumped_mass", lumped_mass * factors)
-        return heavier
+    blocks: Blocks
 
     @property
     def n_nodes(self) -> int:
@@ -107,8 +83,7 @@ class ElementKernel:
 
     def internal_force(self, displacement: Array, out: Array) -> None:
         """Overwrite `out` (n_nodes, dim) with f_int in N, on numba's current number of threads."""
-        check_out(out, self.points.shape)
-        u = self._checked(displacement)
+        u = self._checked(displacement, out)
         loops.internal_force(self.blocks, u, numba.get_num_threads(), out)
 
     def audited_force(self, displacement: Array, out: Array) -> tuple[float, float]:
@@ -117,9 +92,8 @@ class ElementKernel:
         It takes 3 % more than the force of 1-point hexahedra, 10 % of 8-point ones, 20 % of plane
         quadrilaterals (measured); a pass for the energies alone, half of it or more.
         """
-        check_out(out, self.points.shape)
         parts = np.empty((numba.get_num_threads(), 2))
-        loops.audited_force(self.blocks, self._checked(displacement), out, parts)
+        loops.audited_force(self.blocks, self._checked(displacement, out), out, parts)
         return _energies(parts)
 
     @cached_property
@@ -135,9 +109,8 @@ class ElementKernel:
         velocity : (n_nodes, dim) m/s, of `lag` seconds before the displacement: the dissipation is
             that of then, and zero damps no rotation
         """
-        check_out(out, self.points.shape)
         parts = np.empty((numba.get_num_threads(), 3))
-        u, v = self._checked(displacement), self._checked(velocity)
+        u, v = self._checked(displacement, out), self._checked(velocity)
         loops.damped_force(self.blocks, u, v, lag, out, parts)
         return *_energies(parts[:, :2]), float(sum(parts[:, 2].tolist()))
 
@@ -165,7 +138,7 @@ class ElementKernel:
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
         stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
         u = self._checked(displacement)
-        type(self).stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
+        self.kind.stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
         if self.damped and velocity is not None:
             nodes, gradients = self.cells[chosen], self.gradients[chosen]
             f, rate = (
@@ -187,27 +160,21 @@ class ElementKernel:
         loops.min_dets(self.blocks, self._checked(displacement), parts)
         return float(np.min(parts))
 
-    def max_frequency(self) -> float:
-        """Upper bound in rad/s on the largest eigenfrequency at the reference configuration.
+    def _checked(self, field: Array, out: Array | None = None) -> Array:
+        """A nodal field as the contiguous float64 array that the kernels take.
 
-        Irons' theorem over the elements with their row-sum masses; see `frequency`.
+        Raises
+        ------
+        ValueError
+            Its shape is not (n_nodes, dim), or a kernel could not write to `out` in place.
         """
-        return largest_frequency(self._stiffness_and_mass())
-
-    def _checked(self, displacement: Array) -> Array:
-        return check_displacement(displacement, self.points.shape)
-
-    def _geometries(self) -> Iterator[Geometry]:
-        return geometries(self.points, self.cells)
-
-    def _stiffness_and_mass(self) -> Iterator[tuple[Array, Array]]:
-        """Stiffness (n, a*dim, a*dim) and row-sum mass (n, a) of all elements, in chunks."""
-        for g in self._geometries():
-            mu, lame = self.mu[g.cells], self.lame[g.cells]
-            yield (
-                element_stiffness(g.gradients, g.weights, mu, lame, self.mean_dilatation),
-                self.cell_mass[g.cells],
-            )
+        shape = self.points.shape
+        field = np.ascontiguousarray(field, dtype=np.float64)
+        if field.shape != shape:
+            raise ValueError(f"nodal field has shape {field.shape}; {shape} is needed")
+        if out is None or (out.shape == shape and out.dtype == float and out.flags.c_contiguous):
+            return field
+        raise ValueError(f"out is {out.dtype}{out.shape}; a C-contiguous float64{shape} is needed")
 
 
 def lame_constants(young: Array, poisson: Array) -> tuple[Array, Array]:

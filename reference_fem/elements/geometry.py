@@ -19,6 +19,29 @@ CORNERS = {
 CHUNK = 4096  # elements looked at in one go: 24 x 24 stiffness matrices of 19 MB
 
 
+def check_mesh(points: Array, cells: Index, dim: int) -> tuple[Array, Index]:
+    """Return points (n, dim) and cells (m, 2^dim) as contiguous float64 and int64.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, a coordinate is not finite or a cell names a node that is not there.
+    """
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    cells = np.ascontiguousarray(cells, dtype=np.int64)
+    if points.ndim != 2 or points.shape[1] != dim:
+        raise ValueError(f"points has shape {points.shape}; (n_nodes, {dim}) is needed")
+    if cells.ndim != 2 or cells.shape[1] != 2**dim or not len(cells):
+        raise ValueError(f"cells has shape {cells.shape}; (n_cells > 0, {2**dim}) is needed")
+    if not np.isfinite(points).all():
+        raise ValueError("points holds values that are not finite; check the mesh")
+    if cells.min() < 0 or cells.max() >= len(points):
+        raise ValueError(
+            f"cells names nodes {cells.min()}..{cells.max()}; only 0..{len(points) - 1} exist"
+        )
+    return points, cells
+
+
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Some elements at their 2^dim Gauss points, point q the one nearest to corner q.

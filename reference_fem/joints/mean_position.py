@@ -5,7 +5,7 @@ import numpy as np
 from meshes.topology import outer_facets
 from reference_fem.arrays import Array, Index
 from reference_fem.contact.stiffness import facet_areas
-from reference_fem.elements.quadrilateral.plane_stress import chord
+from reference_fem.elements.kinds import chord
 
 POINTS = 8
 """Gauss points an edge in 2D; the root of the chord's thickness at the outline needs more than a
@@ -19,7 +19,7 @@ def mean_weights(points: Array, cells: Index, nodes: Index, radius: float) -> tu
     represent, and the hinge's force λ is the even traction λ/A: neither depends on the mesh, where
     an average of the nodes has the density of the mesh as its weight. A half model's part of the
     face needs no factor. In 2D A is the edges' length times the chord of the round section
-    (`plane_stress.chord`); the edges of a shaft's hole count by their length (in 2D: as points).
+    (`kinds.chord`); the edges of a shaft's hole count by their length (in 2D: as points).
 
     Parameters
     ----------

@@ -11,8 +11,7 @@ import numpy as np
 import meshes
 from reference_fem.arrays import Array, Flags, Index
 from reference_fem.elements.base import lame_constants
-from reference_fem.elements.frequency import element_stiffness
-from reference_fem.elements.geometry import geometries
+from reference_fem.elements.geometry import Geometry, geometries
 from reference_fem.settings import Material
 
 # Candidates whose three loads are solved for at once.
@@ -168,16 +167,26 @@ def _stiffness(points: Array, cells: Index, material: Material) -> Any:
     from scipy.sparse import coo_matrix
 
     mu, lame = lame_constants(*np.array([[material.youngs_modulus], [material.poisson_ratio]]))
-    element = np.concatenate(
-        [
-            element_stiffness(g.gradients, g.weights, mu, lame, mean_dilatation=True)
-            for g in geometries(points, cells)
-        ]
-    )
+    element = np.concatenate([element_stiffness(g, mu, lame) for g in geometries(points, cells)])
     dofs = (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), 24)
     rows, columns = np.repeat(dofs, 24, axis=1).ravel(), np.tile(dofs, (1, 24)).ravel()
     size = 3 * len(points)
     return coo_matrix((element.ravel(), (rows, columns)), shape=(size, size)).tocsr()
+
+
+def element_stiffness(g: Geometry, mu: Array, lame: Array) -> Array:
+    """Stiffness of `hex8` at the reference configuration, (n, 24, 24), N/m.
+
+    K_ai,bj = Σ_q w [μ (δ_ij ∇N_a·∇N_b + N_a,j N_b,i)] + λ V mean(N_a,i) mean(N_b,j); μ, λ (1,), Pa
+    """
+    n, q, a, dim = g.gradients.shape
+    flat = g.gradients.reshape(n, q, a * dim)
+    products = np.matmul((g.weights[:, :, None] * flat).transpose(0, 2, 1), flat)
+    t = products.reshape(n, a, dim, a, dim)
+    shear = t.transpose(0, 1, 4, 3, 2) + np.einsum("nakbk,ij->naibj", t, np.eye(dim))
+    total = np.einsum("nq,nqk->nk", g.weights, flat)
+    mean = total[:, :, None] * total[:, None, :] / g.volume[:, None, None]
+    return mu[:, None, None] * shear.reshape(mean.shape) + lame[:, None, None] * mean
 
 
 def section_at(points: Array, x: float) -> Index:

@@ -11,9 +11,7 @@ from scipy.optimize import brentq, curve_fit
 import reference_fem as rf
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.elements.base import ElementKernel
-from reference_fem.elements.hexahedron.eight_point import hex8
-from reference_fem.elements.hexahedron.one_point import hex8_one_point
-from reference_fem.elements.quadrilateral.plane_stress import quad4_plane_stress
+from reference_fem.elements.kinds import hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.stable_step import stable_step
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.elements.bodies import (
@@ -248,8 +246,3 @@ def test_one_point_is_refused_with_the_remedy() -> None:
 def test_bad_relaxation_times_are_refused(tau: float) -> None:
     with pytest.raises(ValueError, match="relaxation_time"):
         rf.Material(1e9, 0.4, 1400.0, tau)
-    points, cells = grid(1, 1, 1)
-    with pytest.raises(ValueError, match="relaxation is"):
-        hex8(points, cells, *material(1), np.full(1, tau))
-    with pytest.raises(ValueError, match="one value per cell"):
-        hex8(points, cells, *material(1), np.zeros(2))

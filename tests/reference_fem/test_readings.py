@@ -5,7 +5,7 @@ import pytest
 
 from reference_fem import Drive, ForceRecord, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
-from reference_fem.elements.quadrilateral.plane_stress import chord_thickness
+from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
 from reference_fem.transitions import slip_states, turning_points
 from tests.reference_fem.boxes import boxes

@@ -8,9 +8,7 @@ import pytest
 
 from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.geometry import CORNERS
-from reference_fem.elements.hexahedron.eight_point import hex8
-from reference_fem.elements.hexahedron.one_point import hex8_one_point
-from reference_fem.elements.quadrilateral.plane_stress import quad4_plane_stress
+from reference_fem.elements.kinds import hex8, hex8_one_point, quad4_plane_stress
 
 YOUNG, POISSON, DENSITY, SIZE, THICKNESS = 1e9, 0.4, 1400.0, 1e-3, 5e-3
 

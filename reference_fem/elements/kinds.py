@@ -1,0 +1,167 @@
+"""The kinds of elements: set-up of each from scikit-fem, and a sheet's thickness."""
+
+import numpy as np
+
+from reference_fem.arrays import Array, Index
+from reference_fem.elements.base import ElementKernel, Kind, lame_constants
+from reference_fem.elements.blocks import make_blocks
+from reference_fem.elements.geometry import by_element, check_mesh, geometries
+from reference_fem.elements.hexahedron import eight_point_kernel, eight_point_outputs
+from reference_fem.elements.hexahedron import one_point_kernel as one_point
+from reference_fem.elements.quadrilateral import kernel as quad4
+
+EIGHT_POINT = Kind(
+    eight_point_outputs.Hex8Blocks, eight_point_kernel.SCRATCH_ROWS, eight_point_outputs.stresses
+)
+ONE_POINT = Kind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS, one_point.stresses)
+PLANE_STRESS = Kind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS, quad4.stresses)
+
+HOURGLASS = 1.0  # c of 1-point hexahedra: exact bending of a cube
+
+
+def hex8(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array,
+    relaxation: Array | None = None,
+) -> ElementKernel:  # fmt: skip
+    """8-node hexahedra with a mean dilatation, St. Venant-Kirchhoff.
+
+    Parameters
+    ----------
+    points : (n_nodes, 3), m
+    cells : (n_cells, 8) in VTK's node order
+    young, poisson, density : (n_cells,) Young's modulus (Pa), Poisson's ratio and density (kg/m^3),
+        within the bounds of `Material`
+    relaxation : (n_cells,) tau of the damping, s; None: none
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong or an element is inverted.
+    """
+    mesh = check_mesh(points, cells, 3)
+    return _at_all_points(EIGHT_POINT, mesh, lame_constants(young, poisson), density, relaxation)
+
+
+def quad4_plane_stress(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array, thickness: Array,
+    relaxation: Array | None = None,
+) -> ElementKernel:  # fmt: skip
+    """4-node quadrilaterals in plane stress with a given thickness, St. Venant-Kirchhoff.
+
+    Other parameters and errors are those of `hex8`; `ElementKernel.lame` is lambda* of plane
+    stress, 2 lambda mu/(lambda + 2 mu).
+
+    Parameters
+    ----------
+    points, cells : (n_nodes, 2), m; (n_cells, 4) in VTK's node order
+    thickness : (n_cells, 4), m, above zero, at the points of `quad4_quadrature_points`
+    """
+    mesh = check_mesh(points, cells, 2)
+    lame = lame_constants(young, poisson)[0], young * poisson / (1.0 - poisson**2)
+    return _at_all_points(PLANE_STRESS, mesh, lame, density, relaxation, thickness)
+
+
+def _at_all_points(
+    kind: Kind, mesh: tuple[Array, Index], constants: tuple[Array, Array], density: Array,
+    relaxation: Array | None, thickness: Array | None = None,
+) -> ElementKernel:  # fmt: skip
+    """Elements with 2^dim Gauss points each; constants are mu and the second one of the kind."""
+    (points, cells), (mu, lame) = mesh, constants
+    of_points, volume, corner_volumes, centre_gradients = by_element(
+        geometries(points, cells, thickness),
+        lambda g: (g.rows_of_points(), g.volume, g.corner_volumes, g.centre_gradients),
+    )
+    tau = np.zeros(len(cells)) if relaxation is None else relaxation
+    last = lame / volume if kind is EIGHT_POINT else lame
+    # nothing is stored of relaxation times that are all zero
+    rows = np.column_stack((of_points, mu, last, *([tau] if tau.any() else [])))
+    return ElementKernel(
+        kind=kind,
+        points=points,
+        cells=cells,
+        mu=mu,
+        lame=lame,
+        cell_volume=volume,
+        lumped_mass=row_sums(points, cells, density, corner_volumes),
+        gradients=centre_gradients,
+        relaxation=tau,
+        blocks=make_blocks(kind.blocks, points, cells, rows, kind.scratch_rows),
+    )
+
+
+def hex8_one_point(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array,
+    relaxation: Array | None = None,
+) -> ElementKernel:  # fmt: skip
+    """8-node hexahedra with one point and hourglass stiffness, St. Venant-Kirchhoff.
+
+    Parameters and errors are those of `hex8`; a relaxation time is one. `ElementKernel.gradients`
+    are the mean ones.
+    """
+    points, cells = check_mesh(points, cells, 3)
+    if relaxation is not None and relaxation.any():
+        raise ValueError(
+            f"relaxation_time = {relaxation.max():g}: one point damps no hourglass modes, part of "
+            "bending: use element = 'hex8-sri', or leave relaxation_time out"
+        )
+    mu, lame = lame_constants(young, poisson)
+    volume, corner_volumes, integrals = by_element(
+        geometries(points, cells),
+        lambda g: (
+            g.volume,
+            g.corner_volumes,
+            np.einsum("nq,nqai->nai", g.weights, g.gradients),
+        ),
+    )
+    gradients = integrals / volume[:, None, None]
+    squares = np.einsum("nai,nai->n", gradients, gradients)
+    control = HOURGLASS * young * volume * squares / 72.0
+    rows = np.stack((volume * mu, volume * lame, control), axis=1)
+    return ElementKernel(
+        kind=ONE_POINT,
+        points=points,
+        cells=cells,
+        mu=mu,
+        lame=lame,
+        cell_volume=volume,
+        lumped_mass=row_sums(points, cells, density, corner_volumes),
+        gradients=gradients,
+        relaxation=np.zeros(len(cells)),
+        blocks=make_blocks(ONE_POINT.blocks, points, cells, rows, ONE_POINT.scratch_rows),
+    )
+
+
+def row_sums(points: Array, cells: Index, density: Array, corner_volumes: Array) -> Array:
+    """Lumped masses (n_nodes,), kg, of integrals of the shape functions (n_cells, corners), m^3."""
+    mass = density[:, None] * corner_volumes
+    return np.asarray(np.bincount(cells.ravel(), mass.ravel(), len(points)), dtype=np.float64)
+
+
+def quad4_quadrature_points(points: Array, cells: Index) -> Array:
+    """Where the thickness is asked for: the 4 Gauss points, (n_cells, 4, 2), m.
+
+    Point q of a cell is the one nearest to its corner q.
+    """
+    points, cells = check_mesh(points, cells, 2)
+    return np.einsum("qa,nai->nqi", next(geometries(points, cells[:1])).shape, points[cells])
+
+
+def chord_thickness(points: Array, cells: Index, radius: Array) -> Array:
+    """Chord 2 sqrt(R^2 - y^2) of the round section at the points of each cell, (n_cells, 4), m.
+
+    With it area, second moment and mass of a section are those of the round beam, up to the
+    quadrature error of the square root next to the outline. The round end keeps the chord of the
+    section: it is half a cylinder across Z cut to that thickness, not half a ball.
+
+    Parameters
+    ----------
+    points : (n_points, 2), m
+    cells : (n_cells, 4)
+    radius : (n_cells,) R of the phalanx that the cell belongs to, m
+    """
+    return chord(quad4_quadrature_points(points, cells)[..., 1], radius[:, None])
+
+
+def chord(height: Array, radius: Array) -> Array:
+    """2 sqrt(R^2 - y^2), m, of heights y (m) over the axis; 0 beyond the outline."""
+    return np.asarray(2.0 * np.sqrt(np.maximum(radius**2 - height**2, 0.0)))

@@ -109,7 +109,7 @@ identify.command(
     help="Find the unit of the paper's printed t_3 from its three arrival times.",
 )
 identify.command(
-    "validation.studies.paper.ramp_command:run_identify_ramp",
+    "validation.studies.paper.ramp_outcome:run_identify_ramp",
     name="ramp",
     help="Drive the paper's fingers by a damped ramp: do figs. 13 to 16 agree together?",
 )

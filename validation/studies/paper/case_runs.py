@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from validation.harness.processes import Workers
-from validation.harness.record import RunRecord, plain
+from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import read_record, relabelled, write_record
 from validation.models.adapter import to_record
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from hcm import Posture
     from validation.models.adapter import Progress
 
-POSTURES = "postures.json"
+EVENTS, FRAMES = "event_postures.npz", "frames.npz"
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,8 @@ class CaseRun:
 
     case: Case
     record: RunRecord
-    event_postures: tuple[Posture, ...]
-    frames: tuple[Posture, ...]
+    event_postures: Sequence[Posture]
+    frames: Sequence[Posture]
 
 
 def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
@@ -53,7 +52,7 @@ def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
     arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
     result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
-    run = CaseRun(case, record, tuple(result.event_postures), tuple(result.frames))
+    run = CaseRun(case, record, result.event_postures, result.frames)
     keep_case(store, run)
     return run
 
@@ -100,25 +99,18 @@ def _inputs(case: Case) -> Inputs:
 
 def _write(entry: Path, run: CaseRun) -> None:
     write_record(entry, run.record)
-    held = {"events": run.event_postures, "frames": run.frames}
-    text = json.dumps(plain({name: list(map(vars, several)) for name, several in held.items()}))
-    (entry / POSTURES).write_text(text, encoding="utf-8")
+    for name, kept in ((EVENTS, run.event_postures), (FRAMES, run.frames)):
+        np.savez(entry / name, **{k: v for k, v in vars(kept).items() if v is not None})
 
 
 def _read(entry: Path, case: Case) -> CaseRun:
-    held = json.loads((entry / POSTURES).read_text(encoding="utf-8"))
-    events, frames = (tuple(map(_posture, held[name])) for name in ("events", "frames"))
+    from hcm.posture import Postures
+
+    def postures(name: str) -> Postures:
+        with np.load(entry / name, allow_pickle=False) as file:
+            held: dict[str, Any] = {key: file[key] for key in file.files}
+        return Postures(**{**held, "times_s": tuple(held["times_s"].tolist())})
+
     document = load_scene(case.scene, case.overrides).document
     record = relabelled(read_record(entry), case.scene, case.name, document)
-    return CaseRun(case, record, events, frames)
-
-
-def _posture(members: Mapping[str, Any]) -> Posture:
-    from hcm import Posture
-
-    def value(member: Any) -> Any:
-        if not isinstance(member, list):
-            return float(member)
-        return tuple(np.array(block, dtype=np.float64) for block in member)
-
-    return Posture(**{name: value(member) for name, member in members.items()})
+    return CaseRun(case, record, postures(EVENTS), postures(FRAMES))

@@ -24,7 +24,7 @@ from validation.studies.paper.figures import DRAWN_TWICE, SCENES, draw_figures
 from validation.studies.paper.friction_findings import friction_findings
 from validation.studies.paper.ledger import by_place, counts, ledger, ledger_table, score
 from validation.studies.paper.readings import Runs
-from validation.studies.paper.reference_runs import References, run_references
+from validation.studies.paper.reference_runs import JUDGED, References, run_references
 from validation.studies.paper.torque_factor import IdentifiedTorque, identify_torque
 from validation.studies.paper.validation_findings import validation_findings
 
@@ -75,12 +75,13 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         runs, found = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
         apart = run_scenes(runs_folder, "hcm", (), "", store)
-        references = References({})
+        references: References = {}
         if reference:
             references = run_references(
                 lambda changes, name: run_scenes(runs_folder, "fem3d", changes, name, store),
                 part(progress, 0.75, 0.9),
             )
+        judged = references.get(JUDGED, {})
         progress(0.9, "ledger and figures")
         findings = {
             **validation_findings(runs, apart, references),
@@ -90,7 +91,7 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         }
         rows = ledger(read_claims().values(), findings)
         write_table(folder, "ledger", ledger_table(rows), "Every number that the paper prints")
-        drawn = draw_figures(figures, runs, references.judged)
+        drawn = draw_figures(figures, runs, judged)
         settled, total = score(rows)
         page = folder / "index.html"
         context = {
@@ -102,7 +103,7 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
             "found": found,
             "lasting": [duration_ms(runs[name]) for name in DRAWN_TWICE],
             "figures": drawn,
-            "with_reference": bool(references.judged),
+            "with_reference": bool(judged),
             "provenance": provenance({}),
         }
         write_page(page, "paper.html.j2", context)

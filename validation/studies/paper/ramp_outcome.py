@@ -1,13 +1,20 @@
-"""What the ramp's experiment found: the file that the package keeps, and how it is told."""
+"""``fingertap identify ramp``: what the ramp's experiment found, kept by the package, and how told.
 
-from collections.abc import Iterable, Mapping
+The kept outcome is what ``fingertap identify ramp --json`` prints.
+"""
+
+import json
+import os
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from importlib import resources
 from itertools import product
-from typing import Any
 
-from validation.harness.processes import Workers
+from validation.harness.command_line import AsJson
+from validation.harness.console import output, progress_bar
+from validation.harness.processes import Workers, workers
+from validation.harness.provenance import provenance
 from validation.models.adapter import Progress
 from validation.studies.paper.ramp_exclusion import GRID, Exclusion, exclude, share, sides
 from validation.studies.paper.ramp_experiment import (
@@ -37,14 +44,9 @@ def compute(pool: Workers, progress: Progress) -> Outcome:
     return Outcome(tuple(judged(*one) for one in grid.items()), exclude(solve, grid))
 
 
-def to_json(outcome: Outcome, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """The object that ``--json`` prints and the package keeps."""
-    return {"provenance": dict(provenance), **asdict(outcome)}
-
-
 @cache
 def kept_outcome() -> Outcome:
-    """What the package keeps, made by `fingertap identify ramp --json`."""
+    """What the package keeps."""
     from pydantic import TypeAdapter
 
     content = resources.files("validation").joinpath("data", FILE).read_bytes()
@@ -92,3 +94,33 @@ def between(exclusion: Exclusion) -> str:
 def place(point: Point) -> str:
     """A point in words."""
     return f"({1e3 * point.ramp_s:g} ms, {1e3 * point.relaxation_time_s:g} ms, {point.factor:.3g})"
+
+
+def run_identify_ramp(*, as_json: AsJson = False) -> None:
+    """Drive the paper's fingers by a ramp, damped, and count the rows of figs. 13 to 16 that agree.
+
+    Each of a grid of (ramp, relaxation time, factor) is judged as the ledger judges, and what lies
+    between them is searched for boxes in which no choice can agree; some ten minutes.
+    """
+    with workers(os.cpu_count() or 1) as pool, progress_bar("ramps") as progress:
+        outcome = compute(pool, progress)
+    if as_json:
+        output(json.dumps({"provenance": provenance({}), **asdict(outcome)}, indent=1))
+        return
+    points, rows = outcome.points, driven_ids()
+    output("largest deviation of the three arrival times, the best of all factors and damping:")
+    for ramp in RAMPS:
+        late = [p.arrivals_percent for p in points if p.ramp_s == ramp]
+        known = [percent for percent in late if percent is not None]
+        output(f"  ramp {1e3 * ramp:g} ms: " + (f"{min(known):.2g} %" if known else "no tap"))
+    output("points of (ramp, relaxation time, factor) at which a row agrees to 5 %:")
+    for id_ in rows:
+        own = sum(id_ in point.agreeing for point in points)
+        output(f"  {id_}: {own} of {len(points)}")
+    best = closest(points)
+    missing = ", ".join(id_ for id_ in rows if id_ not in best.agreeing)
+    output(
+        f"all {len(rows)} rows: {sum(len(p.agreeing) == len(rows) for p in points)}; most,"
+        f" {len(best.agreeing)}, at {place(best)}, without {missing or 'exception'}"
+    )
+    output(between(outcome.exclusion))

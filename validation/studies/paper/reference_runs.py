@@ -7,7 +7,6 @@ elements, and the preset that `fingertap converge` has found to be converged.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from validation.harness.record import RunRecord
 from validation.models.adapter import Progress
@@ -29,21 +28,14 @@ VARIANTS: dict[str, tuple[str, ...]] = {
 Runner = Callable[[tuple[str, ...], str], Mapping[str, RunRecord]]
 
 
-@dataclass(frozen=True)
-class References:
-    """Records by variant and scene; a run that failed is absent."""
+# Records by variant and scene; a run that failed is absent.
+References = Mapping[str, Mapping[str, RunRecord]]
 
-    records: Mapping[str, Mapping[str, RunRecord]]
 
-    @property
-    def judged(self) -> Mapping[str, RunRecord]:
-        """The runs that rows are judged by."""
-        return self.records.get(JUDGED, {})
-
-    def value(self, variant: str, scene: str, key: str) -> float | None:
-        """One scalar, None where the run is absent."""
-        record = self.records.get(variant, {}).get(scene)
-        return record.value(key) if record else None
+def value_of(references: References, variant: str, scene: str, key: str) -> float | None:
+    """One scalar, None where the run is absent."""
+    record = references.get(variant, {}).get(scene)
+    return record.value(key) if record else None
 
 
 def run_references(run: Runner, progress: Progress) -> References:
@@ -52,7 +44,7 @@ def run_references(run: Runner, progress: Progress) -> References:
     for i, (name, overrides) in enumerate(VARIANTS.items()):
         progress(i / len(VARIANTS), f"reference, {name}")
         records[name] = run(overrides, name)
-    return References(records)
+    return records
 
 
 def penalty_for(target: float, values: Mapping[float, float]) -> float:
@@ -74,7 +66,7 @@ def sensitivity(references: References, scene: str, key: str, printed: float) ->
         found = {
             factor: value
             for name, factor in variants.items()
-            if (value := references.value(name, scene, key)) is not None
+            if (value := value_of(references, name, scene, key)) is not None
         }
         words = ", ".join(f"{found[f]:.4g} N at {f:g}" for f in sorted(found))
         return found, words
@@ -86,10 +78,10 @@ def sensitivity(references: References, scene: str, key: str, printed: float) ->
         parts.append(f"penalty factor on this mesh: {words}; {needed:.2g} would give the print")
     coarse, words = text(COARSE_PENALTIES)
     if coarse:
-        record = references.records[COARSE].get(scene)
+        record = references[COARSE].get(scene)
         count = int(record.summary["elements"]) if record else 0
         parts.append(f"with {count} elements: {words}")
-    limit = references.value(CONVERGED, scene, key)
+    limit = value_of(references, CONVERGED, scene, key)
     if limit is not None:
         parts.append(f"converged in mesh, penalty and step: {limit:.4g} N")
     return "; ".join(parts)

@@ -9,7 +9,13 @@ from validation.compare.differences import error_percent
 from validation.harness.record import RunRecord
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import Runs, curve, scalar, transitions
-from validation.studies.paper.reference_runs import JUDGED, VARIANTS, References, sensitivity
+from validation.studies.paper.reference_runs import (
+    JUDGED,
+    VARIANTS,
+    References,
+    sensitivity,
+    value_of,
+)
 
 NORMAL, TANGENTIAL = "peak_normal_force_N", "peak_tangential_force_N"
 # In Table 2's order: claims T2.1 to T2.4 are hcm's, 5 to 8 the reference's, 9 to 12 the errors.
@@ -23,7 +29,7 @@ def _peaks(runs: Runs, references: References, printed: Mapping[str, float]) -> 
     """Table 2: peak forces of both models, and their differences."""
     rows = {}
     for number, (scene, key) in enumerate(PEAKS, start=1):
-        mine, theirs = scalar(runs, scene, key), references.value(JUDGED, scene, key)
+        mine, theirs = scalar(runs, scene, key), value_of(references, JUDGED, scene, key)
         rows[f"T2.{number}"] = Finding(mine)
         wanted = printed[f"T2.{number + 4}"]
         reason = sensitivity(references, scene, key, wanted)
@@ -39,7 +45,7 @@ def _peaks(runs: Runs, references: References, printed: Mapping[str, float]) -> 
             f"{name} {abs(error):.3g} %"
             for name in VARIANTS
             if name != JUDGED
-            and (error := error_percent(mine, references.value(name, scene, key))) is not None
+            and (error := error_percent(mine, value_of(references, name, scene, key))) is not None
         )
         rows[f"T2.{number + 8}"] = Finding(
             None if value is None else abs(value),
@@ -62,7 +68,7 @@ def _costs(
         for start, (what, key) in zip((first, first + 4), COSTS.items(), strict=True):
             ids = (f"T3.{start}", f"T3.{start + 2}")
             mine = apart[scene].value(key) if scene in apart else None
-            ours = (mine, references.value(JUDGED, scene, key))
+            ours = (mine, value_of(references, JUDGED, scene, key))
             for id_, value in zip(ids, ours, strict=True):
                 reason = _other_machine(what, printed[id_], value, [printed[i] for i in ids], ours)
                 rows[id_] = Finding(value, reason)

@@ -9,7 +9,7 @@ import pytest
 from tests.validation.commands import Run
 from validation.compare.claims import read_claims
 from validation.scenes.load import load_scene
-from validation.studies.paper import ramp_command
+from validation.studies.paper import ramp_outcome
 from validation.studies.paper.ramp_exclusion import (
     GRID,
     corners,
@@ -111,7 +111,7 @@ def test_torques_rise_over_the_ramp_or_jump() -> None:
 def test_the_command_prints_rows_and_the_closest(
     monkeypatch: pytest.MonkeyPatch, fingertap: Run
 ) -> None:
-    monkeypatch.setattr(ramp_command, "compute", lambda pool, progress: kept_outcome())
+    monkeypatch.setattr(ramp_outcome, "compute", lambda pool, progress: kept_outcome())
     text = fingertap("identify", "ramp").out
     assert "all 20 rows: 0; most," in text
     assert "F16.4:" in text

@@ -10,10 +10,10 @@ from validation.studies.paper.reference_runs import (
     JUDGED,
     SOFTER,
     VARIANTS,
-    References,
     penalty_for,
     run_references,
     sensitivity,
+    value_of,
 )
 
 PEAK = "peak_normal_force_N"
@@ -37,10 +37,10 @@ def test_the_penalty_for_a_force_lies_on_the_power_law_through_two_runs() -> Non
 
 
 def test_sensitivity_quotes_the_runs_that_were_made() -> None:
-    found = References({
+    found = {
         JUDGED: {"hard": _record(180.0)}, SOFTER: {"hard": _record(160.0)},
         COARSE: {"hard": _record(175.0)}, CONVERGED: {"hard": _record(260.0)},
-    })  # fmt: skip
+    }  # fmt: skip
     text = sensitivity(found, "hard", PEAK, 170.0)
     for words in ("160 N at 0.05, 180 N at 0.1", "0.071 would give", "4672 elements: 175 N at 0.1",
                   "step: 260 N"):  # fmt: skip
@@ -48,9 +48,8 @@ def test_sensitivity_quotes_the_runs_that_were_made() -> None:
 
 
 def test_sensitivity_says_nothing_of_runs_that_failed() -> None:
-    assert sensitivity(References({JUDGED: {"hard": _record(180.0)}}), "hard", PEAK, 170.0) == ""
-    assert References({}).judged == {}
-    assert References({}).value(JUDGED, "hard", PEAK) is None
+    assert sensitivity({JUDGED: {"hard": _record(180.0)}}, "hard", PEAK, 170.0) == ""
+    assert value_of({}, JUDGED, "hard", PEAK) is None
 
 
 def test_all_variants_run_once_on_both_scenes() -> None:
@@ -63,5 +62,5 @@ def test_all_variants_run_once_on_both_scenes() -> None:
     shares: list[float] = []
     found = run_references(run, lambda share, _what: shares.append(share))
     assert dict(asked) == VARIANTS
-    assert found.value(CONVERGED, "soft", PEAK) == 2.0
+    assert value_of(found, CONVERGED, "soft", PEAK) == 2.0
     assert shares == sorted(shares)

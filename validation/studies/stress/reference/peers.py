@@ -13,7 +13,7 @@ over its second hit. With a pressure ten times softer, both peaks agree to 3 %.
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,10 @@ TIMEOUT_S = 40.0
 # Motion that CalculiX is given, in transits of a bar's wave: where the reference stopped, twice the
 # slowest tap of those that complete; of a bar that falls flat, twice its contact.
 TRANSITS, BAR_TRANSITS = 30.0, 4.0
-COLUMNS = ("impulse (N s)", "momentum open (%)", "kinetic left (%)", "peak (N)")
+# What a run gave, and its digits: by its forces; of the momentum that the body gained from the
+# surface, the share that its impulse does not show; its kinetic energy at the end over the first.
+IMPULSE, OPEN, KINETIC, PEAK = "impulse (N s)", "momentum open (%)", "kinetic left (%)", "peak (N)"
+COLUMNS = {IMPULSE: ".4g", OPEN: ".2g", KINETIC: ".3g", PEAK: ".4g"}
 Array = NDArray[np.float64]
 
 _EASY = ReferenceScene(contact="surface", friction=0.0, slide=0.0, stiffness=1e-3)
@@ -51,49 +54,20 @@ CELLS: dict[str, ReferenceScene] = {
 }
 
 
-@dataclass(frozen=True)
-class ImpulseBalance:
-    """What a run gave: by its forces, and by its velocities.
-
-    peak_normal_force_N, normal_impulse_N_s : of the force. momentum_N_s : what the body gained from
-    the surface. kinetic_share : its kinetic energy at the end, over that at the start.
-    """
-
-    peak_normal_force_N: float
-    normal_impulse_N_s: float
-    momentum_N_s: float
-    kinetic_share: float
-
-    @property
-    def open_share(self) -> float:
-        """Share of the momentum that the impulse does not show."""
-        return abs(self.normal_impulse_N_s / self.momentum_N_s - 1.0)
-
-    def columns(self, mark: str = "") -> dict[str, str]:
-        """The table's `COLUMNS`; `mark` is a remark on the peak."""
-        values = (
-            f"{self.normal_impulse_N_s:.4g}", f"{100 * self.open_share:.2g}",
-            f"{100 * self.kinetic_share:.3g}", f"{self.peak_normal_force_N:.4g}{mark}",
-        )  # fmt: skip
-        return dict(zip(COLUMNS, values, strict=True))
-
-
 def impulse_balance(
     force: Array, time_s: Array, velocity: Array, scene: ReferenceScene, model: Model
-) -> ImpulseBalance:
-    """Of a full body, by the surface's force on it and the nodes' velocities at the last time.
+) -> dict[str, float]:
+    """`COLUMNS` of a full body, by the surface's force on it and the last velocities of its nodes.
 
     The momentum is Σ m (v_y + v - f_y t) of a block that fell at v.
     """
     mass = model.copies * model.mass
-    gained = velocity[:, 1] + scene.speed - model.fall[1] * time_s[-1]
+    impulse = float(np.trapezoid(force, time_s))
+    gained = float(mass @ (velocity[:, 1] + scene.speed - model.fall[1] * time_s[-1]))
     before = mass.sum() * scene.speed**2 * (1.0 + scene.slide**2)
-    return ImpulseBalance(
-        float(force.max()),
-        float(np.trapezoid(force, time_s)),
-        float(mass @ gained),
-        float(mass @ (velocity**2).sum(axis=1) / before),
-    )
+    kinetic = float(mass @ (velocity**2).sum(axis=1) / before)
+    values = impulse, 100 * abs(impulse / gained - 1.0), 100 * kinetic, float(force.max())
+    return dict(zip(COLUMNS, values, strict=True))
 
 
 def calculix_deck(scene: ReferenceScene, model: Model, displacement: Array, end_s: float) -> str:
@@ -104,7 +78,7 @@ def calculix_deck(scene: ReferenceScene, model: Model, displacement: Array, end_
 
 def calculix_balance(
     scene: ReferenceScene, ran: calculix.CalculixRun, model: Model
-) -> ImpulseBalance | None:
+) -> dict[str, float] | None:
     """None of an unfinished run: an impulse of a part of the motion is no impulse of the tap."""
     velocity = calculix_impact.last_velocities(ran.printed)
     if ran.answer != calculix.COMPLETED or velocity is None:
@@ -114,17 +88,18 @@ def calculix_balance(
     return impulse_balance(force, np.append(0.0, time_s), velocity, scene, model)
 
 
-def _own_columns(scene: ReferenceScene, result: rf.TapResult, model: Model) -> dict[str, str]:
+def _own_balance(scene: ReferenceScene, result: rf.TapResult, model: Model) -> dict[str, float]:
     f, last = result.forces, result.snapshots[-1]
     rows = f.time_s <= last.time_s + 0.5 * model.step_s
-    found = impulse_balance(f.normal_force_N[rows], f.time_s[rows], last.velocity, scene, model)
-    spike = any("spike" in caution for caution in result.cautions)
-    return found.columns(" (spike)" if spike else "")
+    return impulse_balance(f.normal_force_N[rows], f.time_s[rows], last.velocity, scene, model)
+
+
+def _texts(balance: dict[str, float] | None) -> dict[str, str]:
+    return {key: f"{balance[key]:{form}}" if balance else "" for key, form in COLUMNS.items()}
 
 
 def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
     """A cell by both, a row of the table."""
-    nothing = dict.fromkeys(COLUMNS, "")
     start_s = time.perf_counter()
     result, model = scene.simulate()
     unless_interrupted(result)
@@ -138,12 +113,13 @@ def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
         end = max(end, BAR_TRANSITS * transit)
     deck = calculix_deck(scene, model, start.displacement, end)
     ran = calculix.run_calculix(deck, TIMEOUT_S)
-    balance = calculix_balance(scene, ran, model)
     verdict = judge(scene)
     answer = str(verdict.answer) if completed else f"{verdict.answer}: {result.status.value}"
-    ours = {"answer": answer, **(_own_columns(scene, result, model) if completed else nothing),
-            "wall (s)": f"{seconds:.2g}"}  # fmt: skip
-    theirs = {"answer": ran.answer, **(balance.columns() if balance else nothing),
+    own = _texts(_own_balance(scene, result, model) if completed else None)
+    if completed and any("spike" in caution for caution in result.cautions):
+        own[PEAK] += " (spike)"
+    ours = {"answer": answer, **own, "wall (s)": f"{seconds:.2g}"}
+    theirs = {"answer": ran.answer, **_texts(calculix_balance(scene, ran, model)),
               "increments": len(calculix_impact.floor_forces(ran.printed)[0]),
               "wall (s)": f"{ran.wall_time_s:.2g}"}  # fmt: skip
     return {

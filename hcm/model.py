@@ -128,9 +128,8 @@ def fill_rigid_motion(state: Floats, lengths: Floats, chain: Chain, q: Floats, v
 class Model:
     """What a run computes with.
 
-    generalized_alpha : the integrator without collocation. integrator : the run's, of which that is
-    a part. undamped : the same with xi = 1. drive : torques on the chain's nodes. rods : None where
-    the beams fly themselves. rods_drive : torques on them.
+    generalized_alpha : the integrator without collocation. drive : torques on the chain's nodes.
+    rods : None where the beams fly themselves. rods_drive : torques on them.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
     theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
     finger at rest gathers by round-off. tap_ends : None where each separation ends one.
@@ -144,8 +143,6 @@ class Model:
     rods: Rods | None
     rods_drive: tuple[Piece, ...]
     generalized_alpha: Integrator
-    integrator: AnyIntegrator
-    undamped: AnyIntegrator
     plan: Plan
     frames: FrameTable
     start_s: float
@@ -154,6 +151,14 @@ class Model:
     angles: Floats
     roundoff_J: float
     tap_ends: TapEnds | None
+
+    def integrators(self) -> tuple[AnyIntegrator, AnyIntegrator]:
+        """The run's, of which `generalized_alpha` is a part, and the same with xi = 1."""
+        plain, of = self.generalized_alpha, self.settings
+        gauss = [of.flight_integrator == GAUSS, of.contact_integrator == GAUSS]
+        integrator = with_collocation(plain, of.stages, *gauss) if any(gauss) else plain
+        undamped = coefficients(1.0, plain.co.tolerance, plain.co.reuse)
+        return integrator, integrator._replace(co=undamped)
 
     def initial_motion(self) -> Motion:
         """The state that the run starts in, accelerations zero."""
@@ -195,8 +200,7 @@ def build_model(
         )
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, law_of(whole, surface, tip, assumptions), workspace(q.size))
-    gauss = [settings.flight_integrator == GAUSS, settings.contact_integrator == GAUSS]
-    integrator = with_collocation(plain, settings.stages, *gauss) if any(gauss) else plain
+    rigid = settings.flight == "rigid"
     times = np.array(settings.frame_times, dtype=float)
     frames = FrameTable(times, np.full((times.size, q.size), np.nan))
     frames.q[times == start_s] = q
@@ -208,13 +212,9 @@ def build_model(
         ),
         outline=outline,
         drive=torques_on_nodes(drive, len(finger.phalanges)),
-        rods=(
-            build_rods(whole, surface, drive, assumptions) if settings.flight == "rigid" else None
-        ),
-        rods_drive=torques_on_rods(drive, len(finger.phalanges)),
+        rods=build_rods(whole, surface, drive, assumptions) if rigid else None,
+        rods_drive=torques_on_rods(drive, len(finger.phalanges)) if rigid else (),
         generalized_alpha=plain,
-        integrator=integrator,
-        undamped=integrator._replace(co=coefficients(1.0, co.tolerance, co.reuse)),
         plan=plan_of(settings, surface.height),
         frames=frames,
         start_s=start_s,

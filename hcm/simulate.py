@@ -187,16 +187,20 @@ def _take_steps(
 
     The last are the times at which taps were seen to be over, s.
     """
+    over_s: list[float] = []
+    status: Status = begun.status
+    if status is not Status.COMPLETED:
+        return [begun.segment], status, over_s
     settings, motion = model.settings, begun.motion
     new = Motion(*[np.empty_like(part) for part in motion])
-    segments, status, code = [begun.segment], begun.status, loop.RUNNING
+    segments, code = [begun.segment], loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
     between = _rows_between(settings)
     stages = settings.stages if settings.flight_integrator == GAUSS else max(between, 1)
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
-    over_s: list[float] = []
     try:
+        integrator, undamped = model.integrators()
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
             size = min(TABLE_ROWS, settings.max_steps - last.steps)
@@ -209,8 +213,8 @@ def _take_steps(
             )
             record = empty_record(size + between, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
-                motion, new, last.contact, last.clock, plan, model.integrator, model.undamped,
-                model.probe, model.outline, record,
+                motion, new, last.contact, last.clock, plan, integrator, undamped, model.probe,
+                model.outline, record,
             )  # fmt: skip
             first_row = begun.segment.rows[0]
             segments.append(

@@ -81,7 +81,7 @@ def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
     chords = np.empty((chain.first.size, 2))
     fill_chords(q, chain, chords)
     n = q.size
-    drive = np.stack([chain.torque, np.zeros_like(chain.torque)])
+    drive = np.array([chain.torque, 0.0 * chain.torque])
     return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n), drive)
 
 

@@ -58,8 +58,9 @@ def piece_at(pieces: Sequence[Piece], time_s: float) -> Piece:
 def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
     """Joint (T,) of each torque on a node, and its sign: -1 of a reaction, which comes second."""
     _, values = torque_rows(drive, count)
-    found = []
-    for w in np.flatnonzero(values.any(axis=0)).tolist():
+    acting = np.flatnonzero(values.any(axis=0)).tolist() if values.any() else []
+    found: list[tuple[int, int]] = []
+    for w in acting:
         found += [(w, 1), (w, -1)] if drive.reaction and w > 0 else [(w, 1)]
     joint, sign = np.array(found, dtype=np.int64).reshape(-1, 2).T
     return joint, sign

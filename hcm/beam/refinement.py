@@ -42,6 +42,8 @@ def beams_of(finger: Finger, assumptions: Assumptions) -> Finger:
     ParameterError
         The last phalanx is no longer than its end is round, or a ratio of Poisson's is missing.
     """
+    if not assumptions.any:
+        return finger
     *inner, last = finger.phalanges
     if (assumptions.has("lowest_point") or assumptions.has("half_ball")) and (
         last.length <= last.diameter / 2
@@ -98,20 +100,20 @@ def moments(finger: Finger, assumptions: Assumptions) -> Floats:
     """(3, P): mass of each phalanx, kg, and its moments about its hinge over m L and m L^2, L the
     length of its beam.
     """
+    if not assumptions.any:
+        whole = [p.density * p.area * p.length for p in finger.phalanges]
+        return np.array([whole, [0.5] * len(whole), [1 / 3] * len(whole)])
     out = np.empty((3, len(finger.phalanges)))
     for w, (p, length, round_from) in enumerate(pieces(finger, assumptions)):
-        if assumptions.any:
-            # the round end alone has another mass than a cylinder
-            middle = p.length - p.diameter / 2 if round_from < np.inf else p.length
-            spans = [(0.0, middle), (middle, p.length - middle)]
-            s = np.concatenate([start + span * POINTS for start, span in spans])
-            ds = np.concatenate([span * WEIGHTS for _, span in spans])
-            line, turning = inertia(p, s, round_from, assumptions.has("rotary_inertia"))
-            mass = float(line @ ds)
-            out[:, w] = mass, line * s @ ds / (mass * length), 0.0
-            out[2, w] = (line * s**2 + turning) @ ds / (mass * length**2)
-        else:
-            out[:, w] = p.density * p.area * p.length, 0.5, 1.0 / 3.0
+        # the round end alone has another mass than a cylinder
+        middle = p.length - p.diameter / 2 if round_from < np.inf else p.length
+        spans = [(0.0, middle), (middle, p.length - middle)]
+        s = np.concatenate([start + span * POINTS for start, span in spans])
+        ds = np.concatenate([span * WEIGHTS for _, span in spans])
+        line, turning = inertia(p, s, round_from, assumptions.has("rotary_inertia"))
+        mass = float(line @ ds)
+        out[:, w] = mass, line * s @ ds / (mass * length), 0.0
+        out[2, w] = (line * s**2 + turning) @ ds / (mass * length**2)
     return out
 
 

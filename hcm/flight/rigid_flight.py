@@ -183,6 +183,8 @@ def integrate_flight(
 
 def _withheld(table: Floats, begin: Floats, rate: Floats) -> Floats:
     """Int (theta - theta_0) . tau. dt up to each row (m,), J, by cubics through the rows."""
+    if not rate.any():
+        return np.zeros(len(table))
     links = begin.size
     h, angles = np.diff(table[:, :1], axis=0), table[:, 1 : 1 + links] - begin
     spins = table[:, 1 + links : 1 + 2 * links]

@@ -13,6 +13,7 @@ from hcm.beam.outline import build_outline, depth
 from hcm.chosen import (
     BY_WEIGHT,
     FEW_STEPS,
+    FOLLOWING_STAGES,
     NEWTON,
     QUIET,
     contact_frequency,
@@ -24,6 +25,7 @@ from hcm.estimate import VERTEX_SHARE
 from hcm.fall import rods_fall
 from hcm.flight.rigid_chain import body_depth, build_rods
 from hcm.model import rigid_motion
+from hcm.parameters import STAGES
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 NO_ESTIMATE = hcm.Settings(estimate=False)
@@ -219,6 +221,20 @@ def test_a_followed_vibration_is_as_far_out_of_phase_by_any_stages() -> None:
     slope = (rows[4] - rows[8]) / 8.0
     assert rows[6] + 12 * slope == pytest.approx(rows[4] + 8 * slope, rel=1e-9)
     assert steps[8] > 2.0 * steps[4]
+
+
+def test_a_vibration_that_shortens_no_step_is_followed_with_few_stages() -> None:
+    limp = hcm.Finger((replace(SOFT, youngs_modulus=6e6),) * 3)
+    scene = replace(SOFT_SCENE, finger=limp)
+    fall = rods_fall(scene)
+    assert fall is not None
+    rung = BY_WEIGHT[0] * fall.ringing / fall.speed
+    few, many = chosen(0.9 * rung, scene), chosen(0.9 * rung, scene, stages=FOLLOWING_STAGES)
+    assert few.followed
+    assert few.scene.settings.stages == STAGES
+    steps = (few.scene.settings.flight_step, many.scene.settings.flight_step)
+    assert steps == (fall.time / FEW_STEPS,) * 2
+    assert chosen(0.1 * rung, scene).scene.settings.stages == FOLLOWING_STAGES
 
 
 # one phalanx that a sudden torque rings: its vibration changes the tap by a tenth

@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 
 from tests.validation.commands import Make, Patch
+from tests.validation.validate.test_page import cause_of
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError
 from validation.harness.record import RunRecord
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
-from validation.validate.ladder import reference_checks
-from validation.validate.ladder.causes import Cause
+from validation.validate.ladder import run_tables
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, compare_runs
 from validation.validate.ladder.ladder import Ladder, compute_ladder
-from validation.validate.ladder.reference_checks import explicit_flight, shaft_holes
 from validation.validate.ladder.report import (
     cause_sentences,
     check_sentences,
@@ -26,7 +25,12 @@ from validation.validate.ladder.report import (
     peak_sentences,
     write_ladder,
 )
-from validation.validate.ladder.run_tables import accuracy_against_cost, contact_patches
+from validation.validate.ladder.run_tables import (
+    accuracy_against_cost,
+    contact_patches,
+    explicit_flight,
+    shaft_holes,
+)
 from validation.validate.ladder.rungs import (
     CONTACT,
     mesh_keys,
@@ -132,7 +136,7 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
         Comparison(3, "soft", "peak Fn (N), same impact", 80.7, 94.2, None, -14.3),
     ]
     steps = (("reduced", 80.7), ("flat end", 80.5), ("sphere", 93.5), ("own contact", 94.2))
-    causes = [Cause("soft", step, peak, 200.0, 10.0) for step, peak in steps]
+    causes = [cause_of(step, peak) for step, peak in steps]
     ladder = Ladder(False, rows, causes)
     record = make_record(model="fem3d", variant="ls-dyna-like", peak=66.0)
     other = make_record(model="fem3d", variant="fast", peak=60.0)
@@ -188,9 +192,9 @@ def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make)
     holed = make_record(model="fem3d", variant="ls-dyna-like shaft holes", peak=81.0)
     runs = Runs((plain, holed))
     (row,) = shaft_holes(runs, ("soft", "hard"))
-    assert (row.scene, row.peak_N, row.changed_peak_N) == ("soft", 80.0, 81.0)
-    assert row.peak_percent == pytest.approx(1.25)
-    assert row.duration_percent == 0.0
+    assert (row["scene"], row["peak_N"], row["changed_peak_N"]) == ("soft", 80.0, 81.0)
+    assert row["peak_percent"] == pytest.approx(1.25)
+    assert row["duration_percent"] == 0.0
     (said,) = check_sentences([row])
     assert "with shaft holes instead of plain hinges: peak force +1.25 %" in said
     assert runs.spread_over("soft") == [plain]
@@ -208,11 +212,11 @@ def test_whole_event_is_compared_with_the_rigid_start(
         asked.append(scene.tables.solver.fem.flight)
         return make_record(scene.name, "fem3d", variant, peak=100.0 - 0.02 * (len(asked) - 1))
 
-    monkeypatch.setattr(reference_checks, "full_contact", contact)
+    monkeypatch.setattr(run_tables, "full_contact", contact)
     row = explicit_flight("soft", LadderRuns())
     assert asked == [None, "explicit"]
-    assert row.change == "whole event by 3,000 explicit steps instead of a rigid flight"
-    assert row.peak_percent == pytest.approx(-0.02)
+    assert row["change"] == "whole event by 3,000 explicit steps instead of a rigid flight"
+    assert row["peak_percent"] == pytest.approx(-0.02)
 
 
 def test_patch_and_pressure_stand_beside_hertz(make_record: Make) -> None:
@@ -223,10 +227,10 @@ def test_patch_and_pressure_stand_beside_hertz(make_record: Make) -> None:
     (row,) = contact_patches(Runs((run, make_record())), (), ("soft",))
     # Soft: E* = 1e9/0.84 Pa, R = 7.5 mm: a³ = 0.75 * 100 N R/E*, mean pressure 2/3 p_0.
     hertz = (0.75 * 100 * 0.0075 * 0.84 / 1e9) ** (1 / 3)
-    assert row.hertz_radius_um == pytest.approx(1e6 * hertz, rel=1e-6)
-    assert row.hertz_pressure_MPa == pytest.approx(1.5e-4 / (np.pi * hertz**2), rel=1e-6)
-    assert row.radius_um == pytest.approx(1e6 * np.sqrt(1e-6 / np.pi), rel=1e-6)
-    assert row.pressure_MPa == pytest.approx(100.0, rel=1e-6)
+    assert row["hertz_radius_um"] == pytest.approx(1e6 * hertz, rel=1e-6)
+    assert row["hertz_pressure_MPa"] == pytest.approx(1.5e-4 / (np.pi * hertz**2), rel=1e-6)
+    assert row["radius_um"] == pytest.approx(1e6 * np.sqrt(1e-6 / np.pi), rel=1e-6)
+    assert row["pressure_MPa"] == pytest.approx(100.0, rel=1e-6)
 
 
 def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
@@ -235,7 +239,7 @@ def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
     best = make_record(model="fem3d", variant="preset converged", peak=80.0)
     plane.summary["wall_time_s"] = 3.0
     rows = accuracy_against_cost(runs, [make_record(peak=76.0)], [best])
-    assert [(row.model, row.peak_percent) for row in rows] == [
+    assert [(row["model"], row["peak_percent"]) for row in rows] == [
         ("hcm, the paper's k", pytest.approx(-25.0)),
         ("hcm, identified k", pytest.approx(-5.0)),
         ("fem2d fast", pytest.approx(-12.5)),

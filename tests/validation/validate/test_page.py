@@ -21,10 +21,10 @@ from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
 from validation.validate.headline import differences, labels, sentences, staircase, what_matters
-from validation.validate.ladder.causes import Cause
+from validation.validate.ladder.causes import CAUSE_COLUMNS
 from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.ladder.reference_checks import ReferenceCheck
+from validation.validate.ladder.run_tables import CHECK_COLUMNS
 from validation.validate.paper_tables import TABLE_3, paper_rows
 from validation.validate.plan import Plan, Runs, groups
 from validation.validate.tables import efficiency_rows
@@ -244,13 +244,19 @@ def test_numbers_for_people(value: object, text: str) -> None:
     assert rounded(value) == text
 
 
+def cause_of(step: str, peak_N: float) -> dict[str, object]:
+    """A row of the experiment."""
+    return dict(zip(CAUSE_COLUMNS, ("soft", step, peak_N, 200.0, 10.0), strict=True))
+
+
 def ladder_of(make_record: Make) -> Ladder:
     """A ladder with a row of every kind."""
     best = make_record("soft", "fem3d", "preset converged", peak=95.0)
     best.history["contact_area_m2"] = 1e-8 * best.history["normal_force_N"]
     best.history["peak_pressure_Pa"] = 1e6 * best.history["normal_force_N"]
-    cause = Cause("soft", "that spring at the sphere's lowest point", 95.0, 200.0, 10.0)
-    check = ReferenceCheck("soft", "whole event", "fast", 90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
+    cause = cause_of("that spring at the sphere's lowest point", 95.0)
+    shares = (90.0, 89.982, -0.02, -0.009, -0.005, 0.0)
+    check = dict(zip(CHECK_COLUMNS, ("soft", "whole event", "fast", *shares), strict=True))
     row = Comparison(3, "soft", f"peak Fn (N), {SAME}", 81.0, 95.0, 1.0, -14.7)
     predicted = make_record("soft", peak=81.0)
     causes = [cause, cause]

@@ -11,9 +11,9 @@ from validation.harness.store import NO_STORE, Store
 from validation.identify.contact import MESHES, ContactIdentification
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene, scene_name
-from validation.validate.ladder.causes import Cause, causes
+from validation.validate.ladder.causes import causes
 from validation.validate.ladder.comparison import Comparison
-from validation.validate.ladder.reference_checks import ReferenceCheck, explicit_flight
+from validation.validate.ladder.run_tables import Row, explicit_flight
 from validation.validate.ladder.rungs import contact_rung, structure_rung
 from validation.validate.ladder.stored_runs import LadderRuns
 
@@ -33,11 +33,11 @@ class Ladder:
 
     full: bool
     rows: list[Comparison] = field(default_factory=list)
-    causes: list[Cause] = field(default_factory=list)
+    causes: list[Row] = field(default_factory=list)
     identified: list[ContactIdentification] = field(default_factory=list)
     references: list[RunRecord] = field(default_factory=list)
     predictions: list[RunRecord] = field(default_factory=list)
-    checks: list[ReferenceCheck] = field(default_factory=list)
+    checks: list[Row] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
 
 

@@ -7,15 +7,17 @@ from typing import Any
 
 from validation.harness.quantities import quantity
 from validation.harness.tables import table_of, write_table
-from validation.validate.ladder.causes import CAUSE_COLUMNS, Cause
+from validation.validate.ladder.causes import CAUSE_COLUMNS
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, name_of
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.ladder.reference_checks import ReferenceCheck, shaft_holes
 from validation.validate.ladder.run_tables import (
-    AccuracyCost,
-    ContactPatch,
+    CHECK_COLUMNS,
+    COST_COLUMNS,
+    PATCH_COLUMNS,
+    Row,
     accuracy_against_cost,
     contact_patches,
+    shaft_holes,
 )
 from validation.validate.ladder.rungs import paper_rung
 from validation.validate.paper_tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
@@ -32,17 +34,11 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
     "table_2": (COLUMNS_2, "The paper's Table 2"),
     "table_3": (COLUMNS_3, "The paper's Table 3"),
     "reference_checks": (
-        tuple(ReferenceCheck.__annotations__),
+        CHECK_COLUMNS,
         "What a choice of the reference's changes in the reference itself",
     ),
-    "accuracy_cost": (
-        tuple(AccuracyCost.__annotations__),
-        "Every model against the best reference run, and its time",
-    ),
-    "contact_patch": (
-        tuple(ContactPatch.__annotations__),
-        "Contact patch and pressure at peak force, beside Hertz",
-    ),
+    "accuracy_cost": (COST_COLUMNS, "Every model against the best reference run, and its time"),
+    "contact_patch": (PATCH_COLUMNS, "Contact patch and pressure at peak force, beside Hertz"),
 }
 Rows = Mapping[str, Sequence[Any]]  # of each of TABLES
 
@@ -84,13 +80,13 @@ def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
     }
 
 
-def check_sentences(checks: Sequence[ReferenceCheck]) -> list[str]:
+def check_sentences(checks: Sequence[Row]) -> list[str]:
     """What each check of the reference against itself changes."""
     return [
-        f"{row.scene.capitalize()} finger, reference ({row.mesh}) with {row.change}: "
-        f"peak force {row.peak_percent:+.2f} %, impulse {row.impulse_percent:+.2f} %."
+        f"{row['scene'].capitalize()} finger, reference ({row['mesh']}) with {row['change']}: "
+        f"peak force {row['peak_percent']:+.2f} %, impulse {row['impulse_percent']:+.2f} %."
         for row in checks
-        if row.peak_percent is not None and row.impulse_percent is not None
+        if row["peak_percent"] is not None and row["impulse_percent"] is not None
     ]
 
 
@@ -124,19 +120,17 @@ def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
     return result
 
 
-def cause_sentences(causes: Sequence[Cause]) -> list[str]:
+def cause_sentences(causes: Sequence[Row]) -> list[str]:
     """What each step of a scene's experiment adds to the peak force, the largest first."""
     result = []
-    for scene in dict.fromkeys(cause.scene for cause in causes):
-        steps = [cause for cause in causes if cause.scene == scene]
-        gap = steps[-1].peak_N - steps[0].peak_N
-        changes = {
-            after.step: after.peak_N - before.peak_N for before, after in itertools.pairwise(steps)
-        }
+    for scene in dict.fromkeys(cause["scene"] for cause in causes):
+        steps = [(row["step"], row["peak_N"]) for row in causes if row["scene"] == scene]
+        (_, first), *_, (_, last) = steps
+        changes = {step: after - before for (_, before), (step, after) in itertools.pairwise(steps)}
         largest = sorted(changes.items(), key=lambda item: -abs(item[1]))
         parts = [f"{change:+.1f} N with {step}" for step, change in largest]
         result.append(
-            f"{scene.capitalize()} finger: from the blind prediction's {steps[0].peak_N:.1f} N to "
-            f"the reference's {steps[-1].peak_N:.1f} N it is {gap:+.1f} N: {', '.join(parts)}."
+            f"{scene.capitalize()} finger: from the blind prediction's {first:.1f} N to "
+            f"the reference's {last:.1f} N it is {last - first:+.1f} N: {', '.join(parts)}."
         )
     return result

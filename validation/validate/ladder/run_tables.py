@@ -1,54 +1,79 @@
-"""Tables of single runs: accuracy against cost, and the contact patch beside Hertz's."""
+"""Tables of runs: the reference against itself, accuracy against cost, the patch beside Hertz's."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 from validation.compare.differences import error_percent
-from validation.harness.quantities import OF_A_TAP
+from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs
-from validation.scenes.load import read_scene
-from validation.validate.plan import DEFAULT, FAST, PLANE, REDUCED, REFERENCE, Runs
+from validation.scenes.load import load_scene, read_scene
+from validation.validate.ladder.runs import full_contact
+from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.plan import DEFAULT, FAST, HOLES, PLANE, REDUCED, REFERENCE, Runs
 
 NAMES = {REDUCED: "hcm, the paper's k"}
+PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
+CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
+                 "contact_time_percent")  # fmt: skip
+COST_COLUMNS = ("scene", "model", "wall_time_s", "peak_N", *PERCENT)
+# At the largest sampled force: radius of the circle of that area, largest nodal pressure.
+PATCH_COLUMNS = ("scene", "model", "force_N", "radius_um", "hertz_radius_um", "pressure_MPa",
+                 "hertz_pressure_MPa")  # fmt: skip
+Row = dict[str, Any]  # by the names of its table's columns; None where a run has no such number
 
 
-@dataclass(frozen=True)
-class AccuracyCost:
-    """One model: what it takes, and how far its peak, impulse and duration are off."""
-
-    scene: str
-    model: str
-    wall_time_s: float | None
-    peak_N: float | None
-    peak_percent: float | None
-    impulse_percent: float | None
-    duration_percent: float | None
+def _percent(run: RunRecord, base: RunRecord) -> Row:
+    """How far a run's peak, impulse and duration are from another's."""
+    shares = (error_percent(entry.read(run), entry.read(base)) for entry in OF_A_TAP)
+    return dict(zip(PERCENT, shares, strict=True))
 
 
-@dataclass(frozen=True)
-class ContactPatch:
-    """At the largest sampled force: radius of the circle of that area, largest nodal pressure."""
+def _check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> Row:
+    """What a choice of the reference changes in itself, on one mesh."""
+    peak, arrival = OF_A_TAP[0], quantity("contact_time_s")
+    later = error_percent(arrival.read(changed), arrival.read(as_it_is))
+    return {
+        "scene": as_it_is.scene,
+        "change": change,
+        "mesh": mesh,
+        "peak_N": peak.read(as_it_is),
+        "changed_peak_N": peak.read(changed),
+        **_percent(changed, as_it_is),
+        "contact_time_percent": later,
+    }
 
-    scene: str
-    model: str
-    force_N: float
-    radius_um: float
-    hertz_radius_um: float
-    pressure_MPa: float
-    hertz_pressure_MPa: float
+
+def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
+    """Joints of nodes on shaft holes' surfaces, as in the paper, against the plain hinge."""
+    rows = []
+    for scene in scenes:
+        plain, holed = runs.find(scene, REFERENCE), runs.find(scene, HOLES)
+        if plain is not None and holed is not None:
+            rows.append(_check("shaft holes instead of plain hinges", REFERENCE[1], plain, holed))
+    return rows
 
 
-def _cost(name: str, run: RunRecord, best: RunRecord) -> AccuracyCost:
-    shares = [error_percent(entry.read(run), entry.read(best)) for entry in OF_A_TAP]
-    time, peak = run.value("wall_time_s"), run.value("peak_normal_force_N")
-    return AccuracyCost(run.scene, name, time, peak, *shares)
+def explicit_flight(source: str, runs: LadderRuns) -> Row:
+    """All of the fall by explicit steps, against the start from the reference's rigid flight.
+
+    Raises
+    ------
+    RunFailedError
+        A run did not complete.
+    """
+    fast = "solver.fem.preset=fast"
+    rigid = runs.obtain(full_contact, load_scene(source, (fast,)), None, "fast")
+    scene = load_scene(source, (fast, "solver.fem.flight=explicit"))
+    whole = runs.obtain(full_contact, scene, None, "fast, explicit flight")
+    change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
+    return _check(f"{change} instead of a rigid flight", "fast", rigid, whole)
 
 
 def accuracy_against_cost(
     runs: Runs, predictions: Sequence[RunRecord], best: Sequence[RunRecord]
-) -> list[AccuracyCost]:
+) -> list[Row]:
     """All models of every scene that has a best run of the reference, cheapest first.
 
     Parameters
@@ -66,12 +91,21 @@ def accuracy_against_cost(
         ]
         several += [("hcm, identified k", run) for run in predictions if run.scene == scene]
         several.append((f"fem3d {reference.variant}", reference))
-        found = [_cost(name, run, reference) for name, run in several]
-        rows += sorted(found, key=lambda row: row.wall_time_s or 0.0)
+        found = [
+            {
+                "scene": scene,
+                "model": name,
+                "wall_time_s": run.value("wall_time_s"),
+                "peak_N": run.value("peak_normal_force_N"),
+                **_percent(run, reference),
+            }
+            for name, run in several
+        ]
+        rows += sorted(found, key=lambda row: row["wall_time_s"] or 0.0)
     return rows
 
 
-def contact_patch(run: RunRecord) -> ContactPatch | None:
+def contact_patch(run: RunRecord) -> Row | None:
     """Patch of a run at its peak force; None for one that has no pressure.
 
     Hertz at the same force, a sphere on a rigid plane: p_0 = 3 F/(2π a²) (Johnson, Contact
@@ -88,20 +122,18 @@ def contact_patch(run: RunRecord) -> ContactPatch | None:
     materials, *_ = solid_inputs.inputs(tables)
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     hertz = hertz_contact_radius(materials[-1], radius, force)
-    return ContactPatch(
-        run.scene,
-        run.label,
-        force,
-        1e6 * math.sqrt(area / math.pi),
-        1e6 * hertz,
-        1e-6 * float(history["peak_pressure_Pa"][top]),
-        1e-6 * 1.5 * force / (math.pi * hertz**2) if hertz else 0.0,
-    )
+    return {
+        "scene": run.scene,
+        "model": run.label,
+        "force_N": force,
+        "radius_um": 1e6 * math.sqrt(area / math.pi),
+        "hertz_radius_um": 1e6 * hertz,
+        "pressure_MPa": 1e-6 * float(history["peak_pressure_Pa"][top]),
+        "hertz_pressure_MPa": 1e-6 * 1.5 * force / (math.pi * hertz**2) if hertz else 0.0,
+    }
 
 
-def contact_patches(
-    runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]
-) -> list[ContactPatch]:
+def contact_patches(runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]) -> list[Row]:
     """Of the three-dimensional presets and of rung 3's finest run, by scene."""
     rows = []
     for scene in scenes:

@@ -46,6 +46,11 @@ class Torques:
         share = (time_s - times[n - 1]) / (times[n] - times[n - 1])
         return (1.0 - share) * values[n - 1] + share * values[n]
 
+    @property
+    def steady(self) -> bool:
+        """Whether they never change."""
+        return self.times.size == 1
+
     def pieces(self, begin_s: float, end_s: float) -> Iterator[tuple[float, float, Array, Array]]:
         """Between kinks: begin and end, s, torques at the begin (P,) and their rates, N·m/s."""
         inside = np.unique(self.times[(self.times > begin_s) & (self.times < end_s)])

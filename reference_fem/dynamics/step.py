@@ -134,12 +134,13 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
     work = replace(first, displacement=u, velocity=v)
     for number in range(1, steps + 1):
-        before, torques = torques, model.torques.at(state.time_s + number * model.step_s)
-        if (change := torques - before).any():
-            began, ends = (
-                _face_angles(model, x, state.face_angles) for x in (u - model.step_s * v, u)
-            )
-            withheld += work_of(model, change, 0.5 * (began + ends))
+        if not model.torques.steady:
+            before, torques = torques, model.torques.at(state.time_s + number * model.step_s)
+            if (change := torques - before).any():
+                began, ends = (
+                    _face_angles(model, x, state.face_angles) for x in (u - model.step_s * v, u)
+                )
+                withheld += work_of(model, change, 0.5 * (began + ends))
         if number == steps:
             break
         if kernel.damped:

@@ -84,13 +84,14 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
     nodes = model.contact.nodes
     body = np.flatnonzero(model.body_of_point == model.touching_body)
     mass = model.mass[body]
-    position = model.points[body, :2] + displacement[body, :2]
+    position = model.points.take(body, 0)[:, :2] + displacement.take(body, 0)[:, :2]
+    motion = np.ascontiguousarray(velocity.take(body, 0)[:, :2])
     centre = mass @ position / mass.sum()
-    mean = mass @ velocity[body, :2] / mass.sum()
-    arm, relative = position - centre, velocity[body, :2] - mean
-    turn = mass @ (arm[:, 0] * relative[:, 1] - arm[:, 1] * relative[:, 0])
-    spin = turn / (mass @ (arm * arm).sum(axis=1))
-    place = model.contact.touching_points(model.points[nodes, :2] + displacement[nodes, :2])
+    mean = mass @ motion / mass.sum()
+    arm_x, arm_y = position[:, 0] - centre[0], position[:, 1] - centre[1]
+    v_x, v_y = motion[:, 0] - mean[0], motion[:, 1] - mean[1]
+    spin = (mass @ (arm_x * v_y - arm_y * v_x)) / (mass @ (arm_x * arm_x + arm_y * arm_y))
+    place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
     speed = mean[1] + spin * (place[:, 0] - centre[0])
     down = speed < 0.0
     gap = np.maximum(place[down, 1] + model.surface.height, 0.0)

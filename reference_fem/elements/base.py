@@ -22,7 +22,7 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.elements import loops
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.stress import damping_stress, von_mises
+from reference_fem.elements.stress import damping_stress, field_gradients, von_mises
 
 # (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
 Stresses = Callable[[Blocks, Array, Array, Array, Array, Index, Array], None]
@@ -140,11 +140,9 @@ class ElementKernel:
         u = self._checked(displacement)
         self.kind.stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
         if self.damped and velocity is not None:
-            nodes, gradients = self.cells[chosen], self.gradients[chosen]
-            f, rate = (
-                np.einsum("nai,naj->nij", field[nodes], gradients)
-                for field in (self.points + u, self._checked(velocity))
-            )
+            of_cells = self.cells, self.gradients, chosen
+            f = field_gradients(self.points + u, *of_cells)
+            rate = field_gradients(self._checked(velocity), *of_cells)
             stress += damping_stress(
                 f, rate, *(tau[chosen] for tau in (self.mu, self.lame, self.relaxation))
             )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reference_fem.arrays import Array
+from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.elements.blocks import LANES, Blocks
 
@@ -18,6 +18,21 @@ def deformation(blocks: Blocks, displacement: Array, cell: int, gradients: Array
             x = blocks.points[n, i] + displacement[n, i]
             for j in range(len(f)):
                 f[i, j] += x * gradients[a, j]
+
+
+@njit(cache=True, error_model="numpy")
+def field_gradients(field: Array, cells: Index, gradients: Array, chosen: Index) -> Array:
+    """sum_a v_a grad N_a (n, dim, dim) of the chosen cells, of a nodal field (n_nodes, dim)."""
+    corners, dim = gradients.shape[1:]
+    found = np.zeros((len(chosen), dim, dim))
+    for row in range(len(chosen)):
+        cell = chosen[row]
+        for a in range(corners):
+            node = cells[cell, a]
+            for i in range(dim):
+                for j in range(dim):
+                    found[row, i, j] += field[node, i] * gradients[cell, a, j]
+    return found
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

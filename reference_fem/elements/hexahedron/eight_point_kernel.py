@@ -36,25 +36,23 @@ from reference_fem.elements.hexahedron.edges import (
 from reference_fem.elements.hexahedron.nodes import gather, gather_positions, scatter
 from reference_fem.elements.hexahedron.point import (
     POINT_ROWS,
+    damped_point,
     dilatation,
+    dilatation_of,
     gradient_rows,
-    green_strain,
     point_force,
-    product,
     strain_rate,
-    stress_force,
 )
 
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
-# energies or dets. With damping: 24 nodal velocities; 36 values of their g_k; 36 of the forces
-# conjugate to g_k; sum of w tr dE/dt; dissipation.
+# energies or dets. With damping: 24 nodal velocities; 36 values of their g_k; sum of
+# w tr dE/dt; dissipation.
 BASES = 24
 DILATATION = BASES + 36
 RESULT = DILATATION + 1
 VELOCITIES = RESULT + 1
 RATES = VELOCITIES + 24
-CONJUGATE = RATES + 36
-DILATATION_RATE = CONJUGATE + 36
+DILATATION_RATE = RATES + 36
 POWER = DILATATION_RATE + 1
 SCRATCH_ROWS = POWER + 1
 
@@ -148,85 +146,83 @@ def point_bases(
 
 
 @inlined
-def add_dilatation_rate(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
-    """Add w tr dE/dt of point q, m^3/s, as `add_dilatation` adds w tr E, to row DILATATION_RATE."""
+def add_dilatations(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
+    """`add_dilatation`, and w tr dE/dt, m^3/s, to row DILATATION_RATE."""
     for lane in range(LANES):
         o = lane + q * POINT_ROWS * LANES
         f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
         v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
         d, _ = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
-        more = 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
-        s[DILATATION_RATE * LANES + lane] += more
+        s[DILATATION * LANES + lane] += dilatation_of(f[0], f[1], f[2], r, o)
+        s[DILATATION_RATE * LANES + lane] += 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
 
 
 @inlined
-def add_damped_point(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
-    """Add what point q gives to rows CONJUGATE.., RESULT and POWER; row DILATATION holds p."""
-    for lane in range(LANES):
-        o, t = lane + q * POINT_ROWS * LANES, CONJUGATE * LANES + lane
-        mu, tau, w = r[56 * LANES + lane], r[58 * LANES + lane], r[o + 6 * LANES]
-        f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
-        v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
-        d, h = green_strain(f[0], f[1], f[2])
-        e, g = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
-        wmu, wp = w * mu, w * s[DILATATION * LANES + lane]
-        s[RESULT * LANES + lane] += wmu * product(d, h)
-        s[POWER * LANES + lane] += 2.0 * tau * wmu * product(e, g)
-        d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
-        h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
-        x, y, z = stress_force(f[0], f[1], f[2], d, h, r, o, wmu, wp)
-        s[t + a * LANES] += x[0]
-        s[t + (4 + b) * LANES] += x[1]
-        s[t + (8 + c) * LANES] += x[2]
-        s[t + (12 + a) * LANES] += y[0]
-        s[t + (16 + b) * LANES] += y[1]
-        s[t + (20 + c) * LANES] += y[2]
-        s[t + (24 + a) * LANES] += z[0]
-        s[t + (28 + b) * LANES] += z[1]
-        s[t + (32 + c) * LANES] += z[2]
+def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
+    """`lane_force` with damping, and what it dissipates, W; row DILATATION_RATE is summed up."""
+    x = at_points(load_bases(s, BASES, lane))
+    y = at_points(load_bases(s, BASES + 12, lane))
+    z = at_points(load_bases(s, BASES + 24, lane))
+    u = at_points(load_bases(s, RATES, lane))
+    v = at_points(load_bases(s, RATES + 12, lane))
+    w = at_points(load_bases(s, RATES + 24, lane))
+    step = POINT_ROWS * LANES
+    mu, k, tau = r[56 * LANES + lane], r[57 * LANES + lane], r[58 * LANES + lane]
+    volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
+    p, e, d = k * (volume + tau * rate), 0.5 * k * volume * volume, tau * k * rate * rate
+    t = lane
+    f0, e, d = damped_point(x[0], y[0], z[0], u[0], v[0], w[0], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f1, e, d = damped_point(x[1], y[1], z[1], u[1], v[1], w[1], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f2, e, d = damped_point(x[2], y[2], z[2], u[2], v[2], w[2], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f3, e, d = damped_point(x[3], y[3], z[3], u[3], v[3], w[3], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f4, e, d = damped_point(x[4], y[4], z[4], u[4], v[4], w[4], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f5, e, d = damped_point(x[5], y[5], z[5], u[5], v[5], w[5], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f6, e, d = damped_point(x[6], y[6], z[6], u[6], v[6], w[6], r, t, mu, tau, p, lag, e, d)
+    t += step
+    f7, e, d = damped_point(x[7], y[7], z[7], u[7], v[7], w[7], r, t, mu, tau, p, lag, e, d)
+    cx = collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0])
+    cy = collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1])
+    cz = collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2])
+    base_forces(s, 0, lane, cx[0], cx[1], cx[2])
+    base_forces(s, 8, lane, cy[0], cy[1], cy[2])
+    base_forces(s, 16, lane, cz[0], cz[1], cz[2])
+    return e, d
 
 
 @compiled
 def damped_force(s: Array, r: Array, lag: float) -> None:
-    """`block_force` with damping, from what `block_dilatation` and a gather of velocities left.
+    """Rows 0..23 of s: forces in place of positions, of elements whose nodes move.
 
     Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
     """
+    aligned_frame()
+    for lane in range(LANES):
+        store_bases(s, BASES, lane, base_vectors(s, 0, lane))
+        store_bases(s, BASES + 12, lane, base_vectors(s, 8, lane))
+        store_bases(s, BASES + 24, lane, base_vectors(s, 16, lane))
     for lane in range(LANES):
         store_bases(s, RATES, lane, base_vectors(s, VELOCITIES, lane))
         store_bases(s, RATES + 12, lane, base_vectors(s, VELOCITIES + 8, lane))
         store_bases(s, RATES + 24, lane, base_vectors(s, VELOCITIES + 16, lane))
-    for row in range(CONJUGATE, POWER):
-        for lane in range(LANES):
-            s[row * LANES + lane] = 0.0
-    add_dilatation_rate(s, r, 0, 0, 0, 0, lag)
-    add_dilatation_rate(s, r, 1, 0, 1, 1, lag)
-    add_dilatation_rate(s, r, 2, 1, 1, 3, lag)
-    add_dilatation_rate(s, r, 3, 1, 0, 2, lag)
-    add_dilatation_rate(s, r, 4, 2, 2, 0, lag)
-    add_dilatation_rate(s, r, 5, 2, 3, 1, lag)
-    add_dilatation_rate(s, r, 6, 3, 3, 3, lag)
-    add_dilatation_rate(s, r, 7, 3, 2, 2, lag)
+        s[DILATATION * LANES + lane] = 0.0
+        s[DILATATION_RATE * LANES + lane] = 0.0
+    add_dilatations(s, r, 0, 0, 0, 0, lag)
+    add_dilatations(s, r, 1, 0, 1, 1, lag)
+    add_dilatations(s, r, 2, 1, 1, 3, lag)
+    add_dilatations(s, r, 3, 1, 0, 2, lag)
+    add_dilatations(s, r, 4, 2, 2, 0, lag)
+    add_dilatations(s, r, 5, 2, 3, 1, lag)
+    add_dilatations(s, r, 6, 3, 3, 3, lag)
+    add_dilatations(s, r, 7, 3, 2, 2, lag)
     for lane in range(LANES):
-        k, tau = r[57 * LANES + lane], r[58 * LANES + lane]
-        volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
-        s[RESULT * LANES + lane] = 0.5 * k * volume * volume
-        s[POWER * LANES + lane] = tau * k * rate * rate
-        s[DILATATION * LANES + lane] = k * (volume + tau * rate)
-    add_damped_point(s, r, 0, 0, 0, 0, lag)
-    add_damped_point(s, r, 1, 0, 1, 1, lag)
-    add_damped_point(s, r, 2, 1, 1, 3, lag)
-    add_damped_point(s, r, 3, 1, 0, 2, lag)
-    add_damped_point(s, r, 4, 2, 2, 0, lag)
-    add_damped_point(s, r, 5, 2, 3, 1, lag)
-    add_damped_point(s, r, 6, 3, 3, 3, lag)
-    add_damped_point(s, r, 7, 3, 2, 2, lag)
-    for lane in range(LANES):
-        x = load_bases(s, CONJUGATE, lane)
-        y, z = load_bases(s, CONJUGATE + 12, lane), load_bases(s, CONJUGATE + 24, lane)
-        base_forces(s, 0, lane, x[0], x[1], x[2])
-        base_forces(s, 8, lane, y[0], y[1], y[2])
-        base_forces(s, 16, lane, z[0], z[1], z[2])
+        energy, power = damped_lane(s, r, lane, lag)
+        s[RESULT * LANES + lane], s[POWER * LANES + lane] = energy, power
 
 
 @compiled
@@ -238,8 +234,8 @@ def add_force(
     s = blocks.scratch[t]
     r = blocks.reference[block]
     gather_positions(blocks.points, u, blocks.nodes[block], s)
-    block_dilatation(s, r)
     if moving is None:
+        block_dilatation(s, r)
         block_force(s, r, stored)
     else:
         velocity, lag = moving

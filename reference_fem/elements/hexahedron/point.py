@@ -56,6 +56,12 @@ def dilatation(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)
     fy = gradient_row(gy[0], gy[1], gy[2], r, o)
     fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+    return dilatation_of(fx, fy, fz, r, o)
+
+
+@inlined
+def dilatation_of(fx: Three, fy: Three, fz: Three, r: Array, o: int) -> float:
+    """`dilatation` from the rows of F Q."""
     xx = fx[0] * fx[0] + fx[1] * fx[1] + fx[2] * fx[2]
     yy = fy[0] * fy[0] + fy[1] * fy[1] + fy[2] * fy[2]
     zz = fz[0] * fz[0] + fz[1] * fz[1] + fz[2] * fz[2]
@@ -148,6 +154,23 @@ def point_force(
     d, h = green_strain(fx, fy, fz)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
     return stress_force(fx, fy, fz, d, h, r, o, wmu, wp), wmu * product(d, h)
+
+
+@inlined
+def damped_point(
+    gx: Three, gy: Three, gz: Three, hx: Three, hy: Three, hz: Three, r: Array, o: int,
+    mu: float, tau: float, pressure: float, lag: float, energy: float, power: float,
+) -> tuple[Rows, float, float]:  # fmt: skip
+    """`point_force` with damping, h being the rates of g; energy and power with its own added."""
+    f, v = gradient_rows((gx, gy, gz), r, o), gradient_rows((hx, hy, hz), r, o)
+    d, h = green_strain(f[0], f[1], f[2])
+    e, g = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
+    wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
+    energy += wmu * product(d, h)
+    power += 2.0 * tau * wmu * product(e, g)
+    d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
+    h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
+    return stress_force(f[0], f[1], f[2], d, h, r, o, wmu, wp), energy, power
 
 
 @inlined

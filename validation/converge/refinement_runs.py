@@ -1,14 +1,13 @@
 """The runs of a convergence study, each kept as soon as it is there."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from validation.converge.refinements import Overrides
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import plain
-from validation.harness.store import Store, json_format
+from validation.harness.store import Store
 from validation.models import solid_inputs, solid_mesh
 from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
@@ -20,7 +19,6 @@ KEPT = (
     *("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
 )
 Values = dict[str, float | None]
-VALUES = json_format(dict[str, Any])
 
 
 class LevelRuns:
@@ -61,8 +59,7 @@ class LevelRuns:
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)
         inputs = run_inputs(tables, self._model, __name__, impact_state_of=start)
-        values: Values = self._store.obtain(inputs, VALUES, lambda: self._simulate(tables, level))
-        return values
+        return self._store.obtain(inputs, Values, lambda: self._simulate(tables, level))
 
     def _simulate(self, tables: Scene, level: Overrides) -> Values:
         import reference_fem

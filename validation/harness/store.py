@@ -26,8 +26,9 @@ import shutil
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -45,35 +46,18 @@ class DamagedError(Exception):
     """An entry is not what was written; the message says how."""
 
 
-@dataclass(frozen=True)
-class Format(Generic[Value]):
-    """How results of a kind lie in an entry's folder; what is read is what was written."""
+def _write_values(value: Any, folder: Path) -> None:
+    def plain(part: Any) -> Any:
+        return part.tolist() if isinstance(part, np.ndarray) else dataclasses.asdict(part)
 
-    write: Callable[[Path, Value], None]
-    read: Callable[[Path], Value]
+    (folder / VALUES).write_text(json.dumps(value, default=plain), encoding="utf-8")
 
 
-def json_format(kind: Any) -> Format[Any]:
-    """Numbers and texts as one file of JSON.
+def _read_values(kind: type[Value], folder: Path) -> Value:
+    from pydantic import TypeAdapter
 
-    Parameters
-    ----------
-    kind : type of the results: a dataclass, or what JSON has; an array is read back as a list.
-    """
-
-    def plain(value: Any) -> Any:
-        return value.tolist() if isinstance(value, np.ndarray) else dataclasses.asdict(value)
-
-    def write(folder: Path, value: Any) -> None:
-        (folder / VALUES).write_text(json.dumps(value, default=plain), encoding="utf-8")
-
-    def read(folder: Path) -> Any:
-        from pydantic import TypeAdapter
-
-        values = json.loads((folder / VALUES).read_text(encoding="utf-8"))
-        return TypeAdapter(kind).validate_python(values)
-
-    return Format(write, read)
+    values = json.loads((folder / VALUES).read_text(encoding="utf-8"))
+    return TypeAdapter(kind).validate_python(values)
 
 
 @dataclass(frozen=True)
@@ -95,14 +79,22 @@ class Store:
             return False
         return (self.folder / key(inputs)).is_dir()
 
-    def obtain(self, inputs: Inputs, form: Format[Value], compute: Callable[[], Value]) -> Value:
-        """The result made from these inputs: the stored one, or else computed and kept."""
-        found = self.load(inputs, form.read)
-        if found is not None:
-            return found
-        made = compute()
-        self.keep(inputs, lambda entry: form.write(entry, made))
-        return made
+    def find(self, inputs: Inputs, kind: type[Value]) -> Value | None:
+        """Numbers and texts made from these inputs, None if they are to be computed.
+
+        Parameters
+        ----------
+        kind : their type: a dataclass, or what JSON has; an array is read back as a list.
+        """
+        return self.load(inputs, partial(_read_values, kind))
+
+    def obtain(self, inputs: Inputs, kind: type[Value], compute: Callable[[], Value]) -> Value:
+        """What `find` finds, or else computed and kept as one file of JSON."""
+        found = self.find(inputs, kind)
+        if found is None:
+            found = compute()
+            self.keep(inputs, partial(_write_values, found))
+        return found
 
     def load(self, inputs: Inputs, read: Callable[[Path], Value]) -> Value | None:
         """The result made from these inputs, None if it is to be computed.

@@ -19,7 +19,6 @@ from validation.harness.store import (
     TEMPORARY,
     VALUES,
     Store,
-    json_format,
     key,
 )
 from validation.harness.stored_run import HISTORY, RECORD, keep_run, load_run
@@ -227,9 +226,9 @@ def test_numbers_come_back_bit_for_bit_and_are_computed_once(
         times.append(1)
         return one
 
-    store, form = Store(tmp_path), json_format(Numbers)
-    assert store.obtain(INPUTS, form, compute) is one
-    found = store.obtain(INPUTS, form, compute)
+    store = Store(tmp_path)
+    assert store.obtain(INPUTS, Numbers, compute) is one
+    found = store.obtain(INPUTS, Numbers, compute)
     assert len(times) == 1
     assert (found.peak, found.area, found.levels) == (one.peak, one.area, one.levels)
     assert np.array(found.curve).tobytes() == curve.tobytes()
@@ -237,14 +236,13 @@ def test_numbers_come_back_bit_for_bit_and_are_computed_once(
     good = path.read_text()
     for number, text in enumerate((good.replace("0.3", "0.4"), good[:30], "", "[]"), 2):
         path.write_text(text)
-        assert store.obtain(INPUTS, form, compute) is one
+        assert store.obtain(INPUTS, Numbers, compute) is one
         assert "computed again" in capsys.readouterr().err
         assert len(times) == number
-    assert NO_STORE.obtain(INPUTS, form, compute) is one
+    assert NO_STORE.obtain(INPUTS, Numbers, compute) is one
     assert not NO_STORE.has(INPUTS)
-    values = json_format(dict[str, Any])
-    store.keep({"a": 3}, lambda entry: values.write(entry, {"steps": 7, "peak": 7.0}))
-    assert repr(store.load({"a": 3}, values.read)) == "{'steps': 7, 'peak': 7.0}"
+    store.obtain({"a": 3}, dict[str, Any], lambda: {"steps": 7, "peak": 7.0})
+    assert repr(store.find({"a": 3}, dict[str, Any])) == "{'steps': 7, 'peak': 7.0}"
 
 
 def test_lines_that_were_altered_or_cut_short_do_not_count(tmp_path: Path) -> None:

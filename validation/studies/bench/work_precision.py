@@ -12,7 +12,7 @@ from typing import Any
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.console import say
 from validation.harness.identity import program
-from validation.harness.store import Store, json_format
+from validation.harness.store import Store
 from validation.harness.timing import LEAST_RUNS, Timed, shortest
 from validation.models import adapter
 from validation.models.adapter import Progress
@@ -93,9 +93,6 @@ class Point:
         return self.errors is not None and math.isfinite(self.wall_time_s)
 
 
-POINT = json_format(Point)
-
-
 def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
     """A model's solve of the soft scene, with all that comes before it done (mesh, translation)."""
     scene = load_scene("soft", overrides)
@@ -161,7 +158,7 @@ def measure_settings(
             ),
         }
         read_back += store.has(inputs)
-        points.append(store.obtain(inputs, POINT, partial(measured, setting)))
+        points.append(store.obtain(inputs, Point, partial(measured, setting)))
     if read_back:
         say(f"{read_back} settings were measured by an earlier benchmark")
     return points

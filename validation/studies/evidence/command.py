@@ -7,7 +7,7 @@ from validation.harness import identity
 from validation.harness.command_line import Flag, Fresh
 from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
-from validation.harness.store import Store, json_format
+from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
     hertz_ball,
@@ -66,14 +66,13 @@ def look(piece: Piece, quick: bool, store: Store, progress: Progress) -> Shown:
         "result": "evidence", "piece": piece.name, "program": identity.program(*piece.modules),
         "data": [hashlib.sha256(path.read_bytes()).hexdigest() for path in piece.data],
     }  # fmt: skip
-    form = json_format(list[Row])
-    found = store.load(inputs, form.read)
+    found = store.find(inputs, list[Row])
     if found is None:
         why = "left out by --quick" if quick and piece.slow else piece.absent()
         if why:
             return Shown(piece, (), why)
         try:
-            found = store.obtain(inputs, form, lambda: piece.solve(progress, store))
+            found = store.obtain(inputs, list[Row], lambda: piece.solve(progress, store))
         except ArithmeticError as error:
             return Shown(piece, (), f"failed: {error}")
     return Shown(piece, tuple(found))

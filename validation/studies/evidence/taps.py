@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from validation.harness import identity
 from validation.harness.provenance import processor
 from validation.harness.quantities import quantities
-from validation.harness.store import Store, json_format
+from validation.harness.store import Store
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_impact
@@ -139,7 +139,7 @@ def at_peak(run: Any) -> Any:
 def own_of(tap: Tap, store: Store) -> Own:
     """Our tap, stored or new; CalculiX' element is nothing to it."""
     inputs = {"result": "our tap", "tap": tap.ours, "program": identity.program(__name__)}
-    return store.obtain(inputs, json_format(Own), lambda: by_reference(tap))
+    return store.obtain(inputs, Own, lambda: by_reference(tap))
 
 
 def by_reference(tap: Tap) -> Own:
@@ -200,10 +200,9 @@ def kept() -> dict[Tap, Outcome]:
 def outcome_of(tap: Tap, store: Store) -> Outcome:
     """A run of this machine if there is one, else the kept one, else a new one."""
     inputs = {"result": "CalculiX' tap", "tap": vars(tap), "program": identity.program(__name__)}
-    form = json_format(Outcome)
     wanted = store.fresh and calculix.available()
-    found = store.load(inputs, form.read) or (None if wanted else kept().get(tap))
-    return found or store.obtain(inputs, form, lambda: by_calculix(tap))
+    found = store.find(inputs, Outcome) or (None if wanted else kept().get(tap))
+    return found or store.obtain(inputs, Outcome, lambda: by_calculix(tap))
 
 
 def duration(time: Floats, force: Floats) -> float:

@@ -6,7 +6,7 @@ from typing import Any, Concatenate, ParamSpec
 
 from validation.harness.identity import program
 from validation.harness.record import RunRecord, plain
-from validation.harness.store import NO_STORE, Store, json_format
+from validation.harness.store import NO_STORE, Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.identify.contact import ContactIdentification, identify_contact
 from validation.models.impact import Impact
@@ -14,8 +14,6 @@ from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene
 from validation.validate.ladder import runs
 from validation.validate.ladder.runs import Contact
-
-IDENTIFICATION = json_format(ContactIdentification)
 
 P = ParamSpec("P")
 
@@ -61,8 +59,8 @@ class LadderRuns:
         tables = [scene_inputs(scene.tables, model) for model in ("hcm", "fem3d")]
         inputs = {"program": program(identify_contact.__module__), "scene": tables,
                   "refinements": plain(refinements)}  # fmt: skip
-        found: ContactIdentification = self.store.obtain(
-            inputs, IDENTIFICATION, lambda: identify_contact(scene, refinements)
+        found = self.store.obtain(
+            inputs, ContactIdentification, lambda: identify_contact(scene, refinements)
         )
         return replace(found, scene=scene.name)
 

@@ -42,11 +42,6 @@ class Convergence:
             return f"order {self.order:.2f}, GCI {100 * self.uncertainty:.2f} %"
         return f"not asymptotic, spread {100 * self.spread:.2f} %"
 
-    @property
-    def distance(self) -> float:
-        """Finest value from the limit, relative to the limit."""
-        return abs(self.finest - self.limit) / abs(self.limit) if self.limit else math.inf
-
 
 def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | None:
     """Order p of three refinements (coarse to fine), None if they are not monotone.

@@ -38,11 +38,11 @@ def run_levels(
     done, total = itertools.count(), sum(len(refinement.levels) for refinement in wanted)
     for refinement in wanted:
         found = {}
-        for level in refinement.levels:
-            text = f"{refinement.name}: {refinement.size_name} {level.size:.3g}"
+        for size, overrides in refinement.levels.items():
+            text = f"{refinement.name}: {refinement.size_name} {size:.3g}"
             progress(next(done) / total, text)
             try:
-                found[level.size] = runs.run(level.overrides)
+                found[size] = runs.run(overrides)
             except RunFailedError as error:
                 failures.append(f"{text}: {error}")
         results.append(RefinedRuns(refinement, found))

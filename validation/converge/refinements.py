@@ -17,26 +17,19 @@ Overrides = Mapping[str, float | str]
 
 
 @dataclass(frozen=True)
-class Level:
-    """One run of a refinement: the refined quantity's size, and the scene's keys for it."""
-
-    size: float
-    overrides: Overrides
-
-
-@dataclass(frozen=True)
 class Refinement:
-    """Levels from coarse to fine.
+    """What is refined, in steps from coarse to fine.
 
     name : what is refined.
     size_name : what a level's size is.
     order : the method's formal order in it.
+    levels : by the refined quantity's size, the scene's keys for it.
     """
 
     name: str
     size_name: str
     order: float
-    levels: tuple[Level, ...]
+    levels: Mapping[float, Overrides]
 
 
 def mesh_sizes(
@@ -80,8 +73,8 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)
 
-    def levels(overrides: Mapping[float, Overrides]) -> tuple[Level, ...]:
-        return tuple(Level(size, {**impulse, **keys}) for size, keys in overrides.items())
+    def levels(overrides: Mapping[float, Overrides]) -> Mapping[float, Overrides]:
+        return {size: {**impulse, **keys} for size, keys in overrides.items()}
 
     surface: dict[str, float | str] = {"solver.fem.contact": "surface"}
     tip = {1e3 * t * TIP * patch: sizes(2.0, t) for t in tips}

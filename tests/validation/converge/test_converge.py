@@ -19,14 +19,14 @@ from validation.harness.store import VALUES
 def test_refinements_change_one_thing_each() -> None:
     for quick in (False, True):
         for refinement in refinements(1.0, 5e-4, quick):
-            sizes = [level.size for level in refinement.levels]
+            sizes, (first, *_) = list(refinement.levels), refinement.levels.values()
             assert len(sizes) >= 3
             assert all(fine < coarse for coarse, fine in itertools.pairwise(sizes))
             changing = {
                 key
-                for level in refinement.levels
-                for key, value in level.overrides.items()
-                if value != refinement.levels[0].overrides[key]
+                for overrides in refinement.levels.values()
+                for key, value in overrides.items()
+                if value != first[key]
             }
             assert (
                 changing
@@ -41,7 +41,7 @@ def test_refinements_change_one_thing_each() -> None:
     tips = [one for one in refinements(1.0, 5e-4, False) if one.name in (TIP_MESH, TIP_PRESSED)]
     for full in tips:
         assert len(full.levels) >= 4
-        assert full.levels[-1].size <= 0.1 + 1e-12  # mm: a fifth of the patch's radius
+        assert min(full.levels) <= 0.1 + 1e-12  # mm: a fifth of the patch's radius
 
 
 def test_preset_is_known_by_its_distance_and_every_refinement_but_the_penaltys() -> None:

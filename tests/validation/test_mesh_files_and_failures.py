@@ -13,7 +13,7 @@ import xarray
 import meshes
 from reference_fem import Snapshot
 from tests.validation.commands import Patch, Run, call
-from validation.harness.fields import Fields, write_fields
+from validation.harness.files import Fields, write_fields
 from validation.scenes.load import load_scene
 
 COARSE = ("solver.fem.section_size=5e-3", "solver.fem.axial_size=1e-2", "solver.fem.tip_size=5e-3")

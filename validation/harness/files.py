@@ -6,16 +6,34 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import compress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from validation.errors import UserError
 from validation.harness.quantities import ESTIMATED
 from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
+
+if TYPE_CHECKING:
+    import reference_fem
+
+
+@dataclass(frozen=True)
+class Fields:
+    """A solid run's mesh and its fields over time.
+
+    points : (n_points, dim), m.
+    cells : (n_cells, 8) hexahedra or (n_cells, 4) quadrilaterals, VTK order.
+    steps : the reference's snapshots, in the order of time.
+    """
+
+    points: NDArray[Any]
+    cells: NDArray[Any]
+    steps: "tuple[reference_fem.Snapshot, ...]"
 
 
 @contextlib.contextmanager
@@ -74,19 +92,22 @@ def clear_run(folder: Path) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-@contextlib.contextmanager
-def summary_last(folder: Path, record: RunRecord) -> Iterator[None]:
-    """Write ``summary.json`` after what the block writes: it says that a run is there as a whole.
+def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> None:
+    """Write a run's fields where it has them, its history and curves, and last ``summary.json``.
+
+    The summary says that a run is there as a whole.
 
     Raises
     ------
     OSError
-        As the block raised it. The summary, which needs least room, is tried nevertheless, and its
-        message says what is not there.
+        Not all could be written. The summary, which needs least room, is tried nevertheless, and
+        its message says what is not there.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
-        yield
+        if fields is not None and fields.steps:
+            write_fields(folder / "fields", fields)
+        write_history(folder, record)
     except OSError as error:
         lacking = f"history and fields could not all be written: {error.strerror or error}"
         message = "; ".join(filter(None, (record.message, lacking)))
@@ -94,12 +115,6 @@ def summary_last(folder: Path, record: RunRecord) -> Iterator[None]:
             _write_summary(folder, replace(record, message=message))
         raise
     _write_summary(folder, record)
-
-
-def write_run(folder: Path, record: RunRecord) -> None:
-    """Write a run's history, its curves, and at last ``summary.json``; see `summary_last`."""
-    with summary_last(folder, record):
-        write_history(folder, record)
 
 
 def write_history(folder: Path, record: RunRecord) -> None:
@@ -154,3 +169,60 @@ def _write_summary(folder: Path, record: RunRecord) -> None:
             "provenance": record.provenance,
         },
     )
+
+
+def _three(vectors: NDArray[Any]) -> NDArray[Any]:
+    """Vectors with three components, as VTK wants them."""
+    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
+
+
+def write_fields(folder: Path, fields: Fields) -> Path:
+    """Write ``tap.pvd`` and one VTU per step; returns the PVD's path.
+
+    ParaView, PyVista and meshio open them.
+
+    Raises
+    ------
+    OSError
+        Not all could be written; those that were are removed: nothing names them.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "tap.pvd"
+    files = [folder / f"tap_{number:03d}.vtu" for number in range(len(fields.steps))]
+    entries = [
+        f'    <DataSet timestep="{step.time_s!r}" part="0" file="{file.name}"/>\n'
+        for step, file in zip(fields.steps, files, strict=True)
+    ]
+    try:
+        for step, file in zip(fields.steps, files, strict=True):
+            _write_step(file, fields, step)
+        write_text(
+            path,
+            '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+            + "".join(entries)
+            + "  </Collection>\n</VTKFile>\n",
+        )
+    except OSError:
+        for file in files:
+            file.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _write_step(path: Path, fields: Fields, step: "reference_fem.Snapshot") -> None:
+    """One step's VTU file."""
+    import meshio
+
+    kind = "hexahedron" if fields.cells.shape[1] == 8 else "quad"
+    mesh = meshio.Mesh(
+        _three(fields.points),
+        [(kind, fields.cells)],
+        point_data={
+            "displacement": _three(step.displacement),
+            "velocity": _three(step.velocity),
+            "contact_pressure_Pa": step.contact_pressure_Pa,
+        },
+        cell_data={"von_mises_Pa": [step.von_mises_Pa]},
+    )
+    with atomic(path) as temporary:
+        mesh.write(temporary, file_format="vtu")

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from validation.harness.fields import Fields, write_fields
-from validation.harness.files import atomic, clear_run
+from validation.harness.files import Fields, atomic, clear_run, write_fields
 from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store

@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.harness.fields import Fields
+from validation.harness.files import Fields
 from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
 from validation.harness.record import Event, RunRecord

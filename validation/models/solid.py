@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.errors import UserError
-from validation.harness.fields import Fields
+from validation.harness.files import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.models.solid_accuracy import held, largest_share, solved_within

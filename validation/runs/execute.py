@@ -8,15 +8,7 @@ from pathlib import Path
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.compiling import compiling_reported
-from validation.harness.fields import write_fields
-from validation.harness.files import (
-    clear_run,
-    safe_name,
-    summary_last,
-    write_history,
-    write_run,
-    write_text,
-)
+from validation.harness.files import clear_run, safe_name, write_run, write_text
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
@@ -91,18 +83,9 @@ def solve(
 
 
 def keep(folder: Path, outcome: Outcome) -> None:
-    """Write a run's fields where it has them, its history, and its summary last.
-
-    Raises
-    ------
-    OSError
-        Not all could be written; see `summary_last`.
-    """
+    """Write a run's files in the place of those that were there; see `write_run`."""
     clear_run(folder)
-    with summary_last(folder, outcome.record):
-        if outcome.fields is not None and outcome.fields.steps:
-            write_fields(folder / "fields", outcome.fields)
-        write_history(folder, outcome.record)
+    write_run(folder, outcome.record, outcome.fields)
 
 
 def failed(job: Job, status: str, message: str) -> RunRecord:

@@ -12,7 +12,7 @@ from matplotlib import pyplot as plt
 
 from validation.models import adapter
 from validation.scenes.load import load_scene
-from validation.validate.paper_tables import printed
+from validation.validate.tables import printed
 
 MODELS = {"hcm": "hcm", "reference": "fem3d"}  # as the paper's claims call them, as we do
 KEY = "peak_normal_force_N"

@@ -40,8 +40,8 @@ from validation.validate.ladder.rungs import (
 )
 from validation.validate.ladder.runs import reduced, scene_contact, touching_mesh
 from validation.validate.ladder.stored_runs import LadderRuns
-from validation.validate.paper_tables import TABLE_2, TABLE_3, paper_rows
 from validation.validate.plan import Runs, groups
+from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
 
 
 def test_impact_state_is_the_reduced_models_own() -> None:

@@ -25,9 +25,8 @@ from validation.validate.ladder.causes import CAUSE_COLUMNS
 from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
-from validation.validate.paper_tables import TABLE_3, paper_rows
 from validation.validate.plan import Plan, Runs, groups
-from validation.validate.tables import efficiency_rows
+from validation.validate.tables import TABLE_3, efficiency_rows, paper_rows
 
 NO_LADDER = Ladder(False)
 PEAKS = {"hcm": 60.0, "ls-dyna-like": 75.0, "fast": 80.0, "contact": 80.0, "fem2d": 50.0}

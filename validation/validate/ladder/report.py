@@ -20,8 +20,8 @@ from validation.validate.ladder.run_tables import (
     shaft_holes,
 )
 from validation.validate.ladder.rungs import paper_rung
-from validation.validate.paper_tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
 from validation.validate.plan import Runs
+from validation.validate.tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
 
 RUNGS = {
     2: "Rung 2, structure: the same lumped law on both bodies",

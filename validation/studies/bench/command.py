@@ -1,6 +1,6 @@
 """``fingertap bench``: time against error, scaling, kernels; the skip ledger; peers."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,7 +15,6 @@ from validation.studies.bench import (
     bar,
     figures,
     hcm_settings,
-    hcm_truth,
     kernels,
     reference_settings,
     scaling,
@@ -26,7 +25,6 @@ from validation.studies.bench import (
 )
 from validation.studies.bench import peers as finger_peers
 from validation.studies.bench.files import page, save, save_machine
-from validation.studies.bench.truths import Truth
 from validation.studies.bench.work_precision import Point, Setting, Solver
 
 LEDGER = "What each shortcut saves, and what it costs"
@@ -51,16 +49,14 @@ def _measure_sizes(folder: Path, quick: bool, budget_s: float, progress: Progres
     figures.scaling(folder / "scaling.png", sizes)
 
 
-def _report(
-    folder: Path, points: list[Point], solid: list[Point], every: Mapping[str, Truth]
-) -> None:
+def _report(folder: Path, points: list[Point], solid: list[Point]) -> None:
     """Save all points and their truths on one page; say what failed."""
-    own = {"hcm": every["tap"], **truths.REFERENCE_TRUTHS}
+    own = {"hcm": truths.TAP, **truths.REFERENCE_TRUTHS}
     taps = [point for point in points if point.study == "tap"]
     figures.both_models(folder / "work-precision-all.png", [*taps, *solid], own)
     save(folder, "work-precision", work_precision.table([*points, *solid]), "Time against error")
     save(folder, "truths", truths.truths_table(own), "What the errors are measured against")
-    for study, truth in every.items():
+    for study, truth in truths.TRUTHS.items():
         output(f"truth, {study}: {truth.source}; own error below {truth.own_error:.0e}")
     failures = [point for point in [*points, *solid] if not point.ok]
     if failures:
@@ -76,26 +72,23 @@ def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
     store = Store(folder / "points", fresh=not resume)
     budget_s = QUICK_BUDGET_S if quick else BUDGET_S
     with _timing("bench") as progress:
-        stored = truths.HCM_TRUTHS
-        known = stored if quick else hcm_truth.recompute(part(progress, 0.0, 0.1))
-        every = {**known, **truths.REFERENCE_TRUTHS}
 
         def measured(
             settings: list[Setting], solver: Solver, budget_s: float, low: float, high: float
         ) -> list[Point]:
             share = part(progress, low, high)
-            return work_precision.measure_settings(settings, solver, every, budget_s, store, share)
+            return work_precision.measure_settings(settings, solver, budget_s, store, share)
 
-        described = {study: [truth.own_error, truth.source] for study, truth in every.items()}
+        described = {study: [t.own_error, t.source] for study, t in truths.TRUTHS.items()}
         save_machine(folder, "machine", {"quick": quick, "truths": described})
-        speeds = kernels.measure_kernels(part(progress, 0.1, 0.15))
+        speeds = kernels.measure_kernels(part(progress, 0.0, 0.15))
         save(folder, "kernels", speeds, "Element updates of the reference's kernels")
         figures.kernels(folder / "kernels.png", speeds)
         tap = hcm_settings.tap_and_contact_settings(quick)
         points = measured(tap, hcm_settings.HCM_SOLVER, budget_s, 0.15, 0.28)
         explicit = hcm_settings.dop853_settings(quick)
         points += measured(explicit, hcm_settings.DOP853_SOLVER, budget_s, 0.28, 0.3)
-        figures.work_precision(folder / "work-precision-hcm.png", points, every)
+        figures.work_precision(folder / "work-precision-hcm.png", points)
         _measure_sizes(folder, quick, budget_s, part(progress, 0.3, 0.45))
         solids = [
             setting
@@ -104,8 +97,8 @@ def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
         ]
         solver, longer_s = reference_settings.REFERENCE_SOLVER, reference_settings.BUDGET_S
         solid = measured(solids, solver, longer_s, 0.45, 1.0)
-        figures.work_precision(folder / "work-precision-reference.png", solid, every)
-    _report(folder, points, solid, every)
+        figures.work_precision(folder / "work-precision-reference.png", solid)
+    _report(folder, points, solid)
 
 
 def _bench_peers(folder: Path, quick: bool) -> None:
@@ -125,7 +118,7 @@ def _bench_peers(folder: Path, quick: bool) -> None:
     if any(point.solver != "hcm" for point in points):
         cheapest = finger_peers.cheapest_table(points)
         save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
-    figures.work_precision(folder / "peers.png", points, {"tap": truths.TAP})
+    figures.work_precision(folder / "peers.png", points)
     output(f"figures and tables: {page(folder)}")
 
 

@@ -12,7 +12,7 @@ from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.kernels import Speed
 from validation.studies.bench.scaling import Size, exponent
 from validation.studies.bench.shortcuts import Entry
-from validation.studies.bench.truths import Truth
+from validation.studies.bench.truths import TRUTHS, Truth
 from validation.studies.bench.work_precision import Point, front
 
 MARKERS = "osD^vPX"
@@ -68,7 +68,7 @@ def _plain_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def work_precision(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]) -> None:
+def work_precision(path: Path, points: Sequence[Point]) -> None:
     """One row a study, one column a quantity; a dotted line is the truth's own error."""
     studies = list(dict.fromkeys(point.study for point in points))
     with panels(path, len(ERRORS), len(studies), width=3.4) as axes:
@@ -87,8 +87,8 @@ def work_precision(path: Path, points: Sequence[Point], truths: Mapping[str, Tru
                             "label": series if own else f"{solver}, {series}"}  # fmt: skip
                     group = [p for p in mine if (p.solver, p.series) == (solver, series)]
                     _draw_series(axis, group, quantity, 1e3, style, line)
-                if study in truths and quantity != "event_s":
-                    axis.axhline(truths[study].own_error, color=GREY, linewidth=0.8, linestyle=":")
+                if study in TRUTHS and quantity != "event_s":
+                    axis.axhline(TRUTHS[study].own_error, color=GREY, linewidth=0.8, linestyle=":")
                 _logarithmic(axis, f"{study}: {title}", "time (ms)", 9)
                 _plain_ticks(axis.xaxis)
                 if axis.lines:

@@ -1,14 +1,11 @@
-"""hcm's truths (`truths`) made anew by `hcm.reference_solution`."""
+"""The soft scene's tap and its contact alone, by `hcm.reference_solution`."""
 
 import math
-from dataclasses import fields, replace
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
-from validation.models.adapter import Progress
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
-from validation.studies.bench.truths import CONTACT_ELEMENTS, HCM_TRUTHS, TAP_ELEMENTS, Truth
 
 # A rigid state like the one at impact: the paper's posture, the tip just above the surface.
 IMPACT_ANGLES = (1.3089969389957472, 1.0471975511965976)  # rad below -X, phalanges 1 and 2
@@ -62,29 +59,3 @@ def _quantities(solved: Any) -> TapQuantities:
         peak_normal_force_N=solved.peak_normal_force_N,
         normal_impulse_N_s=solved.normal_impulse_N_s,
     )
-
-
-def largest_difference(a: TapQuantities, b: TapQuantities) -> float:
-    """The largest relative difference of any quantity but the contact's time."""
-    names = [field.name for field in fields(a) if field.name != "contact_time_s"]
-    return max(abs(getattr(a, name) / getattr(b, name) - 1.0) for name in names)
-
-
-def recompute(progress: Progress) -> dict[str, Truth]:
-    """Both truths anew, in minutes.
-
-    A truth that has moved from the stored one carries the difference as its own error.
-    """
-    progress(0.0, "truth of the tap from rest")
-    anew = {"tap": solve_tap(TAP_ELEMENTS, 1e-9)}
-    progress(0.8, "truth of the contact alone")
-    anew["contact"] = solve_impact(CONTACT_ELEMENTS, 1e-9)
-    return {
-        study: replace(
-            stored,
-            values=anew[study],
-            own_error=max(stored.own_error, largest_difference(anew[study], stored.values)),
-            source=stored.source.replace("1e-10", "1e-9"),
-        )
-        for study, stored in HCM_TRUTHS.items()
-    }

@@ -2,10 +2,10 @@
 
 hcm's are solved by `hcm.reference_solution` (the same semi-discrete equations by an explicit
 Runge-Kutta pair of order 8 in minimal coordinates: other unknowns, another integrator, another
-event search), from rest in minutes; `hcm_truth` makes them anew.
+event search), from rest in minutes.
 
 The reference's are its own converged limits, from runs of 2026-11-21 (2D: 11-22) from rest with
-contact by impulses; `reference_truth` makes them anew, in a quarter of an hour.
+contact by impulses. `truths_anew` makes all of them anew.
 Peak, impulse, duration and time of the peak: the tip's edge refined alone from 0.28 mm down to
 that of the source, on shafts of 1.5 mm (0.4 mm in 2D); in 3D plus what shafts of half the edge
 change with a tip of 0.1 mm, the finest that both were run with.
@@ -97,10 +97,8 @@ PLANE = Truth(
     source="stored (2026-11-22): tip of 0.025 mm (32,000 elements), contact by impulses, from rest",
 )
 HCM_TRUTHS: Mapping[str, Truth] = {"tap": TAP, "contact": CONTACT}  # by study
-REFERENCE_TRUTHS: Mapping[str, Truth] = {
-    "fem3d": SOLID,
-    "fem2d": PLANE,
-}  # by model
+REFERENCE_TRUTHS: Mapping[str, Truth] = {"fem3d": SOLID, "fem2d": PLANE}  # by model
+TRUTHS = {**HCM_TRUTHS, **REFERENCE_TRUTHS}
 
 
 def truths_table(truths: Mapping[str, Truth]) -> list[dict[str, Any]]:

@@ -20,7 +20,7 @@ from validation.models.hcm import translate
 from validation.models.solid_inputs import DIMENSIONS, inputs
 from validation.models.solid_mesh import build_mesh, flight_mesh
 from validation.scenes.load import load_scene
-from validation.studies.bench.truths import Truth
+from validation.studies.bench.truths import TRUTHS
 
 Options = Mapping[str, int | float | str]
 
@@ -129,12 +129,11 @@ def point_against(
 def measure_settings(
     settings: Sequence[Setting],
     solver: Solver,
-    truths: Mapping[str, Truth],
     budget_s: float,
     store: Store,
     progress: Progress,
 ) -> list[Point]:
-    """Every setting in turn; `truths` are by study.
+    """Every setting in turn, against its study's truth.
 
     A point is stored under its setting, its truth, and the program and machine that measured it.
     """
@@ -144,7 +143,7 @@ def measure_settings(
         first = setting.solver not in warm
         warm.add(setting.solver)
         timed = measure_setting(setting, solver, budget_s, solver.warm_up_each or first)
-        return point_against(truths[setting.study].values, setting, timed)
+        return point_against(TRUTHS[setting.study].values, setting, timed)
 
     points, read_back = [], 0
     for number, setting in enumerate(settings):
@@ -152,7 +151,7 @@ def measure_settings(
         model = adapter(setting.solver)
         inputs = {
             "point": asdict(setting),
-            "truth": asdict(truths[setting.study].values),
+            "truth": asdict(TRUTHS[setting.study].values),
             "program": program(
                 *model.sources, solver.prepare.__module__, without=model.independent_of
             ),

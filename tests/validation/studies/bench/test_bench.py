@@ -21,10 +21,10 @@ from validation.studies.bench import (
     hcm_truth,
     kernels,
     reference_settings,
-    reference_truth,
     scaling,
     throughput,
     truths,
+    truths_anew,
 )
 from validation.studies.bench.kernels import FALL_M_PER_S, falling_block
 from validation.studies.bench.shortcuts import Entry
@@ -131,9 +131,7 @@ def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None
 def test_solved_impact_converges_to_the_stored_truth() -> None:
     """Two elements a phalanx are further off than five; five are within the measured 1.2e-4."""
     known = truths.CONTACT.values
-    far, near = (
-        hcm_truth.largest_difference(hcm_truth.solve_impact(n, 1e-8), known) for n in (2, 5)
-    )
+    far, near = (tap_errors(hcm_truth.solve_impact(n, 1e-8), known).largest for n in (2, 5))
     assert near < 2e-4 < far
 
 
@@ -154,7 +152,7 @@ def test_a_run_that_fails_is_kept_without_errors(tmp_path: Path) -> None:
     assert point.status == "NOT_REACHED"
     assert not point.ok
     good = replace(point, status="COMPLETED", errors=tap_errors(EXACT, EXACT))
-    figures.work_precision(tmp_path / "a.png", [good, point], truths.HCM_TRUTHS)
+    figures.work_precision(tmp_path / "a.png", [good, point])
     assert (tmp_path / "a.png").stat().st_size > 0
     assert table([point])[0]["peak_error"] is None
 
@@ -168,7 +166,7 @@ def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
 def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
     """The tip of twice the edge: what the truth's own error is read from."""
     known = truths.PLANE
-    found = tap_errors(reference_truth.solve_tap("fem2d", 0.5, 0.5), known.values)
+    found = tap_errors(truths_anew.solve_tap("fem2d", 0.5, 0.5), known.values)
     assert 0.5 * known.own_error < found.largest < known.own_error
 
 
@@ -176,10 +174,10 @@ def test_truth_is_the_finest_run_with_the_shafts_change_and_the_flights_limit(
     monkeypatch: Patch,
 ) -> None:
     peaks = {(2.0, 0.5): 95.0, (2.0, 1.0): 94.0, (1.0, 1.0): 94.25}
-    monkeypatch.setattr(reference_truth, "solve_tap", lambda _, shaft, tip: TapQuantities(
+    monkeypatch.setattr(truths_anew, "solve_tap", lambda _, shaft, tip: TapQuantities(
         0.1, 1e-4, 2e-4, peaks[shaft, tip], 0.01))  # fmt: skip
-    monkeypatch.setattr(reference_truth, "_flight", lambda _, edge: 0.13 + edge**2)
-    found = reference_truth.solve_truth("fem3d")
+    monkeypatch.setattr(truths_anew, "_flight", lambda _, edge: 0.13 + edge**2)
+    found = truths_anew.solve_truth("fem3d")
     assert found.peak_normal_force_N == pytest.approx(95.25, rel=1e-14)
     assert found.contact_time_s == pytest.approx(0.13, rel=1e-14)
 
@@ -247,8 +245,7 @@ def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path, capsys: Capt
         left = iter(solutions)
         solver = replace(hcm_settings.HCM_SOLVER, read=lambda result: next(left))
         store = Store(tmp_path, fresh=not resume)
-        known, silent = truths.HCM_TRUTHS, lambda share, text: None
-        return measure_settings(settings, solver, known, 0.0, store, silent)
+        return measure_settings(settings, solver, 0.0, store, lambda share, text: None)
 
     first = measured(good, bad, resume=False)
     assert [point.ok for point in first] == [True, False]

@@ -1,9 +1,9 @@
-"""The reference's truths (`truths`), made anew from the runs that they are read from.
+"""The truths (`truths`) made anew, hcm's by `hcm.reference_solution`, the reference's by its runs.
 
-    python -m validation.studies.bench.reference_truth fem3d
+    python -m validation.studies.bench.truths_anew fem3d
 
-prints a line a run, then every quantity beside the stored one. On one thread 2D takes half a
-minute, 3D a quarter of an hour and 2 GB.
+prints a line a run, then every quantity beside the stored one. On one thread hcm's take half a
+minute (`contact`) and minutes (`tap`), 2D half a minute, 3D a quarter of an hour and 2 GB.
 """
 
 import argparse
@@ -15,8 +15,9 @@ from validation.harness.interrupts import unless_interrupted
 from validation.models.solid_inputs import DIMENSIONS, inputs
 from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
+from validation.studies.bench import hcm_truth
 from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
-from validation.studies.bench.truths import REFERENCE_TRUTHS
+from validation.studies.bench.truths import CONTACT_ELEMENTS, TAP_ELEMENTS, TRUTHS
 from validation.studies.bench.work_precision import Setting, simulation
 
 # Refinements (shaft, tip) of `impulse_mesh`: the finest run; and two whose difference, shaft
@@ -63,7 +64,11 @@ def _flight(model: str, edge: float) -> float:
 
 
 def solve_truth(model: str) -> TapQuantities:
-    """All runs of a model's truth, printed as they end."""
+    """All runs of a truth, printed as they end."""
+    if model == "tap":
+        return hcm_truth.solve_tap(TAP_ELEMENTS, 1e-9)
+    if model == "contact":
+        return hcm_truth.solve_impact(CONTACT_ELEMENTS, 1e-9)
 
     def shown(shaft: float, tip: float) -> dict[str, float]:
         found = asdict(solve_tap(model, shaft, tip))
@@ -80,9 +85,9 @@ def solve_truth(model: str) -> TapQuantities:
 def main() -> None:
     """Read the command line; print the truth and what is stored."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else "")
-    parser.add_argument("model", choices=sorted(REFERENCE_TRUTHS))
-    model = parser.parse_args().model
-    found, stored = asdict(solve_truth(model)), asdict(REFERENCE_TRUTHS[model].values)
+    parser.add_argument("truth", choices=sorted(TRUTHS))
+    which = parser.parse_args().truth
+    found, stored = asdict(solve_truth(which)), asdict(TRUTHS[which].values)
     for name, value in found.items():
         output(
             f"{name}: {value:.6g}, stored {stored[name]:.6g}, off {value / stored[name] - 1:.1e}"

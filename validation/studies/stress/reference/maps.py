@@ -4,7 +4,8 @@ Bodies are small, so that a cell takes tenths of a second: a block of 20 mm (hal
 elements), one of 6 x 6 x 3 where the mesh is distorted, or a finger of one phalanx, 104 elements.
 """
 
-from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 from validation.studies.stress.reference.judge import judge
 from validation.studies.stress.reference.scene import ReferenceScene
@@ -26,22 +27,11 @@ ELEMENTS = {8.0: "hex8-sri", 1.0: "hex8-one-point", 4.0: None}  # by points; 4: 
 
 
 def reference_maps(quick: bool) -> tuple[Map, ...]:
-    """All maps; `quick` takes every second to fourth value of the axes."""
-
-    def plane(
-        name: str, x_name: str, y_name: str, panel_name: str, x: tuple[float, ...],
-        y: tuple[float, ...], panels: tuple[float, ...],
-        scene: Callable[[float, float, float], ReferenceScene],
-    ) -> Map:  # fmt: skip
-        if quick:
-            x, y = x[::3], y[::3]
-        return Map(
-            f"reference-{name}", x_name, y_name, panel_name, x, y, panels, scene, judge, "reference"
-        )  # fmt: skip
-
+    """All maps; `quick` takes every third value of the axes."""
+    plane = partial(Map, judge=judge, solver="reference")
     step, factor, friction = "step_factor", "penalty_factor, surface_factor/1e4", "friction"
     speed, points = "speed (m/s)", "points of the element"
-    return (
+    maps = (
         plane("step-penalty", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0),
               lambda x, y, law: ReferenceScene(step_factor=x, stiffness=y, contact=LAWS[law])),
         plane("step-penalty-finger", step, factor, LAW, STEPS, FACTORS, (1.0, 2.0),
@@ -77,3 +67,7 @@ def reference_maps(quick: bool) -> tuple[Map, ...]:
                   poisson=0.0, slide=0.0, tilt=0.0, speed=v, divisions=int(count),
                   element=ELEMENTS[n], step_factor=0.5)),
     )  # fmt: skip
+    every = 3 if quick else 1
+    return tuple(
+        replace(m, name=f"reference-{m.name}", x=m.x[::every], y=m.y[::every]) for m in maps
+    )

@@ -10,11 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from validation.studies.evidence.mindlin import FRICTION, spin
 
-Floats = NDArray[np.float64]
 EDGE, GROWTH, EVEN = 0.25, 1.6, 1.2  # edges over the patch's radius, their growth, the even part
 # Edges of the mesh that a number's error is told by, over its own; growth is to this power, so that
 # one mesh is the other's everywhere.

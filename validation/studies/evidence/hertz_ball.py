@@ -5,16 +5,11 @@ from functools import cache, partial
 
 import numpy as np
 
+from hcm.arrays import Floats
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.ball import (
-    COARSER,
-    Bounce,
-    Floats,
-    by_elements,
-    by_reduced_model,
-)
-from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.ball import COARSER, Bounce, by_elements, by_reduced_model
+from validation.studies.evidence.rows import Piece, Row, described
 
 RADIUS, YOUNG, POISSON, DENSITY, SPEED = 0.1, 70e9, 0.3, 2699.0, 0.2  # m, Pa, -, kg/m^3, m/s
 WAVE = math.sqrt(YOUNG / DENSITY)  # m/s
@@ -84,18 +79,9 @@ def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[Row]:
 
 
 PIECES = tuple(
-    Piece(
-        f"hertz-{level}-{model}", f"Hertz's ball on a rigid wall, {level}: {model}", level,
-        "Chung and Ooi (2011), Granular Matter 13, 643-656, test 2: largest values printed, loading"
-        " points of finite elements read off their figure by the authors of Kratos' DEMApplication"
-        " (benchmark2_graph1.dat)",
-        "Aluminium, R 0.1 m, 0.2 m/s; a/R is 0.022. Their points lie 3 % below Hertz where the"
-        " loading starts and 1 % where it ends; what is printed is Hertz's. fem3d's force at an"
-        " approach is too large by 13 % of h/a, edges over the patch's radius, whether they grow by"
-        " 1.6 or 1.3 a layer: edges of a quarter of the largest patch are half of that where it is"
-        " loaded first. Its errors are told by a mesh of 1.5 times its edges.",
-        (__name__,), partial(rows, model, level == "contact"), slow=model == "fem3d",
-    )
+    Piece(f"hertz-{level}-{model}", **described("hertz", level=level, model=model),
+          modules=(__name__,), solve=partial(rows, model, level == "contact"),
+          slow=model == "fem3d")
     for model in MODELS
     for level in ("contact", "impact")
 )  # fmt: skip

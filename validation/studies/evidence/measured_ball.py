@@ -11,7 +11,7 @@ import math
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import by_reduced_model
-from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.rows import Piece, Row, described
 
 BODIES = ((380e9, 0.23), (70e9, 0.25))  # E, Pa, and nu, of ball and anvil
 DENSITY, SPEED, FRICTION, RESTITUTION = 4000.0, 3.9, 0.092, 0.98  # kg/m^3, m/s; both measured
@@ -69,14 +69,4 @@ def rows(progress: Progress, _: Store) -> list[Row]:
     return found
 
 
-PIECES = (
-    Piece("measured-ball", "A ball shot at glass: measured", "impact",
-          "Kharaz, Gorham and Salman (2001), Powder Technology 120, 281-291, measured; read off"
-          " Chung and Ooi's figure (2011, test 4) by the authors of Kratos' DEMApplication"
-          " (benchmark4_graph3.dat)",
-          "Aluminium oxide, 5 mm, 3.9 m/s, on a thick anvil of soda-lime glass, from near normal to"
-          " grazing. Friction and restitution, 0.092 and 0.98, are what they measured; what"
-          " restitution changes is ours to know. Points are taken to be known to 1 % of the axes;"
-          " at 2.1 and 3.9 degrees this tells nothing. Above 45 degrees all slips: it is friction's"
-          " coefficient that is compared.", (__name__,), rows),
-)  # fmt: skip
+PIECES = (Piece("measured-ball", **described("measured-ball"), modules=(__name__,), solve=rows),)

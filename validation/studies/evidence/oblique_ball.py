@@ -10,14 +10,9 @@ import numpy as np
 
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.ball import (
-    COARSER,
-    by_elements,
-    by_reduced_model,
-    mesh_error,
-)
+from validation.studies.evidence.ball import COARSER, by_elements, by_reduced_model, mesh_error
 from validation.studies.evidence.mindlin import spin
-from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.rows import Piece, Row, described
 
 # x, y by published finite elements; taken to be known to 1 % of the figure's axis.
 POINTS = {
@@ -91,28 +86,14 @@ def limit_rows(progress: Progress, _: Store) -> list[Row]:
     return found
 
 
-FIGURE = (
-    "Chung and Ooi (2011), Granular Matter 13, 643-656, test 5, finite elements; read off their"
-    " figure by the authors of Kratos' DEMApplication (benchmark5_graph2.dat)"
-)
-WHY = (
-    "A ball is no half-space: outside of its patch it yields too, by a share of a/R, and the spin"
-    " of a tap that sticks is a small difference of large impulses, so that it grows by 1.3 a/R. A"
-    " rigid wall adds what Mindlin leaves out, pressure that pulls sideways (Dundurs' constant is"
-    " 0.29 for nu = 0.3, 0.09 for nu = 0.45): where the patch is followed to nothing, the elements"
-    " meet the published ones at nu = 0.3, and Mindlin at 0.45. hcm's law is Mindlin's, on a body"
-    " whose own compliance is that of the finger's tip."
-)
 PIECES = (
-    Piece("oblique-theory", "Oblique impact of a ball: hcm's partial slip against theory",
-          "contact", "Maw, Barber and Fawcett (1976), Wear 38, 101-114, integrated here", WHY,
-          (__name__,), theory_rows),
+    Piece("oblique-theory", **described("oblique-theory"), modules=(__name__,), solve=theory_rows),
     *(
-        Piece(f"oblique-{model}", f"Oblique impact of a ball, published finite elements: {model}",
-              "impact", FIGURE, WHY, (__name__,), partial(published_rows, model, places),
+        Piece(f"oblique-{model}", **described("oblique-published", model=model),
+              modules=(__name__,), solve=partial(published_rows, model, places),
               slow=model == "fem3d")
         for model, places in (("hcm", tuple(POINTS)), ("fem3d", BY_ELEMENTS))
     ),
-    Piece("oblique-limit", "Oblique impact: the patch's size, and a rigid wall's pull",
-          "impact", f"theory as above; {FIGURE}", WHY, (__name__,), limit_rows, slow=True),
+    Piece("oblique-limit", **described("oblique-limit"), modules=(__name__,), solve=limit_rows,
+          slow=True),
 )  # fmt: skip

@@ -10,13 +10,13 @@ import importlib.util
 import numpy as np
 
 import hcm
+from hcm.arrays import Floats
 from hcm.beam.chain import build_chain
 from hcm.reference_solution import Start, solve_chain
 from hcm.statics import NOWHERE
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.rows import Piece, Row
-from validation.studies.evidence.static_beam import Floats
+from validation.studies.evidence.rows import Piece, Row, described
 
 LENGTH, RADIUS, DENSITY, POISSON, GRAVITY = 1.0, 5e-3, 1100.0, 0.5, 9.80665
 YOUNGS = (5e6, 5e7)  # Pa; the example's, and a rod of a tenth of its axial strain
@@ -67,11 +67,6 @@ def absent() -> str:
 
 
 PIECES = (
-    Piece("pendulum", "PyElastica's swinging flexible pendulum", "beam",
-          "PyElastica 1 (Gazzola Lab), its example FlexibleSwingingPendulumCase, run here",
-          "L 1 m, r 5 mm, 1100 kg/m³, E 5e6 Pa, hinged at one end. Its Cosserat rods have shear and"
-          " rotary inertia, thin where they are stretched, and the true strains; hcm's have the"
-          " paper's. Stretched by some per cent they differ by that share in stiffness: a rod ten"
-          " times as stiff shows what is left of it.",
-          (__name__, "validation.peers.pyelastica_pendulum"), rows, absent, slow=True),
+    Piece("pendulum", **described("pendulum"), solve=rows, absent=absent, slow=True,
+          modules=(__name__, "validation.peers.pyelastica_pendulum")),
 )  # fmt: skip

@@ -4,10 +4,12 @@ Its `solve` returns rows, each an outside number beside ours; `compare.verdict` 
 are those of a validation hierarchy (ASME V&V 10): a tap is believed as far as what it is made of.
 """
 
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from validation.compare.verdict import Verdict, judge
 from validation.harness.store import Store
@@ -57,3 +59,14 @@ class Piece:
     absent: Callable[[], str] = lambda: ""
     slow: bool = False
     data: tuple[Path, ...] = ()
+
+
+def described(key: str, **words: object) -> dict[str, Any]:
+    """Title, level, source and what of a piece, from ``data/evidence.toml``; `words` fill them in.
+
+    They stand apart from the code that makes the rows, whose change makes them anew.
+    """
+    content = resources.files("validation").joinpath("data", "evidence.toml").read_text("utf-8")
+    texts = tomllib.loads(content)
+    told = {name: text.format(**texts["shared"], **words) for name, text in texts[key].items()}
+    return {name: " ".join(text.split()) for name, text in told.items()}

@@ -15,17 +15,16 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_bvp
 
 import hcm
+from hcm.arrays import Floats
 from hcm.beam.chain import build_chain
 from hcm.statics import equilibrium
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.rows import Piece, Row, described
 
-Floats = NDArray[np.float64]
 POINTS, TOLERANCE = 400, 1e-10  # of the boundary-value problem
 ELEMENTS = 64
 HELD = np.array([0, 1, 2, 3, 5])  # the hinge's multipliers; the first node but for its stretch
@@ -130,17 +129,6 @@ def princeton_rows(progress: Progress, _: Store) -> list[Row]:
     return found
 
 
-def _piece(
-    name: str, where: str, beam: ClampedBeam, stated: tuple[float, ...], known: float
-) -> Piece:
-    return Piece(
-        name, f"Exudyn's {name}", "element", f"Exudyn (J. Gerstmayr), {where}; printed",
-        "Both are gradient-deficient ANCF beams at rest. Exudyn's curvature is the true one and its"
-        " axial strain |r'| - 1, hcm's are the paper's, |r''| and (r'.r' - 1)/2; what that changes"
-        " is solved for without elements.", (__name__,), partial(rows, beam, stated, known),
-    )  # fmt: skip
-
-
 BENDING = 1.725e6  # of the cantilever, N m^2
 FORCES = (8.896, 13.345)  # N
 # By ANSYS' beams and its solids, m.
@@ -151,19 +139,18 @@ PRINCETON = {
 # Share of it that is taken to be known: of beams, which changed little from 10 elements to 199; of
 # solids, of which finer ones "don't have much influence".
 ANSYS = {"beams": 2e-4, "solids": 2e-3}
+# As Exudyn prints them, and how far they are known: its cantilever's 256 elements are 5e-12 m from
+# it; the cable's are "converged to 4 digits".
+EXUDYN = {
+    "cantilever": (ClampedBeam(2.0, 2.07e9, BENDING, force=3.0 * BENDING / 4.0),
+                   (-0.508537304326, -1.207239854550), 1e-10),
+    "hanging cable": (ClampedBeam(2.0, 1e6, 833.3333333333333, weight=78.0 * 9.81),
+                      (-0.5013058140,), 5e-5),
+}  # fmt: skip
 PIECES = (
-    # 256 elements are 5e-12 m from it
-    _piece("cantilever", "Examples/ANCFcantileverTest.py, converged, 2022-03-16",
-           ClampedBeam(2.0, 2.07e9, BENDING, force=3.0 * BENDING / 4.0),
-           (-0.508537304326, -1.207239854550), 1e-10),
-    # "converged to 4 digits"
-    _piece("hanging cable", "documentation, mini example of ObjectANCFCable2D, 32 elements",
-           ClampedBeam(2.0, 1e6, 833.3333333333333, weight=78.0 * 9.81), (-0.5013058140,), 5e-5),
-    Piece("princeton", "The Princeton beam under a weight, by ANSYS", "element",
-          "Obrezkov, Mikkola and Matikainen (2022), doi 10.1007/s11071-022-07518-z, as kept by"
-          " J. Gerstmayr in Exudyn's TestModels/ANCFBeamTest.py; printed",
-          "A cantilever of aluminium, 508 x 12.4 x 3.2 mm, whose tip sags by 0.4 of its length: the"
-          " planar cases of Dowell and Traybar's experiment (1975), whose own readings we have not."
-          " ANSYS' solids are 1.6 % stiffer than its beams where it lies flat; why is not ours to"
-          " say.", (__name__,), princeton_rows),
-)  # fmt: skip
+    *(
+        Piece(name, **described(name), modules=(__name__,), solve=partial(rows, *beam))
+        for name, beam in EXUDYN.items()
+    ),
+    Piece("princeton", **described("princeton"), modules=(__name__,), solve=princeton_rows),
+)

@@ -5,7 +5,6 @@ What CalculiX does otherwise stands in `peers.calculix_impact`; its steps are im
 is kept in ``validation/data`` with date and machine; ``--fresh`` runs it again.
 """
 
-import json
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache, partial
@@ -13,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from validation.harness import identity
 from validation.harness.provenance import processor
 from validation.harness.quantities import quantities
@@ -23,9 +22,8 @@ from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_impact
 from validation.scenes.load import load_scene
-from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.rows import Piece, Row, described
 
-Floats = NDArray[np.float64]
 KEPT = Path(__file__).parents[2] / "data" / "calculix_taps.json"
 # Of an increment. C3D8I on the soft finger with friction settles neither at 4 us nor at 2.
 STEP_S = {"soft": {"C3D8": 2e-6, "C3D8I": 1.5e-6}, "hard": {"C3D8": 1e-6, "C3D8I": 1e-6}}
@@ -193,8 +191,7 @@ def kept() -> dict[Tap, Outcome]:
     """The outcomes in ``validation/data``."""
     from pydantic import TypeAdapter
 
-    rows = json.loads(KEPT.read_text(encoding="utf-8"))
-    return {one.tap: one for one in TypeAdapter(list[Outcome]).validate_python(rows)}
+    return {one.tap: one for one in TypeAdapter(list[Outcome]).validate_json(KEPT.read_bytes())}
 
 
 def outcome_of(tap: Tap, store: Store) -> Outcome:
@@ -208,18 +205,19 @@ def outcome_of(tap: Tap, store: Store) -> Outcome:
 def duration(time: Floats, force: Floats) -> float:
     """How long a curve lies above `ENDS` of its peak, s, linear between its points."""
     limit = ENDS * force.max()
-    above = np.flatnonzero(force > limit)
-    first, last = int(above[0]), int(above[-1])
+    first, last = np.flatnonzero(force > limit)[[0, -1]].tolist()
     rise = np.interp(limit, force[first - 1 : first + 1], time[first - 1 : first + 1])
     fall = np.interp(-limit, -force[last : last + 2], time[last : last + 2])
     return float(fall - rise)
 
 
-def numbers_of(time: Floats, force: Floats, stress: float) -> dict[str, float]:
+def numbers_of(tap: Own | Outcome) -> dict[str, float]:
     """The judged numbers of a force's curve; of one that was stopped in contact its peak alone."""
+    time, force = np.array(tap.time_s), np.array(tap.normal_force_N)
     found = [float(force.max())]
     if force[-1] == 0.0:
-        found += [float(np.trapezoid(force, time)), duration(time, force), stress]
+        impulse = float(np.trapezoid(force, time))
+        found += [impulse, duration(time, force), tap.peak_stress_R_Pa]
     return dict(zip(JUDGED, found, strict=False))
 
 
@@ -229,8 +227,7 @@ def shares(tap: Tap, store: Store) -> dict[str, float]:
     Springs are given, and the same for both programs: what softer ones change is no error here.
     """
     own = own_of(replace(tap, factor=STIFF), store)
-    values = numbers_of(np.array(own.time_s), np.array(own.normal_force_N), own.peak_stress_R_Pa)
-    return {key: own.errors[key] / abs(value) for key, value in values.items()}
+    return {key: own.errors[key] / abs(value) for key, value in numbers_of(own).items()}
 
 
 def rows(tap: Tap, progress: Progress, store: Store) -> list[Row]:
@@ -242,13 +239,11 @@ def rows(tap: Tap, progress: Progress, store: Store) -> list[Row]:
     progress(0.0, f"the {tap.scene} tap by CalculiX and the reference")
     theirs, own = outcome_of(tap, store), own_of(tap, store)
     time, force = np.array(theirs.time_s), np.array(theirs.normal_force_N)
-    own_time, own_force = np.array(own.time_s), np.array(own.normal_force_N)
-    apart = (np.interp(time, own_time, own_force) - force)[force > 0.0]
+    apart = (np.interp(time, own.time_s, own.normal_force_N) - force)[force > 0.0]
     rms = 100.0 * float(np.sqrt(np.mean(apart**2)) / force.max())
-    numbers = numbers_of(time, force, theirs.peak_stress_R_Pa)
-    own_numbers, share = numbers_of(own_time, own_force, own.peak_stress_R_Pa), shares(tap, store)
+    numbers, own_numbers, share = numbers_of(theirs), numbers_of(own), shares(tap, store)
     by = (
-        f"{force.max():.4g} and {own_force.max():.4g} N; RMS of the curve {rms:.2g} %;"
+        f"{force.max():.4g} and {max(own.normal_force_N):.4g} N; RMS of the curve {rms:.2g} %;"
         f" {theirs.program} on {theirs.date}, {theirs.machine}, {theirs.wall_time_s / 60:.0f} min,"
         f" steps of {1e6 * theirs.step_s:g} us"
     )
@@ -296,16 +291,9 @@ def _piece(name: str, tap: Tap) -> Piece:
         " So soft a spring is what a penalty of LS-DYNA's kind is on a coarse mesh: it takes a"
         " quarter of the peak by both programs, and the paper's 64 N lies there."
     ) * (tap.factor < STIFF)
-    return Piece(
-        name, f"{title(tap)}: {tap.element}", "tap",
-        f"CalculiX (G. Dhondt, K. Wittig), {tap.element}, implicit, run for this page",
-        f"The same {count} half-model hexahedra, of {edge} mm where they touch (as fine as the"
-        f" program solves in a quarter of an hour), hinges and springs under the surface, {start};"
-        " consistent mass, facets in the place of the round surface. Its C3D8 is fully integrated"
-        " and stiffer than ours, its C3D8I has incompatible modes and is softer. Both errors are"
-        f" the mesh's, which the reference states of its tap on stiff springs.{penalty}",
-        (__name__,), partial(rows, tap), data=(KEPT,),
-    )  # fmt: skip
+    words = described("tap", title=title(tap), element=tap.element, count=count, edge=edge,
+                      start=start, penalty=penalty)  # fmt: skip
+    return Piece(name, **words, modules=(__name__,), solve=partial(rows, tap), data=(KEPT,))
 
 
 PIECES = tuple(_piece(name, tap) for name, tap in TAPS.items())

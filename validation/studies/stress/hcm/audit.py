@@ -12,15 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
 
 from hcm import Finger, Posture, Scene, Status, TapResult
+from hcm.arrays import Floats
 from hcm.simulate import LARGEST_RESIDUAL
 from validation.studies.stress.stability_map import LARGEST_ERROR
 
-Floats = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 
 # rad; a first node that turns faster between two kept postures may have turned once more.

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from hcm import Scene, Status, TapResult
-from validation.studies.stress.hcm.audit import EPS, Floats, audit
+from hcm.arrays import Floats
+from validation.studies.stress.hcm.audit import EPS, audit
 from validation.studies.stress.judging import not_finite
 
 # s per Newton iteration and element, a hundred times what a free core needs, and per run

@@ -14,13 +14,11 @@ omega_1 = 15.4 sqrt(E I/(rho A L^4))).
 
 import math
 
-import numpy as np
+from scipy.integrate import quad
 
 from hcm import Scene, TapResult
 from validation.studies.stress.hcm.judge import examine
 from validation.studies.stress.stability_map import Verdict
-
-POINTS = 40
 
 
 def closed_form(scene: Scene) -> dict[str, float]:
@@ -30,16 +28,13 @@ def closed_form(scene: Scene) -> dict[str, float]:
     mass = phalanx.density * phalanx.area * length
     angle = math.asin(height / length)
     # a = u^2 takes the root at the start away
-    x, w = np.polynomial.legendre.leggauss(POINTS)
-    top = math.sqrt(angle)
-    u = 0.5 * top * (x + 1)
-    fall = 0.5 * top * float(w @ (2 * u / np.sqrt(3 * g * np.sin(u**2) / length)))
+    fall, _ = quad(lambda u: 2 * u / math.sqrt(3 * g * math.sin(u**2) / length), 0, angle**0.5)
     speed = math.cos(angle) * math.sqrt(3 * g * height)
     effective = mass / (3 * math.cos(angle) ** 2)
     weight, omega = mass * g / 2, math.sqrt(k / effective)
     duration = 2 * (math.pi - math.atan(k * speed / (omega * weight))) / omega
     return {
-        "contact_time_s": fall,
+        "contact_time_s": float(fall),
         "peak_normal_force_N": weight + math.sqrt(weight**2 + k * effective * speed**2),
         "contact_duration_s": duration,
         "normal_impulse_N_s": 2 * effective * speed + weight * duration,

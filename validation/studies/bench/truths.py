@@ -1,4 +1,4 @@
-"""The converged solutions of the soft scene that errors are taken against, and their own errors.
+"""Converged solutions of the soft scene that errors are taken against: ``data/truths.toml``.
 
 hcm's are solved by `hcm.reference_solution` (the same semi-discrete equations by an explicit
 Runge-Kutta pair of order 8 in minimal coordinates: other unknowns, another integrator, another
@@ -29,8 +29,10 @@ convergence index applies: the edges of these tips grow under the patch.
 ====  =====  =========  ==========  ==========
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import resources
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
@@ -47,58 +49,18 @@ class Truth:
     source: str
 
 
-# rtol = 1e-10 and 1e-9 agree to 3e-9 in the peak, 1e-11 in the impulse, 2e-11 s in the turn.
-TAP = Truth(
-    TapQuantities(
-        contact_time_s=0.13610709065870444,
-        turn_s=0.13620965574850422 - 0.13610709065870444,
-        duration_s=0.13633946570634775 - 0.13610709065870444,
-        peak_normal_force_N=64.47781232119031,
-        normal_impulse_N_s=0.010191670695534453,
-    ),
-    own_error=1e-7,
-    source="hcm.reference_solution, DOP853, rtol 1e-10, 5 elements a phalanx, from rest",
-)
-# From 5 to 10 to 20 elements a phalanx the duration moves by 9.7e-5, then 1.6e-5; peak and impulse
-# by 1e-4 and 2e-5, then 4e-6 and 2e-9. The turn, where short waves make v_n cross zero, moves by
-# 5e-8 s and is not bounded by the same figure.
-CONTACT = Truth(
-    TapQuantities(
-        contact_time_s=6.270295197498454e-10,
-        turn_s=1.1019164357025234e-4,
-        duration_s=2.341679491918153e-4,
-        peak_normal_force_N=64.74376422352934,
-        normal_impulse_N_s=0.010341848826123318,
-    ),
-    own_error=6e-6,
-    source="hcm.reference_solution, DOP853, rtol 1e-10, 20 elements a phalanx,"
-    " from a rigid impact state",
-)
-SOLID = Truth(
-    TapQuantities(
-        contact_time_s=0.133886,
-        turn_s=8.2749e-5,
-        duration_s=2.00470e-4,
-        peak_normal_force_N=95.357,
-        normal_impulse_N_s=9.8946e-3,
-    ),
-    own_error=3e-3,
-    source="stored (2026-11-21): tip of 0.05 mm (331,000 elements), contact by impulses, from rest",
-)
-PLANE = Truth(
-    TapQuantities(
-        contact_time_s=0.134296,
-        turn_s=4.1889e-5,
-        duration_s=9.3472e-5,
-        peak_normal_force_N=184.184,
-        normal_impulse_N_s=9.7787e-3,
-    ),
-    own_error=3e-3,
-    source="stored (2026-11-22): tip of 0.025 mm (32,000 elements), contact by impulses, from rest",
-)
-HCM_TRUTHS: Mapping[str, Truth] = {"tap": TAP, "contact": CONTACT}  # by study
-REFERENCE_TRUTHS: Mapping[str, Truth] = {"fem3d": SOLID, "fem2d": PLANE}  # by model
-TRUTHS = {**HCM_TRUTHS, **REFERENCE_TRUTHS}
+def _stored() -> dict[str, Truth]:
+    content = resources.files("validation").joinpath("data", "truths.toml").read_text("utf-8")
+    return {
+        name: Truth(TapQuantities(**one["values"]), one["own_error"], one["source"])
+        for name, one in tomllib.loads(content).items()
+    }
+
+
+TRUTHS = _stored()
+HCM_TRUTHS = {study: TRUTHS[study] for study in ("tap", "contact")}
+REFERENCE_TRUTHS = {model: TRUTHS[model] for model in ("fem3d", "fem2d")}
+TAP = TRUTHS["tap"]
 
 
 def truths_table(truths: Mapping[str, Truth]) -> list[dict[str, Any]]:

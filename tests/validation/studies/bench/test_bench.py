@@ -130,7 +130,7 @@ def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None
 
 def test_solved_impact_converges_to_the_stored_truth() -> None:
     """Two elements a phalanx are further off than five; five are within the measured 1.2e-4."""
-    known = truths.CONTACT.values
+    known = truths.TRUTHS["contact"].values
     far, near = (tap_errors(hcm_truth.solve_impact(n, 1e-8), known).largest for n in (2, 5))
     assert near < 2e-4 < far
 
@@ -165,7 +165,7 @@ def _solid(time: float, error: float | None, model: str = "fem3d") -> Point:
 
 def test_a_run_of_the_stored_truth_is_as_near_to_it_as_it_says() -> None:
     """The tip of twice the edge: what the truth's own error is read from."""
-    known = truths.PLANE
+    known = truths.TRUTHS["fem2d"]
     found = tap_errors(truths_anew.solve_tap("fem2d", 0.5, 0.5), known.values)
     assert 0.5 * known.own_error < found.largest < known.own_error
 
@@ -200,7 +200,7 @@ def test_front_is_what_no_setting_beats() -> None:
 
 def test_both_models_on_one_plot_with_the_gap_between_their_truths(tmp_path: Path) -> None:
     known = {"hcm": truths.TAP, **truths.REFERENCE_TRUTHS}
-    gap = tap_errors(truths.TAP.values, truths.SOLID.values)
+    gap = tap_errors(truths.TAP.values, truths.TRUTHS["fem3d"].values)
     assert gap.peak == pytest.approx(1 - 64.478 / 95.357, rel=1e-4)
     peak = next(r for r in truths.truths_table(known) if r["quantity"] == "peak_normal_force_N")
     assert peak["hcm_off_fem3d"] == pytest.approx(-gap.peak)

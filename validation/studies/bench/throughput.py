@@ -4,7 +4,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import hcm
 from validation.models.adapter import Progress
@@ -13,18 +13,6 @@ from validation.studies.random_scenes import random_numbers, random_scene
 
 SCENES, QUICK_SCENES = 1000, 200
 SEED = 1
-
-
-@dataclass(frozen=True)
-class Throughput:
-    """Scenes solved, the processes that shared them, accepted steps, how the scenes ended."""
-
-    scenes: int
-    processes: int
-    wall_time_s: float
-    scenes_per_s: float
-    steps_per_s: float
-    endings: str
 
 
 def scenes(count: int) -> Iterator[hcm.Scene]:
@@ -36,8 +24,11 @@ def scenes(count: int) -> Iterator[hcm.Scene]:
         yield replace(scene, settings=plain)
 
 
-def measure_throughput(quick: bool, progress: Progress) -> Throughput:
-    """Share the scenes out to processes; compiled code is loaded before."""
+def measure_throughput(quick: bool, progress: Progress) -> dict[str, int | float | str]:
+    """Share the scenes out to processes, compiled code loaded before: the row of the table.
+
+    Scenes solved, the processes that shared them, accepted steps a second, how the scenes ended.
+    """
     count, processes = QUICK_SCENES if quick else SCENES, os.cpu_count() or 1
     progress(0.0, "random scenes")
     warm_up()
@@ -49,11 +40,11 @@ def measure_throughput(quick: bool, progress: Progress) -> Throughput:
         steps += outcome.steps
         progress(done / count, "random scenes")
     wall_time_s = time.perf_counter() - start
-    return Throughput(
-        scenes=count,
-        processes=processes,
-        wall_time_s=wall_time_s,
-        scenes_per_s=count / wall_time_s,
-        steps_per_s=steps / wall_time_s,
-        endings=", ".join(f"{number} {name}" for name, number in sorted(endings.items())),
-    )
+    return {
+        "scenes": count,
+        "processes": processes,
+        "wall_time_s": wall_time_s,
+        "scenes_per_s": count / wall_time_s,
+        "steps_per_s": steps / wall_time_s,
+        "endings": ", ".join(f"{number} {name}" for name, number in sorted(endings.items())),
+    }

@@ -15,7 +15,7 @@ from validation.runs.execute import compile_in_fresh_process
 from validation.studies.calibration.report import write_report
 from validation.studies.calibration.scenes import case
 from validation.studies.calibration.solves import solve_case
-from validation.studies.stress.stability_map import Cell, run_cells, verdict_inputs
+from validation.studies.stress.stability_map import Cell, run_cells
 
 SCENES, QUICK_SCENES = 500, 12
 
@@ -65,12 +65,8 @@ def calibrate(
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process((model,))
         with workers(os.cpu_count() or 1) as pool:
-            run_cells(cells, finished, pool, progress)
-    rows = [
-        (number, cell.scene, row)
-        for number, cell in zip(chosen, cells, strict=True)
-        if (row := finished.load(verdict_inputs(cell))) is not None
-    ]
+            verdicts = run_cells(cells, finished, pool, progress)
+    rows = list(zip(chosen, chosen.values(), verdicts, strict=True))
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
     name = model if accuracy is None else f"{model}-{accuracy:g}"
     output(write_report(folder, name, rows, names))

@@ -107,11 +107,11 @@ def run_stress(
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_choices)
         with workers(os.cpu_count() or 1) as pool:
-            run_cells(cells, finished, pool, part(progress, 0.0, 0.95))
+            verdicts = iter(run_cells(cells, finished, pool, part(progress, 0.0, 0.95)))
         summary = []
         for wanted in maps:
             progress(0.97, f"tables and figures, {wanted.name}")
-            summary.append(write_map(folder, wanted, table_rows(wanted, finished)))
+            summary.append(write_map(folder, wanted, table_rows(wanted, verdicts)))
         write_table(folder, "summary", table_of(summary), "Answers by map")
         found = [stored_peers(out, name) for name in ("peers", "peers-reference")]
         write_stress_page(folder, summary, *found)

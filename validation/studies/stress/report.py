@@ -2,7 +2,7 @@
 
 import textwrap
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +10,13 @@ import numpy as np
 
 from hcm.simulate import LARGEST_RESIDUAL
 from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
-from validation.harness.line_store import LineStore
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.studies.stated_errors import TIMES, WRONG
 from validation.studies.stress.limits import limit
 from validation.studies.stress.reference.judge import OTHER
-from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map, verdict_inputs
+from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
 
 COLORS = {
     Answer.RIGHT: GREEN, Answer.SMALLER: "#7fcfb5", Answer.REFUSED: GREY, Answer.STOPPED: BLUE,
@@ -25,15 +24,13 @@ COLORS = {
 }  # fmt: skip
 
 
-def table_rows(wanted: Map, finished: LineStore) -> list[dict[str, Any]]:
-    """One row per finished cell of a map."""
-    rows = []
-    for cell in wanted.cells():
-        verdict = finished.load(verdict_inputs(cell))
-        if verdict is not None:
-            where = dict(zip(wanted.axes, (cell.x, cell.y, cell.panel), strict=False))
-            rows.append({**where, **verdict})
-    return rows
+def table_rows(wanted: Map, verdicts: Iterator[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """A row for each cell of a map, of the verdicts that come next."""
+    places = ((cell.x, cell.y, cell.panel) for cell in wanted.cells())
+    return [
+        {**dict(zip(wanted.axes, place, strict=False)), **verdict}
+        for place, verdict in zip(places, verdicts, strict=False)
+    ]
 
 
 def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:
@@ -45,7 +42,7 @@ def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:
 def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits: str) -> None:
     """Draw one map under what limits it.
 
-    rows : of the finished cells, as `table_rows` has them; other cells stay white.
+    rows : as `table_rows` has them; cells without one stay white.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch

@@ -153,11 +153,18 @@ def verdict_inputs(cell: Cell) -> dict[str, Any]:
 
 def run_cells(
     cells: Sequence[Cell], finished: LineStore, pool: Workers, progress: Progress
-) -> None:
-    """Judge what is not finished and keep it; progress is the share of cells that are done."""
-    todo = [cell for cell in cells if finished.load(verdict_inputs(cell)) is None]
-    running = {pool.submit(cell.judge, cell.scene): cell for cell in todo}
-    for done, future in enumerate(as_completed(running), len(cells) - len(todo) + 1):
-        cell = running[future]
-        finished.keep(verdict_inputs(cell), vars(future.result()))
-        progress(done / len(cells), f"{cell.map}, {done} of {len(cells)} cells")
+) -> list[Mapping[str, Any]]:
+    """Verdicts of all cells, a row each; those that are not finished are judged, and kept at once.
+
+    progress is the share of cells that are done.
+    """
+    inputs = [verdict_inputs(cell) for cell in cells]
+    rows = {n: row for n, of in enumerate(inputs) if (row := finished.load(of)) is not None}
+    todo = [n for n in range(len(cells)) if n not in rows]
+    running = {pool.submit(cells[n].judge, cells[n].scene): n for n in todo}
+    for future in as_completed(running):
+        n = running[future]
+        rows[n] = vars(future.result())
+        finished.keep(inputs[n], rows[n])
+        progress(len(rows) / len(cells), f"{cells[n].map}, {len(rows)} of {len(cells)} cells")
+    return [rows[n] for n in range(len(cells))]

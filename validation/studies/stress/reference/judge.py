@@ -93,16 +93,12 @@ def _doubtful(
     differs = f"{name}: " + ("the tap is lost" if error is None else f"differs by {error:.2g}")
     if result.cautions:
         return found.judged(Answer.FLAGGED, f"cautioned, {result.cautions[0]} ({differs})")
-    spread = difference(result, replace(scene, speed=scene.speed * (1.0 + NUDGE)))
+    nudged = replace(scene, speed=scene.speed * (1.0 + NUDGE)).simulate()[0]
+    spread = largest_difference(scalars(result), scalars(nudged))
     if spread is None or spread > CHAOTIC:
         change = "the tap is lost" if spread is None else f"it changes by {spread:.2g}"
         return found.judged(Answer.FLAGGED, f"speed changed by {NUDGE:g}, {change}")
     return found.judged(Answer.WRONG, differs)
-
-
-def difference(result: rf.TapResult, other: ReferenceScene) -> float | None:
-    """Largest relative change of the tap's scalars against another run; None without a tap."""
-    return largest_difference(scalars(result), scalars(other.simulate()[0]))
 
 
 def scalars(result: rf.TapResult) -> tuple[float, ...] | None:

@@ -2,12 +2,12 @@
 
 import contextlib
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.compiling import compiling_reported
 from validation.harness.files import clear_run, safe_name, write_run, write_text
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
@@ -35,6 +35,39 @@ class Job:
     def name(self) -> str:
         """The job's name before it has run."""
         return " ".join(filter(None, (scene_name(self.scene), self.model, self.variant)))
+
+
+@contextlib.contextmanager
+def compiling_reported(progress: Progress | None) -> Iterator[None]:
+    """Call `progress` with each kernel's name as numba begins to compile it.
+
+    Code that is loaded from the cache beside the sources is not compiled, and nothing is reported.
+    """
+    if progress is None:
+        yield
+        return
+    from numba.core import event
+
+    tell = progress
+
+    class Listener(event.Listener):
+        """Names every kernel as its turn comes; those that it calls are compiled within it."""
+
+        def __init__(self) -> None:
+            self.depth = 0
+
+        def on_start(self, event: Any) -> None:
+            self.depth += 1
+            function = event.data["dispatcher"].py_func
+            tell(0.0, f"first run: compiling {function.__module__}.{function.__name__}")
+
+        def on_end(self, event: Any) -> None:
+            self.depth -= 1
+            if self.depth == 0:
+                tell(0.0, "compiled; kept for the next run")
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
 
 
 def solve(

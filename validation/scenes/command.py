@@ -36,7 +36,7 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
     UserError
         The name does not end in .toml, the file is there, or its folder can't be written to.
     """
-    from validation.scenes.template import scene_text
+    from validation.scenes.schema import scene_text
 
     if path.suffix != ".toml":
         raise UserError(f"{show(str(path))}: a scene's name ends in .toml; give NAME.toml")

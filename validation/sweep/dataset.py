@@ -1,4 +1,4 @@
-"""The results of a sweep as one dataset: points, and numbers of every model on every point."""
+"""The results of a sweep as one dataset: points, numbers of every model, what they differ by."""
 
 from __future__ import annotations
 
@@ -13,16 +13,26 @@ import numpy as np
 
 from validation.harness.files import atomic, write_text
 from validation.harness.provenance import provenance
-from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
+from validation.harness.quantities import (
+    COMPONENTS,
+    OF_A_TAP,
+    QUANTITIES,
+    TIP_VELOCITY,
+    Quantity,
+    quantities,
+    unit_of,
+)
 from validation.harness.stored_run import restored
 from validation.sweep.axis import quantity_of
 from validation.sweep.plan import Plan
 from validation.sweep.points import PointTable
 from validation.sweep.runs import NOT_SHARED
+from validation.sweep.sensitivity import Floats
 
 if TYPE_CHECKING:
     import xarray
 
+COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 NOT_SOLVED = "NOT_SOLVED"
 WORDS = ("status", "message", "processor")
 NUMBERS = tuple(
@@ -103,3 +113,37 @@ def write(folder: Path, dataset: xarray.Dataset) -> None:
         temporary.write_bytes(content)
     table = dataset.to_dataframe().reset_index()
     write_text(folder / "sweep.csv", table.to_csv(index=False))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A model beside the one that it is compared with, by their places."""
+
+    own: int
+    base: int
+    title: str
+
+
+@dataclass(frozen=True)
+class Output:
+    """What is mapped over the variables: (n,) numbers, NaN where there are none."""
+
+    title: str
+    short: str
+    values: Floats
+    signed: bool
+
+
+def numbers(data: xarray.Dataset, entry: Quantity, place: int, error: bool = False) -> Floats:
+    """A quantity of one model in its shown unit, NaN where its run did not complete."""
+    name = f"{entry.key}_error" if error else entry.key
+    if name not in data:
+        return np.full(data.sizes["scene"], np.nan)
+    values = entry.factor * data[name].values[:, place]
+    return np.where(data["status"].values[:, place] == "COMPLETED", values, np.nan)
+
+
+def differences(data: xarray.Dataset, entry: Quantity, pair: Pair) -> Floats:
+    """(own - base)/|base|."""
+    own, base = (numbers(data, entry, place) for place in (pair.own, pair.base))
+    return np.asarray((own - base) / np.where(base == 0.0, np.nan, np.abs(base)))

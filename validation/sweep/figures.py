@@ -11,7 +11,7 @@ import numpy as np
 
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
 from validation.sweep.axis import quantity_of
-from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
+from validation.sweep.dataset import COMPARED, Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from validation.harness.tables import table_of, write_table
 from validation.models import adapter, default_accuracy
 from validation.scenes.load import changed_scene
 from validation.scenes.solver_tables import NO_ACCURACY
-from validation.sweep.differences import COMPARED, Output, Pair, differences, numbers
+from validation.sweep.dataset import COMPARED, Output, Pair, differences, numbers
 from validation.sweep.figures import draw_distribution, draw_map, draw_parity
 from validation.sweep.plan import Plan, assignment
 from validation.sweep.points import PointTable

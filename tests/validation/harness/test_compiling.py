@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from validation.harness.compiling import compiling_reported
+from validation.runs.execute import compiling_reported
 
 
 def test_a_kernel_is_named_when_it_is_compiled_and_not_again() -> None:

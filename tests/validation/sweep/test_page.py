@@ -10,7 +10,7 @@ import xarray
 
 from tests.validation.sweep.plans import PLAN, written
 from validation.sweep import dataset
-from validation.sweep.differences import Pair
+from validation.sweep.dataset import Pair
 from validation.sweep.page import command, outputs, pairs, table, variables, worst
 from validation.sweep.plan import Plan, read_plan
 from validation.sweep.points import PointTable, points_of

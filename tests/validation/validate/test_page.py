@@ -21,10 +21,10 @@ from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
 from validation.validate.headline import differences, labels, sentences, staircase, what_matters
-from validation.validate.ladder.causes import CAUSE_COLUMNS
 from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
+from validation.validate.ladder.rungs import CAUSE_COLUMNS
 from validation.validate.plan import Plan, Runs, groups
 from validation.validate.tables import TABLE_3, efficiency_rows, paper_rows
 

@@ -11,10 +11,9 @@ from validation.harness.store import NO_STORE, Store
 from validation.identify.contact import MESHES, ContactIdentification
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene, scene_name
-from validation.validate.ladder.causes import causes
 from validation.validate.ladder.comparison import Comparison
 from validation.validate.ladder.run_tables import Row, explicit_flight
-from validation.validate.ladder.rungs import contact_rung, structure_rung
+from validation.validate.ladder.rungs import causes, contact_rung, structure_rung
 from validation.validate.ladder.stored_runs import LadderRuns
 
 EXPLICIT_FLIGHT = "soft"  # the scene whose fall is also run in explicit steps: the larger step

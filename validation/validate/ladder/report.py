@@ -7,7 +7,6 @@ from typing import Any
 
 from validation.harness.quantities import quantity
 from validation.harness.tables import table_of, write_table
-from validation.validate.ladder.causes import CAUSE_COLUMNS
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, name_of
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import (
@@ -19,7 +18,7 @@ from validation.validate.ladder.run_tables import (
     contact_patches,
     shaft_holes,
 )
-from validation.validate.ladder.rungs import paper_rung
+from validation.validate.ladder.rungs import CAUSE_COLUMNS, paper_rung
 from validation.validate.plan import Runs
 from validation.validate.tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
 

@@ -1,10 +1,12 @@
-"""Rungs 2, 3 and 4: structure, contact, the paper."""
+"""Rungs 2, 3 and 4: structure, contact, the paper; what separates the third's two models."""
 
+import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from validation.compare.differences import spread
 from validation.compare.grid_convergence import convergence
-from validation.harness.quantities import COMPARED
+from validation.harness.quantities import COMPARED, OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
@@ -28,6 +30,8 @@ CONTACT = ((0.0267, 1.6, 0.1, 0.167), (0.0133, 1.4, 0.1, 0.167))
 CONVERGED = 0.008  # that edge of the preset `converged`
 CONTACT_FULL = (CONTACT[-1], (0.0094, 1.3, 0.085, 0.12), None)  # None: the preset
 ORDER = 2.0  # of the trilinear elements
+EXPERIMENT = (0.1, 0.133)  # the solid's edges of section and axis over the diameter
+CAUSE_COLUMNS = ("scene", "step", "peak_N", "duration_us", "impulse_mN_s")
 
 
 def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[str, float]:
@@ -94,6 +98,43 @@ def contact_rung(
     rows = compare_runs(3, same, records[-1], share, SAME)
     rows += compare_runs(3, predicted, own, share, OWN)
     return rows, records[-1], own, predicted
+
+
+def causes(
+    scene: NamedScene,
+    impact: Impact,
+    found: ContactIdentification,
+    reference: RunRecord,
+    runs: LadderRuns,
+) -> list[dict[str, Any]]:
+    """From the blind prediction to the reference, one change at a time, from one impact state.
+
+    The solid takes the reduced model's steps back: same spring at the flat end's middle (the beam
+    against the solid), on the hemisphere's lowest point (where and how the tip touches), with
+    Hertz's law of the same energy (the force law), and at last the contact itself.
+    """
+    ratio = 1 / found.eta_squared
+    linear = Contact(found.stiffness_N_per_m, ratio)
+    hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
+    changes = {
+        "reduced model, identified k at the tip node": runs.obtain(reduced, scene, linear, impact),
+        "the solid in the beams' place, same spring at its flat end": runs.obtain(
+            lumped_solid, scene, linear, impact, EXPERIMENT
+        ),
+        "that spring at the sphere's lowest point, not at the tip node": runs.obtain(
+            lumped_solid, scene, linear, impact, EXPERIMENT, "hemisphere"
+        ),
+        "Hertz's law of the same energy in the linear spring's place": runs.obtain(
+            lumped_solid, scene, hertz, impact, EXPERIMENT, "hemisphere"
+        ),
+        f"the solid's own contact ({reference.variant})": reference,
+    }
+    forces = ("peak_N", "impulse_mN_s", "duration_us")
+    return [
+        {"scene": scene.name, "step": step}
+        | {n: of.read(run) or math.nan for n, of in zip(forces, OF_A_TAP, strict=True)}
+        for step, run in changes.items()
+    ]
 
 
 def mesh_keys(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str], str]:

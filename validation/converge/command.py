@@ -25,7 +25,7 @@ from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.store import Store
-from validation.harness.tables import write_table
+from validation.harness.tables import table_of, write_table
 from validation.models.adapter import Progress
 from validation.models.solid_mesh import size_scale
 
@@ -98,8 +98,6 @@ def run_converge(
     RunFailedError
         A level did not complete; the tables hold the others.
     """
-    import pandas as pd
-
     output_folder(out / "converge")
     with progress_bar("converge") as progress:
         progress(0.0, "impact state")
@@ -117,10 +115,10 @@ def run_converge(
                 failures.append(f"preset converged: {error}")
     title = f"{runs.scene.name} finger, {model}"
     verdicts = judged(results)
-    write_table(folder, "levels", pd.DataFrame(level_rows(results)), f"Runs of {title}")
+    write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
     of_preset = [] if preset is None else preset_rows(preset, verdicts)
     rows = [*verdict_rows(verdicts), *of_preset]
-    write_table(folder, "convergence", pd.DataFrame(rows), f"Convergence of {title}")
+    write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
     draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     for (refined, entry), found in verdicts.items():

@@ -129,18 +129,12 @@ SUMMARY_KEYS = tuple(entry.key for entry in QUANTITIES if not entry.solid)
 SOLID_KEYS = tuple(entry.key for entry in QUANTITIES if entry.solid)
 
 
-def quantity(key: str) -> Quantity:
-    """The quantity of that key.
+_BY_KEY = {entry.key: entry for entry in QUANTITIES + COMPONENTS}
 
-    Raises
-    ------
-    KeyError
-        There is none.
-    """
-    for entry in QUANTITIES + COMPONENTS:
-        if entry.key == key:
-            return entry
-    raise KeyError(key)
+
+def quantity(key: str) -> Quantity:
+    """The quantity of that key; a KeyError where there is none."""
+    return _BY_KEY[key]
 
 
 def quantities(*keys: str) -> tuple[Quantity, ...]:

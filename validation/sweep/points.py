@@ -58,11 +58,8 @@ def _shares(plan: Plan) -> NDArray[np.float64]:
     """Points in the unit cube, (number, keys)."""
     from scipy.stats import qmc
 
-    number, size, rng = (
-        plan.points.number or 0,
-        len(plan.vary),
-        np.random.default_rng(plan.points.seed),
-    )
+    number, size = plan.points.number or 0, len(plan.vary)
+    rng = np.random.default_rng(plan.points.seed)
     if plan.points.kind == "sobol":
         # of a power of 2, of which the first ones are taken: the same whatever the number
         cube = qmc.Sobol(size, rng=rng).random_base2(math.ceil(math.log2(number)))[:number]

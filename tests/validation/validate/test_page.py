@@ -26,7 +26,7 @@ from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
 from validation.validate.ladder.rungs import CAUSE_COLUMNS
 from validation.validate.plan import Plan, Runs, groups
-from validation.validate.tables import TABLE_3, efficiency_rows, paper_rows
+from validation.validate.tables import efficiency_rows
 
 NO_LADDER = Ladder(False)
 PEAKS = {"hcm": 60.0, "ls-dyna-like": 75.0, "fast": 80.0, "contact": 80.0, "fem2d": 50.0}
@@ -214,13 +214,6 @@ def test_headline_judges_by_what_both_runs_state(
     said = sentences([row])[0]
     assert "4.0 % above the reference's" in said
     assert (f": {judgement})." in said) == (error is not None)
-
-
-def test_paper_rung_has_ls_dyna_like_in_its_place(make_record: Make) -> None:
-    solids = [make_record("soft", "fem3d", name) for name in ("contact", "ls-dyna-like")]
-    runs = Runs((make_record(), make_record(variant="N=60"), *solids))
-    times = [row for row in paper_rows(runs, TABLE_3) if row["unit"] == "s"]
-    assert [row["reference_over_hcm"] for row in times] == [None, 200]
 
 
 @pytest.mark.parametrize(

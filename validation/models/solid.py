@@ -98,12 +98,12 @@ class Solid:
         tables = scene.tables
         try:  # bad sizes, geometry or settings are ValueErrors that name the key
             start = time.perf_counter()
-            sizing = sizing_of(tables, self.dimension)
+            sizing, touch = sizing_of(tables, self.dimension)
             mesh = build_mesh(tables, self.dimension, sizing)
             coarse = flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = inputs(tables)
-            materials = materials_within(tables, self.dimension, materials)
+            materials = materials_within(tables, touch, materials)
             damped = any(m.relaxation_time for m in materials)
             sizes = sizes_of(tables)
             if sizes is not None and self.dimension == 3 and settings.element is None:

@@ -27,7 +27,7 @@ def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
     fem = tables.solver.fem
     if fem.mesh is not None:
         return _read_mesh(tables, fem.mesh, dimension)
-    return _mesh(tables, dimension, sizing or sizing_of(tables, dimension))
+    return _mesh(tables, dimension, sizing or sizing_of(tables, dimension)[0])
 
 
 def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
@@ -97,17 +97,21 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
     return _mesh(tables, dimension, meshes.Sizing(min(edge, diameter), axial, min(edge, diameter)))
 
 
-def sizing_of(tables: Scene, dimension: Dimension) -> Any:
+def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     """The preset's sizes, scaled with the diameter, then the scene's own; None of a mesh file.
 
     A tip finer than the section is refined where the rigid finger touches the surface; that of the
     preset ``contact``, or of an accuracy, is sized by the patch that is predicted there.
+
+    Returns
+    -------
+    The sizes, and the `predicted_touch`: None where nothing is sized by it or there is none.
     """
     import meshes
 
     fem, sizes = tables.solver.fem, sizes_of(tables)
     if fem.mesh is not None:
-        return None
+        return None, None
     stated = fem.stated(meshes.Sizing)
     base = _scaled(meshes.SIZINGS[fem.preset], tables)
     if sizes is not None:
@@ -121,11 +125,10 @@ def sizing_of(tables: Scene, dimension: Dimension) -> Any:
             full_volume=True,
         )
     sizing = replace(base, **stated)
-    if sizing.tip_size >= sizing.section_size:
-        return sizing
-    touch = predicted_touch(tables, dimension)
-    if touch is None:
-        return sizing
+    refined = sizing.tip_size < sizing.section_size
+    touch = predicted_touch(tables, dimension) if refined or sizes is not None else None
+    if touch is None or not refined:
+        return sizing, touch
     radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
     patch = max(touch.patch_radius, LEAST_PATCH * radius)
     if fem.preset in EVEN_TIPS:
@@ -133,7 +136,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> Any:
     if fem.preset == "contact":
         edge = 1.0 / PATCH_EDGES if sizes is None else sizes.edge
         base = replace(base, tip_size=min(edge * patch, base.section_size))
-    return replace(base, contact_angle=touch.angle, **stated)
+    return replace(base, contact_angle=touch.angle, **stated), touch
 
 
 def sizes_of(tables: Scene) -> Any:
@@ -157,17 +160,15 @@ def sizes_of(tables: Scene) -> Any:
     return reference_fem.sizes_for(accuracy, tables.surface.friction)
 
 
-def materials_within(tables: Scene, dimension: Dimension, materials: Sequence[Any]) -> Any:
+def materials_within(tables: Scene, touch: Any, materials: Sequence[Any]) -> Any:
     """Materials as the scene's accuracy asks for: see `reference_fem.accuracy`.
 
-    They relax where the tip slides with friction, unless the scene states a relaxation time.
+    They relax where the tip slides with friction, unless the scene states a relaxation time; where
+    they touch, `sizing_of` tells.
     """
     sizes = sizes_of(tables)
     stated = "relaxation_time" in tables.material.model_fields_set
-    if sizes is None or stated or sizes.relaxation == 0.0:
-        return materials
-    touch = predicted_touch(tables, dimension)
-    if touch is None:
+    if sizes is None or stated or sizes.relaxation == 0.0 or touch is None:
         return materials
     share = sizes.relaxation * touch.patch_radius
     return tuple(replace(m, relaxation_time=share / m.bar_speed) for m in materials)

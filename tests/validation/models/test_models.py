@@ -214,7 +214,7 @@ def test_what_a_solid_model_cannot_take_is_bad_input(overrides: list[str], part:
 
 def test_an_accuracy_sizes_a_solids_mesh_and_leaves_what_is_stated() -> None:
     def sizes(*overrides: str) -> Any:
-        return solid_mesh.sizing_of(load_scene("soft", overrides).tables, 3)
+        return solid_mesh.sizing_of(load_scene("soft", overrides).tables, 3)[0]
 
     fine, coarse = sizes("solver.fem.accuracy=2.5e-3"), sizes("solver.accuracy=1e-2")
     assert coarse.section_size / fine.section_size == pytest.approx(2.0)
@@ -256,9 +256,9 @@ def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: 
     """tau = share a / c of the predicted patch's radius a and a bar's wave speed c."""
     tables = load_scene("soft", overrides).tables
     given = solid_inputs.inputs(tables)[0]
-    touch = solid_mesh.predicted_touch(tables, 3)
-    for one in solid_mesh.materials_within(tables, 3, given):
-        wanted = share * touch.patch_radius / one.bar_speed
+    _, touch = solid_mesh.sizing_of(tables, 3)
+    for one in solid_mesh.materials_within(tables, touch, given):
+        wanted = share and share * touch.patch_radius / one.bar_speed
         assert one.relaxation_time == pytest.approx(wanted, rel=1e-12)
 
 
@@ -266,7 +266,7 @@ def test_an_accuracy_leaves_a_mesh_file_as_it_is() -> None:
     tables = load_scene("soft", (STRICT, "solver.fem.mesh=finger.msh")).tables
     assert solid_mesh.sizes_of(tables) is None
     given = solid_inputs.inputs(tables)[0]
-    assert solid_mesh.materials_within(tables, 3, given) == given
+    assert solid_mesh.materials_within(tables, None, given) == given
 
 
 def test_one_point_elements_are_left_where_the_material_relaxes() -> None:

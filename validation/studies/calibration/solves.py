@@ -85,7 +85,7 @@ def _updates(tables: Scene, kind: str) -> float:
     import meshes
 
     try:
-        sizing, touch = solid_mesh.sizing_of(tables, 3), solid_mesh.predicted_touch(tables, 3)
+        sizing, touch = solid_mesh.sizing_of(tables, 3)
     except ValueError as error:
         raise UserError(str(error)) from error
     if touch is None:

@@ -117,7 +117,7 @@ def prepared(scene: str, factor: float, friction: float) -> tuple[Any, ...]:
     keys = (*MESH, *EDGES[scene], f"surface_factor={factor}")
     overrides = (*(f"solver.fem.{key}" for key in keys), f"surface.friction={friction:g}")
     tables = load_scene(scene, overrides).tables
-    sizing = solid_mesh.sizing_of(tables, 3)
+    sizing, _ = solid_mesh.sizing_of(tables, 3)
     mesh, given = solid_mesh.build_mesh(tables, 3, sizing), solid_inputs.inputs(tables)
     state: Any = fem.impact_state(mesh, *given[:3], CLEARANCE_M)
     beside = solid_mesh.companion(tables, 3, sizing)

@@ -105,7 +105,7 @@ def touching_mesh(scene: NamedScene, start: Impact | None) -> Any:
 
     The hard finger's two places lie 0.75 mm apart, more than the patch's even part reaches.
     """
-    sizing = solid_mesh.sizing_of(scene.tables, 3)
+    sizing, _ = solid_mesh.sizing_of(scene.tables, 3)
     if start is not None and sizing is not None:
         sizing = dataclasses.replace(sizing, contact_angle=start.touch_angle)
     return solid_mesh.build_mesh(scene.tables, 3, sizing)

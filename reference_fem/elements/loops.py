@@ -30,18 +30,14 @@ def add_force(
     blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
     moving: Moving,
 ) -> None:  # fmt: skip
-    """Add the forces of one block, N, and what `energy` gives to row t of `stored` if it is given.
+    """Add the forces of one block, N.
 
-    Where it is `moving`, damping is among the forces, and what it takes is added there too.
+    Where `stored` is given, energies of strains and of hourglass modes, J, are added to its row t.
+    Where it is `moving`, damping is among the forces, and what it takes is added there too, W.
 
     u (n_nodes, dim) displacements, m; `share` of thread t as in `threads`.
     """
     raise NotImplementedError(f"{type(blocks).__name__} has no overload of add_force")
-
-
-def energy(blocks: Blocks, u: Array, block: int, s: Array) -> tuple[float, float]:
-    """Energy of the strains and of the hourglass modes of one block, J."""
-    raise NotImplementedError(f"{type(blocks).__name__} has no overload of energy")
 
 
 def least_det(blocks: Blocks, u: Array, block: int, s: Array) -> float:
@@ -52,7 +48,6 @@ def least_det(blocks: Blocks, u: Array, block: int, s: Array) -> float:
 def implement(
     kind: type[Blocks],
     force: Callable[[Blocks, Array, int, Index, int, Array, Stored, Moving], None],
-    energies_of: Callable[[Blocks, Array, int, Array], tuple[float, float]],
     det: Callable[[Blocks, Array, int, Array], float],
 ) -> None:
     """Let these compiled functions stand for the above, in their order, with blocks of `kind`."""
@@ -70,12 +65,6 @@ def implement(
             )
         return None
 
-    @overload(energy, strict=False)
-    def _energy(blocks: Any, u: Any, block: Any, s: Any) -> Any:
-        if asked(blocks):
-            return lambda blocks, u, block, s: energies_of(blocks, u, block, s)
-        return None
-
     @overload(least_det, strict=False)
     def _det(blocks: Any, u: Any, block: Any, s: Any) -> Any:
         if asked(blocks):
@@ -87,7 +76,7 @@ def implement(
 def share_force(
     blocks: Blocks, u: Array, shares: Index, t: int, out: Array, stored: Stored, moving: Moving
 ) -> None:
-    """Forces of thread t's blocks and, where asked for, row t of what `energies` gives.
+    """Forces of thread t's blocks and, where asked for, row t of their energies.
 
     Without reference counts, which take 3 % of the time of a hexahedron.
     """
@@ -111,7 +100,7 @@ def internal_force(blocks: Blocks, displacement: Array, n_threads: int, out: Arr
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
 def audited_force(blocks: Blocks, displacement: Array, out: Array, stored: Array) -> None:
-    """`internal_force` and `energies`, stored (threads, 2), in one pass over the elements."""
+    """`internal_force` and energies of strains and of hourglass modes, stored (threads, 2), J."""
     shares = thread_shares(blocks.node_range, len(stored))
     for t in prange(len(stored)):
         share_force(blocks, displacement, shares, t, out, stored, None)
@@ -127,19 +116,6 @@ def damped_force(
     for t in prange(len(stored)):
         share_force(blocks, displacement, shares, t, out, stored, (velocity, lag))
     add_buffers(blocks, shares, out)
-
-
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def energies(blocks: Blocks, displacement: Array, out: Array) -> None:
-    """Energy of the strains and of the hourglass modes of each thread's blocks, (threads, 2), J."""
-    for t in prange(len(out)):
-        start, stop = thread_range(len(blocks.nodes), t, len(out))
-        strain, hourglass = 0.0, 0.0
-        for block in range(start, stop):
-            more, control = energy(blocks, displacement, block, blocks.scratch[t])
-            strain += more
-            hourglass += control
-        out[t, 0], out[t, 1] = strain, hourglass
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")

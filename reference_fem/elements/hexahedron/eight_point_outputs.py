@@ -1,12 +1,12 @@
-"""Compiled kernels of the 8-node hexahedron for outputs: energy, det F, stress at the centre.
+"""Compiled kernels of the 8-node hexahedron for outputs: det F, stress at the centre.
 
-Same equations, layout and scratch rows as `eight_point_kernel`; row RESULT holds energies or dets.
+Same equations, layout and scratch rows as `eight_point_kernel`; row RESULT holds dets.
 """
 
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import compiled, inlined
+from reference_fem.compiled import compiled
 from reference_fem.elements.blocks import LANES, Blocks
 from reference_fem.elements.hexahedron.eight_point_kernel import (
     BASES,
@@ -17,7 +17,7 @@ from reference_fem.elements.hexahedron.eight_point_kernel import (
     point_bases,
 )
 from reference_fem.elements.hexahedron.nodes import gather_positions
-from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det, shear_energy
+from reference_fem.elements.hexahedron.point import POINT_ROWS, point_det
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
@@ -29,44 +29,6 @@ VALUES = (
 
 class Hex8Blocks(Blocks):
     """Blocks of 8-point hexahedra."""
-
-
-@inlined
-def add_shear(s: Array, r: Array, q: int, values: tuple[int, int, int]) -> None:
-    """Add w E:E of point q, which takes these values of g_1, g_2, g_3, to row RESULT."""
-    for lane in range(LANES):
-        x, y, z = point_bases(s, BASES, lane, values)
-        o = lane + q * POINT_ROWS * LANES
-        s[RESULT * LANES + lane] += shear_energy(x, y, z, r, o)
-
-
-@compiled
-def block_energy(s: Array, r: Array) -> float:
-    """W = sum over elements of sum_q w mu E:E + lambda (V e)^2 / (2 V), J."""
-    for lane in range(LANES):
-        s[RESULT * LANES + lane] = 0.0
-    add_shear(s, r, 0, VALUES[0])
-    add_shear(s, r, 1, VALUES[1])
-    add_shear(s, r, 2, VALUES[2])
-    add_shear(s, r, 3, VALUES[3])
-    add_shear(s, r, 4, VALUES[4])
-    add_shear(s, r, 5, VALUES[5])
-    add_shear(s, r, 6, VALUES[6])
-    add_shear(s, r, 7, VALUES[7])
-    energy = 0.0
-    for lane in range(LANES):
-        dilatation = s[DILATATION * LANES + lane]
-        energy += r[56 * LANES + lane] * s[RESULT * LANES + lane]
-        energy += 0.5 * r[57 * LANES + lane] * dilatation * dilatation
-    return energy
-
-
-@compiled
-def energy(blocks: Blocks, displacement: Array, block: int, s: Array) -> tuple[float, float]:
-    """See `loops`."""
-    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-    block_dilatation(s, blocks.reference[block])
-    return block_energy(s, blocks.reference[block]), 0.0
 
 
 @compiled
@@ -117,4 +79,4 @@ def stresses(
         cauchy_stress(f, mu[cell], pressure, stress[row])
 
 
-implement(Hex8Blocks, add_force, energy, least_det)
+implement(Hex8Blocks, add_force, least_det)

@@ -152,7 +152,7 @@ def lane_force(s: Array, r: Array, lane: int) -> tuple[float, float]:
 def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces in place of the nodal displacements.
 
-    Where energies are `stored`, rows RESULT and RESULT + 1 as `block_energy` fills them.
+    Where energies are `stored`, rows RESULT and RESULT + 1: of strains and of hourglass modes, J.
     """
     aligned_frame()
     if stored is None:
@@ -161,22 +161,6 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
     else:
         for lane in range(LANES):
             s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = lane_force(s, r, lane)
-
-
-@compiled
-def block_energy(s: Array, r: Array) -> None:
-    """Rows RESULT and RESULT + 1 of s: energy of the strains and of the hourglass modes, J."""
-    for lane in range(LANES):
-        o = lane + CORNERS * LANES
-        x, y, z = modes(s, o), modes(s, o + 8 * LANES), modes(s, o + 16 * LANES)
-        b, g = mean_gradients(x, y, z), hourglass_shapes(x, y, z)
-        u, v, w = modes(s, lane), modes(s, lane + 8 * LANES), modes(s, lane + 16 * LANES)
-        hx, hy, hz = gradient_row(u, b), gradient_row(v, b), gradient_row(w, b)
-        d, c = twice_strain(hx, hy, hz)
-        s[RESULT * LANES + lane] = strain_energy(d, c, r[lane], r[lane + LANES])
-        p, q, t = hourglass_row(u, hx, g), hourglass_row(v, hy, g), hourglass_row(w, hz, g)
-        squares = square(p) + square(q) + square(t)
-        s[(RESULT + 1) * LANES + lane] = 0.5 * r[lane + 2 * LANES] * squares
 
 
 @compiled
@@ -229,14 +213,6 @@ def add_force(
 
 
 @compiled
-def energy(blocks: Blocks, displacement: Array, block: int, s: Array) -> tuple[float, float]:
-    """See `loops`."""
-    gather_both(blocks, displacement, block, s)
-    block_energy(s, blocks.reference[block])
-    return sum_energies(s)
-
-
-@compiled
 def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
@@ -266,4 +242,4 @@ def stresses(
         cauchy_stress(f, mu[cell], lame[cell] * trace, stress[row])
 
 
-implement(OnePointBlocks, add_force, energy, least_det)
+implement(OnePointBlocks, add_force, least_det)

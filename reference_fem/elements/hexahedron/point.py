@@ -174,16 +174,6 @@ def damped_point(
 
 
 @inlined
-def shear_energy(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
-    """Return w E:E at one point, m^3."""
-    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
-    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
-    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
-    d, h = green_strain(fx, fy, fz)
-    return r[o + 6 * LANES] * product(d, h)
-
-
-@inlined
 def point_det(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
     """Return det F at one point."""
     fx = gradient_row(gx[0], gx[1], gx[2], r, o)

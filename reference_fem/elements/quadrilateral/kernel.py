@@ -152,13 +152,6 @@ def damped_point(
 
 
 @inlined
-def point_energy(gx: Two, gy: Two, r: Array, o: int, mu: float, lame: float) -> float:
-    """Energy of one point, J."""
-    c = green_strain(gradient_row(gx, r, o), gradient_row(gy, r, o))
-    return strain_energy(c, r[o + 3 * LANES], mu, lame)
-
-
-@inlined
 def lane_force(s: Array, r: Array, lane: int) -> float:
     """One element's forces in place of its positions; its energy, J."""
     step = POINT_ROWS * LANES
@@ -270,19 +263,6 @@ def add_force(
 
 
 @compiled
-def energy(blocks: Blocks, displacement: Array, block: int, s: Array) -> tuple[float, float]:
-    """See `loops`."""
-    total, r = 0.0, blocks.reference[block]
-    gather(blocks.points, displacement, blocks.nodes[block], s)
-    for lane in range(LANES):
-        x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-        mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
-        for q in range(4):
-            total += point_energy(x[q], y[q], r, lane + q * POINT_ROWS * LANES, mu, lame)
-    return total, 0.0
-
-
-@compiled
 def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
@@ -315,4 +295,4 @@ def stresses(
         cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])
 
 
-implement(Quad4Blocks, add_force, energy, least_det)
+implement(Quad4Blocks, add_force, least_det)

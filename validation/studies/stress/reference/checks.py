@@ -75,7 +75,7 @@ def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
     u, v = snapshot.displacement, snapshot.velocity
     kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.copies
     stored = (
-        model.kernel.strain_energy(u) - float(model.mass @ (u[:, :2] @ model.fall))
+        model.kernel.energies(u)[0] - float(model.mass @ (u[:, :2] @ model.fall))
     ) * model.copies
     return kinetic, kinetic + stored
 

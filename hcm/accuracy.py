@@ -22,6 +22,7 @@ from hcm.estimate import (
     relative_errors,
     tap_peaks,
 )
+from hcm.fall import Fall
 from hcm.model import Scene
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
@@ -53,12 +54,12 @@ def simulate_within(
     chosen = settings_for(accuracy, scene, stated)
     while True:
         spent += time.perf_counter() - began
-        result = _solve(chosen.scene, progress)
+        result = _solve(chosen.scene, progress, chosen.fall)
         spent += result.statistics.wall_time_s
         expected = None
         if not scene.settings.estimate or result.status is not Status.COMPLETED:
             break
-        coarse = _solve(_coarser(chosen, tap_peaks(result).size), progress)
+        coarse = _solve(_coarser(chosen, tap_peaks(result).size), progress, None)
         if coarse.status is Status.INTERRUPTED:
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
             break
@@ -83,10 +84,10 @@ def simulate_within(
     )
 
 
-def _solve(scene: Scene, progress: Progress | None) -> TapResult:
+def _solve(scene: Scene, progress: Progress | None, fall: Fall | None) -> TapResult:
     if scene.settings.estimate:
         scene = replace(scene, settings=replace(scene.settings, estimate=False))
-    return simulate(**scene.arguments(), progress=progress)
+    return simulate(**scene.arguments(), progress=progress, fall=fall)
 
 
 def _coarser(chosen: Chosen, taps: int) -> Scene:

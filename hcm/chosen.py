@@ -112,13 +112,15 @@ class Chosen:
     """A scene with its settings, and the choices that led to them.
 
     flight_error : what the flight adds to the tap's relative error; inf where it is not known.
-    followed : whether its vibration is followed up to the touch.
+    followed : whether its vibration is followed up to the touch. fall : of its rods; None where
+    they do not touch.
     """
 
     scene: Scene
     choices: tuple[Choice, ...]
     flight_error: float
     followed: bool
+    fall: Fall | None
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     told = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
     kept = (*(c for c in choices if c.setting not in stated), *told)
     made_of = replace(scene, finger=finger, settings=replace(scene.settings, **made))
-    return Chosen(made_of, kept, flight.error, flight.followed)
+    return Chosen(made_of, kept, flight.error, flight.followed, fall)
 
 
 def contact_frequency(

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcm.beam.drive import torques_on_rods
 from hcm.flight.rigid_chain import build_rods, clearance, survey
-from hcm.flight.rigid_flight import TOUCHED, integrate_flight
+from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
 from hcm.model import Scene, plan_of, rods_state
 from hcm.parameters import check_scene
+from hcm.state import Plan
 
 # of a flight as rods, beside one that decides, over the surface's depth
 RODS_TOLERANCE = 1e-6
@@ -18,6 +18,8 @@ RODS_TOLERANCE = 1e-6
 class Fall:
     """The rods' flight: its time (s), the tip's approach, V_0, V_1 and the largest V (m/s), and how
     deep (m) a section sinks below the surface while the tip is as far above it.
+
+    flight, plan : what it was read off, and how that was solved.
     """
 
     time: float
@@ -26,6 +28,13 @@ class Fall:
     bending: float
     largest: float
     sunk: float
+    flight: RigidFlight
+    plan: Plan
+
+    def serves(self, plan: Plan) -> bool:
+        """Whether a run of the same scene by this plan begins with the same flight."""
+        apart = {"contact_step", "taps", "contact_tolerance", "max_contact_time", "undamped"}
+        return all(getattr(plan, of) == getattr(self.plan, of) for of in {*Plan._fields} - apart)
 
 
 def rods_fall(scene: Scene) -> Fall | None:
@@ -33,14 +42,16 @@ def rods_fall(scene: Scene) -> Fall | None:
     finger, drive, settings = scene.finger, scene.drive, scene.settings
     check_scene(finger, scene.surface, drive)
     state, start_s = rods_state(finger, scene.start)
-    rods = build_rods(finger, scene.surface, drive, scene.assumptions)
+    rods, pieces = build_rods(finger, scene.surface, drive, scene.assumptions)
     plan = plan_of(settings, scene.surface.height)
     plan = plan._replace(flight_step=1.0, flight_tolerance=RODS_TOLERANCE * scene.surface.height)
-    pieces = torques_on_rods(drive, len(finger.phalanges))
     flight = integrate_flight(rods, state, start_s, plan, settings.max_steps, pieces)
     if flight.code != TOUCHED:
         return None
     radius = np.array([p.diameter / 2 for p in finger.phalanges])
-    found = survey(flight.states, flight.accelerations, radius, rods, state.copy())
+    first, last, largest, sunk = survey(
+        flight.states, flight.accelerations, radius, rods, state.copy()
+    )
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
-    return Fall(float(flight.time[-1]) - start_s, speed, *found)
+    time = float(flight.time[-1]) - start_s
+    return Fall(time, speed, first, last, largest, sunk, flight, plan)

@@ -21,7 +21,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
-from hcm.beam.drive import Piece, piece_at, torques_on_nodes, torques_on_rods
+from hcm.beam.drive import Piece, piece_at, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.compiled import kernel
@@ -129,7 +129,7 @@ class Model:
     """What a run computes with.
 
     generalized_alpha : the integrator without collocation. drive : torques on the chain's nodes.
-    rods : None where the beams fly themselves. rods_drive : torques on them.
+    rods : and the torques on them; None where the beams fly themselves.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
     theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
     finger at rest gathers by round-off. tap_ends : None where each separation ends one.
@@ -140,8 +140,7 @@ class Model:
     probe: Probe
     outline: Outline
     drive: tuple[Piece, ...]
-    rods: Rods | None
-    rods_drive: tuple[Piece, ...]
+    rods: tuple[Rods, tuple[Piece, ...]] | None
     generalized_alpha: Integrator
     plan: Plan
     frames: FrameTable
@@ -200,10 +199,10 @@ def build_model(
         )
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, law_of(whole, surface, tip, assumptions), workspace(q.size))
-    rigid = settings.flight == "rigid"
     times = np.array(settings.frame_times, dtype=float)
     frames = FrameTable(times, np.full((times.size, q.size), np.nan))
-    frames.q[times == start_s] = q
+    if times.size:
+        frames.q[times == start_s] = q
     return Model(
         settings=settings,
         chain=chain,
@@ -212,8 +211,7 @@ def build_model(
         ),
         outline=outline,
         drive=torques_on_nodes(drive, len(finger.phalanges)),
-        rods=build_rods(whole, surface, drive, assumptions) if rigid else None,
-        rods_drive=torques_on_rods(drive, len(finger.phalanges)) if rigid else (),
+        rods=build_rods(whole, surface, drive, assumptions) if settings.flight == "rigid" else None,
         generalized_alpha=plain,
         plan=plan_of(settings, surface.height),
         frames=frames,

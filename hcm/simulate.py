@@ -17,6 +17,7 @@ from hcm.beam.outline import depth
 from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
+from hcm.fall import Fall
 from hcm.model import Model, RigidStart, build_model, until_touch
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
@@ -64,6 +65,7 @@ def simulate(
     progress: Progress | None = None,
     start: RigidStart | None = None,
     assumptions: Assumptions = PAPER,
+    fall: Fall | None = None,
 ) -> TapResult:
     """Let the finger fall from rest along -X, or from `start`, and tap the surface.
 
@@ -74,6 +76,7 @@ def simulate(
     progress : called now and then with (fraction of the run, what it is doing).
     start : rigid state to start from, its tip above the surface; None: at rest along -X at t = 0.
     assumptions : the paper's, or refinements of them.
+    fall : of the finger as rods, if it is known (`hcm.fall`); a rigid flight like it is not solved.
 
     Returns
     -------
@@ -91,7 +94,7 @@ def simulate(
     model = build_model(finger, surface, tip, drive, settings, start, assumptions)
     few = flight_elements(finger, settings)
     if few == finger:
-        begun = start_beams(model)
+        begun = start_beams(model, fall)
     else:
         flight = until_touch(build_model(few, surface, tip, drive, settings, start, assumptions))
         up = start_beams(flight)
@@ -192,7 +195,7 @@ def _take_steps(
     if status is not Status.COMPLETED:
         return [begun.segment], status, over_s
     settings, motion = model.settings, begun.motion
-    new = Motion(*[np.empty_like(part) for part in motion])
+    new = Motion(*[part.copy() for part in motion])
     segments, code = [begun.segment], loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
     between = _rows_between(settings)

@@ -14,6 +14,7 @@ from hcm.compiled import kernel
 from hcm.contact.contract import Law, begin_mode, place, velocity
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, Contact
+from hcm.fall import Fall
 from hcm.flight import rigid_chain, rigid_flight
 from hcm.flight.rigid_chain import Rods, clearance
 from hcm.flight.rigid_flight import BLOCKED, TOUCHED, RigidFlight, integrate_flight
@@ -71,16 +72,19 @@ def write_first_row(
     return solved
 
 
-def start_beams(model: Model) -> BeamStart:
-    """Start the beams as the settings ask for; an interrupted rigid flight leaves its start."""
+def start_beams(model: Model, fall: Fall | None = None) -> BeamStart:
+    """Start the beams as the settings ask for; an interrupted rigid flight leaves its start.
+
+    fall : of the rods, if it is known.
+    """
     if model.rods is None:
         return start_in_flight(model, _first_step(model.settings))
     try:
-        plan, most = model.plan, model.settings.max_steps
-        flight = integrate_flight(
-            model.rods, model.angles, model.start_s, plan, most, model.rods_drive
-        )
-        return start_after_flight(model, model.rods, flight)
+        (rods, drive), most = model.rods, model.settings.max_steps
+        if fall is not None and fall.serves(model.plan):
+            return start_after_flight(model, rods, fall.flight)
+        flight = integrate_flight(rods, model.angles, model.start_s, model.plan, most, drive)
+        return start_after_flight(model, rods, flight)
     except KeyboardInterrupt:
         return replace(start_in_flight(model, model.plan.flight_step), status=Status.INTERRUPTED)
 

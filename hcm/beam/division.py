@@ -9,10 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hcm.arrays import Floats
+from hcm.arrays import Floats, Ints
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain
 from hcm.beam.refinement import beams_of, shapes, shear_number
+from hcm.compiled import kernel_with
 from hcm.parameters import Finger, Settings
 
 
@@ -34,18 +35,29 @@ def divided(
     values : (m, n) bordered, on the elements of `few`.
     chain : of `many`.
     """
-    out, place = np.zeros((len(values), chain.scale.size)), 0
+    out = np.zeros((len(values), chain.scale.size))
     beams = beams_of(few, assumptions).phalanges
-    for beam, fine, first in zip(beams, many.phalanges, chain.hinge_outer, strict=True):
-        count, parts = beam.elements, np.arange(fine.elements + 1) * beam.elements
-        element = np.minimum(parts // fine.elements, count - 1)
-        axis, turn = shapes(
-            parts / fine.elements - element, beam.length / count, shear_number(beam, assumptions)
-        )
-        # r and r' of both ends, X and Y
-        nodes = values[:, place + 2 : place + 6 + 4 * count].reshape(-1, 2 * count + 2, 2)
-        ends = nodes[:, 2 * element[:, None] + np.arange(4)]
-        own = np.einsum("kis,msic->mskc", np.stack([axis, turn]), ends)
-        out[:, first : first + 4 * parts.size] = own.reshape(-1, 4 * parts.size)
-        place += 6 + 4 * count
+    counts = np.array([[p.elements for p in body.phalanges] for body in (few, many)])
+    phi = np.array([shear_number(beam, assumptions) for beam in beams])
+    divide(values, counts, np.array([p.length for p in beams]), phi, out)
     return out
+
+
+@kernel_with()
+def divide(values: Floats, counts: Ints, lengths: Floats, phi: Floats, out: Floats) -> None:
+    """Fill `out` of `divided`, zeros; counts : (2, P) elements before and after. lengths : (P,) of
+    the beams, m. phi : (P,) Phi of the elements before (`hcm.beam.refinement`).
+    """
+    old = new = 2
+    for w in range(lengths.size):
+        few, many = counts[0, w], counts[1, w]
+        for i in range(many + 1):
+            element = min(i * few // many, few - 1)
+            axis, turn = shapes(i * few / many - element, lengths[w] / few, phi[w])
+            at, to = old + 4 * element, new + 4 * i
+            for m in range(len(values)):
+                for c in range(2):
+                    for k in range(4):
+                        out[m, to + c] += axis[k] * values[m, at + 2 * k + c]
+                        out[m, to + 2 + c] += turn[k] * values[m, at + 2 * k + c]
+        old, new = old + 4 * few + 6, new + 4 * many + 6

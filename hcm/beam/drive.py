@@ -42,6 +42,8 @@ def torque_rows(drive: Drive, count: int) -> tuple[Floats, Floats]:
 
 def _pieces(time: Floats, values: Floats) -> tuple[Piece, ...]:
     held = np.zeros_like(values[0])
+    if time.size == 1 and time[0] == 0.0:
+        return (Piece(0.0, np.inf, np.array([values[0], held])),)
     found = [Piece(0.0, time[0], np.array([values[0], held]))]
     for (begin, first), (end, last) in pairwise(zip(time.tolist(), values, strict=True)):
         if end > begin:
@@ -57,10 +59,11 @@ def piece_at(pieces: Sequence[Piece], time_s: float) -> Piece:
 
 def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
     """Joint (T,) of each torque on a node, and its sign: -1 of a reaction, which comes second."""
+    if drive.table is None and not any(drive.torques):
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     _, values = torque_rows(drive, count)
-    acting = np.flatnonzero(values.any(axis=0)).tolist() if values.any() else []
     found: list[tuple[int, int]] = []
-    for w in acting:
+    for w in np.flatnonzero(values.any(axis=0)).tolist():
         found += [(w, 1), (w, -1)] if drive.reaction and w > 0 else [(w, 1)]
     joint, sign = np.array(found, dtype=np.int64).reshape(-1, 2).T
     return joint, sign

@@ -26,7 +26,9 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain
+from hcm.beam.element import Four
 from hcm.bounds import ParameterError
+from hcm.compiled import kernel_with
 from hcm.parameters import Drive, Finger, Phalanx, Surface
 
 # Gauss points on [0, 1]: exact for the mass of a half-ball's elements, of degree 10.
@@ -117,15 +119,17 @@ def moments(finger: Finger, assumptions: Assumptions) -> Floats:
     return out
 
 
-def shapes(x: Floats, el: float, phi: float) -> tuple[Floats, Floats]:
-    """N and T, (4, points), at x in [0, 1] of elements of length el."""
+@kernel_with()
+def shapes(x: float, el: float, phi: float) -> tuple[Four, Four]:
+    """N and T at x in [0, 1] of elements of length el."""
     bow = 0.5 * phi * (x - x**2)
     n1 = 1 + phi * (1 - x) - 3 * x**2 + 2 * x**3
     n2, n4 = el * (x - 2 * x**2 + x**3 + bow), el * (x**3 - x**2 - bow)
     t1 = 6 * (x**2 - x) / el
     t2, t4 = 1 + phi - (4 + phi) * x + 3 * x**2, 3 * x**2 + (phi - 2) * x
-    axis = np.array([n1, n2, 1 + phi - n1, n4])
-    return axis / (1 + phi), np.array([t1, t2, -t1, t4]) / (1 + phi)
+    n3, whole = 1 + phi - n1, 1 + phi
+    axis = (n1 / whole, n2 / whole, n3 / whole, n4 / whole)
+    return axis, (t1 / whole, t2 / whole, -t1 / whole, t4 / whole)
 
 
 def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assumptions) -> Chain:
@@ -141,7 +145,7 @@ def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assump
             [[12, 6, -12, 6], [6, near, -6, far], [-12, -6, 12, -6], [6, far, -6, near]]
         )  # fmt: skip
         stiffness = p.youngs_modulus * p.second_moment / (el**3 * (1 + phi)) * matrix
-        axis, turn = shapes(POINTS, el, phi)
+        axis, turn = np.array(shapes.py_func(POINTS, el, phi))
         for i in range(p.elements):
             line, turning = inertia(p, el * (i + POINTS), round_from, rotary)
             bending[e] = unit[:, None] * stiffness * unit

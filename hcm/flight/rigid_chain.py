@@ -20,7 +20,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
-from hcm.beam.drive import torque_rows, torques_on_rods
+from hcm.beam.drive import Piece, torque_rows, torques_on_rods
 from hcm.beam.refinement import beams_of, moments, touching_height
 from hcm.compiled import kernel
 from hcm.parameters import Drive, Finger, Surface
@@ -59,20 +59,20 @@ class Rods(NamedTuple):
 
 def build_rods(
     finger: Finger, surface: Surface, drive: Drive, assumptions: Assumptions = PAPER
-) -> Rods:
-    """The finger's phalanges as rods, in the first piece of their drive."""
+) -> tuple[Rods, tuple[Piece, ...]]:
+    """The finger's phalanges as rods, in the first piece of their drive, and all pieces of it."""
     phalanges = beams_of(finger, assumptions).phalanges
     mass, first, second = moments(finger, assumptions)
     moment = np.abs(torque_rows(drive, len(phalanges))[1])
     if drive.reaction:
         moment[:, :-1] += moment[:, 1:].copy()
-    given = torques_on_rods(drive, len(phalanges))[0]
-    return Rods(
+    pieces = torques_on_rods(drive, len(phalanges))
+    rods = Rods(
         np.array([p.length for p in phalanges]),
         mass,
         mass[::-1].cumsum()[::-1] - mass,
-        given.torques,
-        given.begin_s,
+        pieces[0].torques,
+        pieces[0].begin_s,
         first,
         second,
         np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
@@ -84,6 +84,7 @@ def build_rods(
         np.empty((2, len(phalanges))),
         np.zeros(2 * len(phalanges)),
     )
+    return rods, pieces
 
 
 @kernel

@@ -176,7 +176,8 @@ def integrate_flight(
         withheld = kept + _withheld(table, begin, piece.torques[1])
         before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)
         parts.append((table[first:], load[first:], withheld[first:]))
-    table, load, withheld = (np.concatenate(part) for part in zip(*parts, strict=True))
+    if len(parts) > 1:
+        table, load, withheld = (np.concatenate(part) for part in zip(*parts, strict=True))
     states, accelerations = table[:, 1 : 1 + 2 * links], table[:, 1 + 2 * links :]
     return RigidFlight(table[:, 0], states, accelerations, load, withheld, code, repeats, trials)
 

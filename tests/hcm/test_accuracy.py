@@ -22,7 +22,7 @@ from hcm.chosen import (
 )
 from hcm.companion import first_tap
 from hcm.estimate import VERTEX_SHARE
-from hcm.fall import rods_fall
+from hcm.fall import RODS_TOLERANCE, rods_fall
 from hcm.flight.rigid_chain import body_depth, build_rods
 from hcm.model import rigid_motion
 from hcm.parameters import STAGES
@@ -133,7 +133,7 @@ def test_a_finger_that_meets_the_surface_before_its_tip_falls_as_rods() -> None:
 
 def test_sections_sink_as_those_of_straight_beams() -> None:
     body, surface = finger(SOFT, elements=1), hcm.Surface(0.04, 0.5)
-    rods, radius = build_rods(body, surface, hcm.Drive()), np.full(3, SOFT.diameter / 2)
+    rods, radius = build_rods(body, surface, hcm.Drive())[0], np.full(3, SOFT.diameter / 2)
     for angles in ((0.9, 0.5, 0.7), (0.3, 1.4, 0.2), (0.4, -0.6, 1.2), (0.6, 0.9, -0.3)):
         state = np.array([*angles, 0.0, 0.0, 0.0])
         chain = build_chain(body, hcm.Drive())[0]
@@ -189,6 +189,17 @@ def test_the_rods_fall_as_a_rigid_flight_does() -> None:
     assert fall.time == pytest.approx(result.summary.contact_time_s, rel=1e-6)
     assert -fall.speed == pytest.approx(result.summary.tip_velocity_at_contact_m_per_s[1], rel=1e-5)
     assert fall.ringing < fall.bending <= fall.largest
+    # where the steps are those that it fell by, a run takes it as its own
+    alike = replace(rigid.settings, flight_step=1.0, flight_tolerance=RODS_TOLERANCE)
+    marked = replace(fall, flight=fall.flight._replace(repeats=fall.flight.repeats + 77))
+    taken, own = (
+        hcm.simulate(**replace(rigid, settings=alike).arguments(), fall=known)
+        for known in (marked, None)
+    )
+    assert taken.summary == own.summary
+    assert taken.statistics.rejected_steps == own.statistics.rejected_steps + 77
+    other = hcm.simulate(**rigid.arguments(), fall=fall)
+    assert (other.summary, other.statistics.steps) == (result.summary, result.statistics.steps)
 
 
 def test_a_vibration_is_followed_as_far_as_its_spectrum_asks_for() -> None:

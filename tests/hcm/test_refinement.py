@@ -131,7 +131,7 @@ def test_beams_that_move_rigidly_are_the_rods(chosen: tuple[bool, ...]) -> None:
 def test_a_round_bar_falls_as_a_compound_pendulum() -> None:
     """theta.. = g S cos(theta)/J of one phalanx about the hinge."""
     body, on = hcm.Finger((phalanx(),)), Assumptions("refined")
-    rods = build_rods(body, hcm.Surface(0.03, 0.5), hcm.Drive(), on)
+    rods = build_rods(body, hcm.Surface(0.03, 0.5), hcm.Drive(), on)[0]
     out, length = np.empty(2), L - R
     rates(0.0, np.array([0.4, 3.0]), rods, out)
     mass, first, second = moments(body, on)[:, 0]

@@ -32,7 +32,7 @@ def one_rod(
 ) -> tuple[Rods, RigidFlight]:
     """It sets out level."""
     drive = hcm.Drive(incline=incline)
-    chain = build_rods(finger(SOFT, 1), hcm.Surface(height, 0.5), drive)
+    chain = build_rods(finger(SOFT, 1), hcm.Surface(height, 0.5), drive)[0]
     start = np.array([-incline, 0.0])
     return chain, integrate_flight(chain, start, 0.0, plan(tolerance, step), 10_000)
 
@@ -56,7 +56,7 @@ def test_a_falling_rod_keeps_its_energy_and_lands_in_time(incline: float) -> Non
 
 
 def test_fixed_steps_converge_with_order_five() -> None:
-    chain = build_rods(finger(SOFT), hcm.Surface(0.1, 0.5), hcm.Drive())
+    chain = build_rods(finger(SOFT), hcm.Surface(0.1, 0.5), hcm.Drive())[0]
     end = [
         integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 0.08 / n, 0.08), 999).states[-1]
         for n in (32, 64, 640)
@@ -78,7 +78,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
     rng = np.random.default_rng(5)
     angles, spins = rng.uniform(-1.5, 1.5, 3), rng.uniform(-20, 20, 3)
     state, out = np.array([*angles, *spins]), np.empty(6)
-    rates(0.0, state, build_rods(body, SURFACE, drive), out)
+    rates(0.0, state, build_rods(body, SURFACE, drive)[0], out)
 
     def velocity(turn: np.ndarray, spin: np.ndarray) -> np.ndarray:
         return rigid_motion(body, chain, hcm.RigidStart(tuple(turn), tuple(spin)))[1]
@@ -98,7 +98,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
 
 def test_reactions_carry_the_rods_beyond_them() -> None:
     drive = hcm.Drive((0.01, 0.0, 0.002), incline=0.3)
-    chain = build_rods(finger(SOFT), SURFACE, drive)
+    chain = build_rods(finger(SOFT), SURFACE, drive)[0]
     fall = integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 1e-4), 400)
     pull = np.empty((3, 6))
     for row in range(3):
@@ -211,7 +211,7 @@ def test_a_flight_without_a_touch_ends_as_an_elastic_one_does() -> None:
 
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:
     whole = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=RIGID)
-    chain = build_rods(finger(SOFT), SURFACE, hcm.Drive())
+    chain = build_rods(finger(SOFT), SURFACE, hcm.Drive())[0]
     part = integrate_flight(chain, np.zeros(6), 0.0, plan(1e-13, 0.01, 0.1), 999)
     assert part.code == ENDED
     angles, spins = part.states[-1][:3], part.states[-1][3:]

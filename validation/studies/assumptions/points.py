@@ -69,7 +69,7 @@ def _height(found: dict[str, Any]) -> float:
     count, length, modulus, density, ratio, _, angle = (found[key] for key in RANGES)
     phalanx = hcm.Phalanx(length, DIAMETER, modulus, density, poisson_ratio=ratio)
     anywhere, refined = hcm.Surface(1.0, 0.0), hcm.Assumptions("refined")
-    rods = build_rods(hcm.Finger((phalanx,) * count), anywhere, hcm.Drive(), refined)
+    rods, _ = build_rods(hcm.Finger((phalanx,) * count), anywhere, hcm.Drive(), refined)
     out = np.empty(2 * count)
 
     def motion(time: float, state: Numbers) -> Numbers:

@@ -47,14 +47,14 @@ def exudyn_setting(
     return Setting(STUDY, "Exudyn", series, name, options)
 
 
-# Cheapest first; 2 ms steps are beyond 0.1 %, 3 ms beyond 10 %. Tried and left out: 1 element a
-# phalanx (5 % off), full Newton (1.4 times more), xi of 0.6 and 0.95 (same time and error), Newton
-# tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
+# Cheapest first; 2 ms steps are beyond 0.1 %, and 3 ms take no less time. Tried and left out: 1
+# element a phalanx (5 % off), full Newton (1.4 times more), xi of 0.6 and 0.95 (nothing changes),
+# Newton tolerances of 1e-4 (a tenth off the time, 1.8e-3 off the peak).
 SETTINGS = (
     *(
         exudyn_setting(2, f, c, fresh=True)
         for f in (2e-3, 1.5e-3, 1e-3)
-        for c in (1e-5, 8e-6, 5e-6)
+        for c in (2e-5, 1e-5, 8e-6, 5e-6)
     ),
     *(exudyn_setting(n, 1e-3, 5e-6, fresh=True) for n in (3, 4, 5)),
     *(exudyn_setting(n, 1.5e-3, 1e-5, fresh=True) for n in (3, 5)),
@@ -87,7 +87,7 @@ OWN_TRUTH = TapQuantities(
     normal_impulse_N_s=0.010191615061351439,
 )
 LOOK_BEFORE_S = 1e-4
-ERROR_LIMITS = (1e-3, 1e-4, 1e-5)  # relative, at which the cheapest settings are compared
+ERROR_LIMITS = (1e-2, 1e-3, 1e-4, 1e-5)  # relative, at which the cheapest settings are compared
 
 
 def absent() -> list[str]:
@@ -156,7 +156,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
         (n, {"flight_tolerance": f, "contact_step": h, "newton_tolerance": t})
         for n in few
         for f, t in ((1e-4, 1e-3), (1e-5, 1e-4))
-        for h in (8e-6, 5e-6, 4e-6, 3e-6)
+        for h in (1.5e-5, 8e-6, 5e-6, 4e-6, 3e-6)
     ), BASE, fixed, rigid)  # fmt: skip
     settings += series("fixed contact steps", (
         (n, {"contact_step": h}) for n in few for h in (8e-6, 5e-6, 3e-6)

@@ -7,7 +7,7 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Motion
-from reference_fem.dynamics.central_difference import first_leapfrog, half_kick, leapfrog
+from reference_fem.dynamics.central_difference import leapfrog
 from reference_fem.dynamics.state import State
 from reference_fem.joints.hinges import hinge_reactions
 from reference_fem.model import Model
@@ -91,8 +91,9 @@ def start_state(
     else:
         model.kernel.internal_force(state.displacement, residual)
     _less_external(model, state, model.torques.at(time_s), residual, False, np.zeros(COLUMNS))
-    back = np.empty_like(residual)
-    half_kick(state.velocity, residual, model.inverse_mass, model.fall, -model.step_s, back)
+    half = -0.5 * model.step_s
+    back = state.velocity - (half * model.inverse_mass)[:, None] * residual
+    back[:, :2] += half * np.array(model.fall)
     return replace(state, velocity=back)
 
 
@@ -114,10 +115,10 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     turns from one block to the next.
     """
     first = replace(state, memory=state.memory.copy())
-    residual, u, v, synchronous = (np.empty_like(state.displacement) for _ in range(4))
+    residual = np.empty_like(state.displacement)
     log = np.zeros((steps, COLUMNS))
     log[:, GAP] = np.inf
-    pressure = np.zeros(len(u))
+    pressure = np.zeros(len(state.displacement))
     kernel, lag, lost = model.kernel, 0.5 * model.step_s, state.material_J
     if kernel.damped:
         stored, hourglass, power = kernel.damped_force(
@@ -131,7 +132,9 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     torques, withheld = model.torques.at(state.time_s), state.withheld_J
     reactions = _less_external(model, first, torques, residual, search, log[0], pressure)
     constants = model.inverse_mass, model.fall, model.step_s
-    first_leapfrog(state.displacement, state.velocity, residual, *constants, u, v, synchronous)
+    u, v = state.displacement.copy(), state.velocity.copy()
+    leapfrog(u, v, residual, *constants)
+    synchronous = 0.5 * (state.velocity + v)
     work = replace(first, displacement=u, velocity=v)
     for number in range(1, steps + 1):
         if not model.torques.steady:

@@ -2,13 +2,13 @@
 
 import ctypes
 import ctypes.util
-import subprocess
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from validation.errors import UserError
+from validation.errors import RunFailedError, UserError
+from validation.harness.processes import CrashedError, call_isolated
+from validation.render.worker import draw_run
 
 LIBRARIES = "libgl1 libegl1 libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1"
 TIMEOUT_S = 300
@@ -72,27 +72,13 @@ def render_run(
     if problem:
         return Renders({}, problem)
     out.mkdir(parents=True, exist_ok=True)
-    folders = map(str, (run_folder, *beside))
-    problem, refused = _draw([str(out), prefix, ",".join(wanted), *folders])
+    refused = False
+    try:
+        call_isolated(draw_run, (run_folder, *beside), out, prefix, wanted, limit_s=TIMEOUT_S)
+    except (UserError, RunFailedError) as error:
+        problem, refused = str(error), isinstance(error, UserError)
+    except CrashedError as error:
+        remedy = f"if VTK crashed, on Debian or Ubuntu: apt install {LIBRARIES}"
+        problem = f"rendering failed: {error}; {remedy}"
     files = {what: out / f"{prefix}-{what}.{SUFFIXES.get(what, 'png')}" for what in wanted}
     return Renders({what: path for what, path in files.items() if path.is_file()}, problem, refused)
-
-
-def _draw(arguments: Sequence[str]) -> tuple[str, bool]:
-    """Run `worker` on its arguments; why it failed, and whether by what it was given to draw."""
-    command = [sys.executable, "-m", "validation.render.worker", *arguments]
-    try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return f"rendering took longer than {TIMEOUT_S} s", False
-    if done.returncode == 0:
-        return "", False
-    cause = (done.stderr.strip().splitlines() or ["no message"])[-1]
-    if done.returncode < 0:
-        hint = f"on Debian or Ubuntu: apt install {LIBRARIES}"
-        cause = f"VTK crashed (signal {-done.returncode}); {hint}"
-    if done.returncode == UserError.exit_code:
-        return cause, True
-    return f"rendering failed: {cause}", False

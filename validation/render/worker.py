@@ -1,10 +1,6 @@
-"""Draws one run: ``python -m validation.render.worker OUT PREFIX WHAT,WHAT RUN_FOLDER [OTHER...]``.
+"""Draws one run: its pictures, and what they share."""
 
-WHAT is any of `off_screen.PICTURES` or ``interactive``, each a method of `Drawing`. Of the OTHER
-runs' folders an interactive page shows the forces.
-"""
-
-import sys
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.errors import UserError
+from validation.errors import RunFailedError, UserError
 from validation.render.details import draw_patch, draw_shape, write_gif
 from validation.render.interactive import write_interactive
 from validation.render.run_folder import DrawnRun, read_curves, read_run
@@ -135,16 +131,28 @@ class Drawing:
             frame.unlink()
 
 
-def main(out: Path, prefix: str, wanted: str, *folders: str) -> None:
-    """Draw the wanted pictures of a run, and of other runs."""
-    drawing = Drawing([Path(folder) for folder in folders], out, prefix)
-    for what in wanted.split(","):
-        getattr(drawing, what)()
+def draw_run(folders: Sequence[Path], out: Path, prefix: str, wanted: Sequence[str]) -> None:
+    """Draw pictures of the first folder's run, in a process of its own: VTK's words are not shown.
 
+    Parameters
+    ----------
+    folders : of the run, and of others, whose forces an interactive page shows.
+    wanted : any of `off_screen.PICTURES` or ``interactive``, each a method of `Drawing`.
 
-if __name__ == "__main__":
+    Raises
+    ------
+    UserError
+        A folder holds no run to draw.
+    RunFailedError
+        The drawing failed.
+    """
+    with open(os.devnull, "wb") as nothing:
+        os.dup2(nothing.fileno(), 2)
+    drawing = Drawing(folders, out, prefix)
     try:
-        main(Path(sys.argv[1]), *sys.argv[2:])
-    except UserError as error:
-        sys.stderr.write(f"{error}\n")  # read by the command, which says it
-        sys.exit(error.exit_code)
+        for what in wanted:
+            getattr(drawing, what)()
+    except UserError:
+        raise
+    except Exception as error:
+        raise RunFailedError(f"rendering failed: {type(error).__name__}: {error}") from error

@@ -223,7 +223,7 @@ EDITED = ("hcm/compiled.py", "validation/studies/stress/hcm/audit.py",
           "validation/studies/stress/hcm/judge.py")  # fmt: skip
 NAMES = """
 from validation.harness.store import key
-from validation.studies.stress.stability_map import verdict_inputs
+from validation.studies.stress.campaign import verdict_inputs
 from validation.studies.stress.command import all_maps
 for one in all_maps(True):
     print(one.name, key(verdict_inputs(next(one.cells()))))

@@ -15,7 +15,8 @@ from validation.runs.execute import compile_in_fresh_process
 from validation.studies.calibration.report import write_report
 from validation.studies.calibration.scenes import case
 from validation.studies.calibration.solves import solve_case
-from validation.studies.stress.stability_map import Cell, run_cells
+from validation.studies.stress.campaign import run_cells
+from validation.studies.stress.stability_map import Cell
 
 SCENES, QUICK_SCENES = 500, 12
 

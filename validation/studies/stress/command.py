@@ -15,10 +15,11 @@ from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
 from validation.models.hcm import warm_up_choices
 from validation.runs.execute import compile_in_fresh_process
+from validation.studies.stress.campaign import run_cells
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.reference.maps import reference_maps
 from validation.studies.stress.report import table_rows, write_map, write_stress_page
-from validation.studies.stress.stability_map import Answer, Map, run_cells
+from validation.studies.stress.stability_map import Answer, Map
 
 
 def all_maps(quick: bool) -> tuple[Map, ...]:

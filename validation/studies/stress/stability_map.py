@@ -8,24 +8,19 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
 run that claims to be good can be RIGHT, SMALLER, UNDERSTATED or WRONG. A stored verdict counts
-until its scene, or the code of its scene or of its judge changes (`verdict_inputs`).
+until its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
-`command.all_maps`. The campaign (`run_cells`) stores one line per cell as soon as it is judged and
+`command.all_maps`. The campaign (`campaign`) stores one line per cell as soon as it is judged and
 goes on where it was; tables, figures and the page follow.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import product
 from typing import Any, Self
 
-from validation.harness.identity import program
-from validation.harness.line_store import LineStore
-from validation.harness.processes import Workers
-from validation.models.adapter import Progress
 from validation.studies.stated_errors import FLOOR, WRONG, Compared, understated
 
 # Largest relative error of what is still called right (the README's and the page's definition).
@@ -139,32 +134,3 @@ class Map:
         """All cells, panel by panel."""
         for panel, y, x in product(self.panels, self.y, self.x):
             yield Cell(self.name, x, y, panel, self.scene(x, y, panel), self.judge)
-
-
-def verdict_inputs(cell: Cell) -> dict[str, Any]:
-    """What a cell's verdict is made from: its scene, its judge, and the code of both."""
-    judge = cell.judge
-    return {
-        "scene": repr(cell.scene),
-        "judge": judge.__qualname__,
-        "program": program(judge.__module__, type(cell.scene).__module__),
-    }
-
-
-def run_cells(
-    cells: Sequence[Cell], finished: LineStore, pool: Workers, progress: Progress
-) -> list[Mapping[str, Any]]:
-    """Verdicts of all cells, a row each; those that are not finished are judged, and kept at once.
-
-    progress is the share of cells that are done.
-    """
-    inputs = [verdict_inputs(cell) for cell in cells]
-    rows = {n: row for n, of in enumerate(inputs) if (row := finished.load(of)) is not None}
-    todo = [n for n in range(len(cells)) if n not in rows]
-    running = {pool.submit(cells[n].judge, cells[n].scene): n for n in todo}
-    for future in as_completed(running):
-        n = running[future]
-        rows[n] = vars(future.result())
-        finished.keep(inputs[n], rows[n])
-        progress(len(rows) / len(cells), f"{cells[n].map}, {len(rows)} of {len(cells)} cells")
-    return [rows[n] for n in range(len(cells))]

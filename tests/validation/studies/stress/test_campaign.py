@@ -7,11 +7,12 @@ from pathlib import Path
 
 from tests.validation.studies.stress.taps import TAP
 from validation.harness.line_store import LineStore
+from validation.studies.stress.campaign import run_cells, verdict_inputs
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.limits import limit
 from validation.studies.stress.report import table_rows, write_map, write_stress_page
-from validation.studies.stress.stability_map import Answer, Cell, run_cells, verdict_inputs
+from validation.studies.stress.stability_map import Answer, Cell
 
 
 def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:

@@ -80,11 +80,6 @@ class RunRecord:
         """Model and variant, as tables and figures write it."""
         return f"{self.model} {self.variant}".strip()
 
-    @property
-    def folder_name(self) -> str:
-        """A name for this run's folder."""
-        return "-".join(filter(None, (self.scene, self.model, self.variant.replace(" ", "-"))))
-
     def value(self, key: str) -> float | None:
         """One scalar as a finite float, or None."""
         return finite(self.summary.get(key))

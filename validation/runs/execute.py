@@ -36,6 +36,11 @@ class Job:
         """The job's name before it has run."""
         return " ".join(filter(None, (scene_name(self.scene), self.model, self.variant)))
 
+    @property
+    def folder_name(self) -> str:
+        """Of the folder that its run is written to."""
+        return safe_name(self.name.replace(" ", "-"))
+
 
 @contextlib.contextmanager
 def compiling_reported(progress: Progress | None) -> Iterator[None]:
@@ -139,7 +144,7 @@ class Task:
 
 def _task(job: Job, folder: Path, store: Store, first: bool) -> Task:
     """The peak memory of the first job in a process is its own, that of the others is not."""
-    run_folder = folder / safe_name(job.name.replace(" ", "-"))
+    run_folder = folder / job.folder_name
     inputs = None
     # a scene that is refused is refused again where it would be run
     with contextlib.suppress(UserError):

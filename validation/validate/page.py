@@ -15,7 +15,7 @@ from validation.validate.headline import (
     unit_notes,
     what_matters,
 )
-from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs
+from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs, own_job
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
 PAPERS = " ".join(REFERENCE)  # the reference whose tables hold what the paper prints
@@ -83,7 +83,8 @@ def draw_fields(
         result[scene] = Renders({}, "no completed run to draw")
         if (run := runs.reference(scene)) is not None:
             wanted = (*STILL, "pressure", *[INTERACTIVE] * interactive)
-            sources = [runs_folder / safe_name(r.folder_name) for r in (run, *runs.compared(scene))]
+            models = (run.model, *(compared.model for compared in runs.compared(scene)))
+            sources = [runs_folder / own_job(runs.plan, scene, m).folder_name for m in models]
             result[scene] = render_run(sources[0], folder, scene, wanted, sources[1:])
     return result
 

@@ -74,6 +74,12 @@ def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
     return jobs
 
 
+def own_job(plan: Plan, scene: str, model: str) -> Job:
+    """A model's own job of a scene: the first of them (`Runs.of_model`)."""
+    jobs = (job for group in work(plan) for job in group)
+    return next(job for job in jobs if (job.scene, job.model) == (plan.scenes[scene], model))
+
+
 def by_default(scene: str, model: str, estimate: bool) -> tuple[str, ...]:
     """Overrides of a model's own run: its default accuracy, and whether it states its errors."""
     accuracy = default_accuracy(model, load_scene(scene).tables)

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from tests.validation.commands import Capture, Make, Patch, call
-from validation.harness.files import safe_name
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import rounded
@@ -25,7 +24,7 @@ from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
 from validation.validate.ladder.rungs import CAUSE_COLUMNS
-from validation.validate.plan import Plan, Runs, groups
+from validation.validate.plan import Plan, Runs, groups, work
 from validation.validate.tables import efficiency_rows
 
 NO_LADDER = Ladder(False)
@@ -71,7 +70,7 @@ def validated(monkeypatch: Patch, make_record: Make, tmp_path: Path) -> Callable
                 if "penalty" in (job.variant or ""):
                     peak += 10 * float((job.variant or "").split()[-1])
                 record = make_record(job.scene, job.model, job.variant or "", peak=peak)
-                keep(folder / safe_name(record.folder_name), Outcome(record))
+                keep(folder / job.folder_name, Outcome(record))
                 records.append(record)
             return records
 
@@ -174,6 +173,28 @@ def test_all_runs_failing_still_gives_a_page(validated: Callable[..., Path]) -> 
 def test_missing_renders_are_explained(validated: Callable[..., Path]) -> None:
     problem = "libGL cannot be loaded; apt install libgl1"
     assert f"soft: {problem}" in page(validated(problem=problem))
+
+
+@pytest.mark.parametrize("reference", ["fem3d", "fem2d"])
+def test_fields_are_drawn_from_the_folders_that_runs_are_written_to(
+    monkeypatch: Patch, make_record: Make, tmp_path: Path, reference: str
+) -> None:
+    """A job may leave to the model what its variant is called; its folder has the job's name."""
+    plan = Plan({"soft": "soft"}, reference=reference)
+    runs = Runs((make_record("soft", "hcm", "own"), make_record("soft", reference, "own")), plan)
+    drawn: list[Path] = []
+
+    def render_run(
+        run: Path, folder: Path, name: str, wanted: object, others: list[Path]
+    ) -> Renders:
+        drawn.extend((run, *others))
+        return Renders({})
+
+    monkeypatch.setattr(validate_page, "render_run", render_run)
+    validate_page.draw_fields(tmp_path, tmp_path / "runs", runs)
+    written = {tmp_path / "runs" / job.folder_name for group in work(plan) for job in group}
+    assert len(drawn) == 2
+    assert set(drawn) <= written
 
 
 def test_missing_libraries_are_found_before_vtk_crashes(monkeypatch: Patch, tmp_path: Path) -> None:

@@ -31,4 +31,5 @@ def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
         return np.inf
     corners = model.points.take(cells, 0) + displacement.take(cells, 0)
     jacobians = np.tensordot(corners, SLOPES[displacement.shape[1]], ((1,), (0,)))
-    return float(np.linalg.det(jacobians.swapaxes(1, 2)).min())
+    with np.errstate(invalid="ignore"):  # a displacement that is not finite makes the NaN
+        return float(np.linalg.det(jacobians.swapaxes(1, 2)).min())

@@ -31,6 +31,7 @@ from validation.studies.assumptions.study import (
     BARS,
     ELASTIC,
     FILE,
+    GROWTH,
     OWN,
     STATUS,
     by_reference,
@@ -84,7 +85,8 @@ def study(
     if solve:
         table = solved(points(solve, seed), workers, out)
         write_text(folder / FILE, table.to_csv(index=False))
-        made = {"provenance": provenance({}), "seed": seed, "accuracies": ACCURACIES, "bars": BARS}
+        made = {"accuracies": ACCURACIES, "growth": GROWTH, "bars": BARS, "seed": seed}
+        made["provenance"] = provenance({})
         write_json((folder / FILE).with_suffix(".json"), made)
         output(f"{known(table).sum()} of {len(table)} scenes keep the bars; {folder / FILE}")
     elif again:

@@ -125,7 +125,8 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
             full_volume=True,
         )
     sizing = replace(base, **stated)
-    refined = sizing.tip_size < sizing.section_size
+    by_patch = fem.preset == "contact" and "tip_size" not in stated
+    refined = by_patch or sizing.tip_size < sizing.section_size
     touch = predicted_touch(tables, dimension) if refined or sizes is not None else None
     if touch is None or not refined:
         return sizing, touch
@@ -135,7 +136,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
         base = replace(base, patch_size=EVEN_PATCH * patch)
     if fem.preset == "contact":
         edge = 1.0 / PATCH_EDGES if sizes is None else sizes.edge
-        base = replace(base, tip_size=min(edge * patch, base.section_size))
+        base = replace(base, tip_size=min(edge * patch, sizing.section_size))
     return replace(base, contact_angle=touch.angle, **stated), touch
 
 

@@ -222,6 +222,10 @@ def test_an_accuracy_sizes_a_solids_mesh_and_leaves_what_is_stated() -> None:
     assert coarse.patch_size == fine.patch_size == sizes().patch_size
     stated = sizes("solver.accuracy=1e-2", "solver.fem.tip_size=1e-3")
     assert (stated.tip_size, stated.section_size) == (1e-3, coarse.section_size)
+    # finer shafts leave the tip as fine as the patch asks for
+    shafts = sizes("solver.accuracy=1e-2", "solver.fem.section_size=1e-3")
+    assert (shafts.tip_size, shafts.section_size) == (coarse.tip_size, 1e-3)
+    assert sizes("solver.fem.section_size=1e-3").tip_size == sizes().tip_size
 
 
 def test_a_solid_keeps_the_accuracy_asked_of_it() -> None:

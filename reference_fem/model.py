@@ -174,7 +174,14 @@ def build_model(
         couples=tuple(_couples(mesh, drive, mass)),
         torques=drive.torques_for(count) / copies,
         contact=contact,
-        probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass),
+        probe=build_probe(
+            points,
+            cells,
+            bodies[-1],
+            kernel.cell_volume,
+            mass,
+            float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1],
+        ),  # fmt: skip
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
         chain=build_chain(
             points, mass, body_nodes, hinge_points, drive.loads_for(count) / copies, drive.fall

@@ -9,19 +9,24 @@ from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel
 from reference_fem.joints.section import Section, build_section
 
+# Places that differ by less, over the phalanx's length or a cell's, are one: of a single layer of
+# cells the fit knows no slope along the axis.
+SAME_PLACE = 1e-6
+
 
 @dataclass(frozen=True)
 class StressProbe:
-    """Extrapolates the section's axial stress to its lower surface.
+    """Interpolates the axial stress to the section through R, extrapolates it to its lower surface.
 
-    The cells that reach the cross-section through R give σ = t·σ_Cauchy·t at their centres, t
-    being the phalanx's current axis (best-fit rotation of those cells' nodes). A volume-weighted
-    least-squares line σ(y) = a + b y over the section, evaluated at y = -R, is the reading: the
-    beam's "axial + bending" stress (paper section 4), free of the mesh's arrangement. Centre
-    values of a linear field are exact, so for bending the line is as well.
+    The cells about the section give σ = t·σ_Cauchy·t at their centres, t being the phalanx's
+    current axis (best-fit rotation of those cells' nodes). A volume-weighted least-squares fit
+    σ(s, y) = a + b y + s (c + d y), s along the axis from the section, evaluated at (0, -R), is
+    the reading: the beam's "axial + bending" stress (paper section 4), free of the mesh's
+    arrangement. Centre values of a linear field are exact, so for bending under a shear force the
+    fit is as well; its error goes with the square of the cells' length.
 
     cells : (k,)
-    weights : (k,), the reading is weights·σ: the line fit is linear in its data
+    weights : (k,), the reading is weights·σ: the fit is linear in its data
     section : of the cells' nodes, for the rotation
     """
 
@@ -40,9 +45,17 @@ class StressProbe:
 
 
 def build_probe(
-    points: Array, cells: Index, candidates: Index, cell_volume: Array, lumped_mass: Array
+    points: Array,
+    cells: Index,
+    candidates: Index,
+    cell_volume: Array,
+    lumped_mass: Array,
+    radius: float,
 ) -> StressProbe:
     """Probe at mid-length of the body made of the cells `candidates`.
+
+    Cells whose centres lie within the length of those that the section cuts: a layer on either
+    side, or the one in whose middle it lies.
 
     Parameters
     ----------
@@ -51,16 +64,21 @@ def build_probe(
     candidates : (m,), cells of the last phalanx
     cell_volume : (n_cells,)
     lumped_mass : (n_points,)
+    radius : distance R of the lower surface from the axis, m
     """
     along = points[cells[candidates], 0]
-    middle = 0.5 * (along.min() + along.max())
-    slack = 1e-6 * (along.max() - along.min())
-    reaches = (along.min(axis=1) <= middle + slack) & (along.max(axis=1) >= middle - slack)
-    chosen = candidates[reaches]
-    centre = points[cells[chosen]].mean(axis=1)[:, 1]
-    lower = points[np.unique(cells[candidates]), 1].min()
-    design = np.stack([np.ones_like(centre), centre], axis=1)
+    first, last = along.min(axis=1), along.max(axis=1)
+    middle = 0.5 * (first.min() + last.max())
+    slack = SAME_PLACE * (last.max() - first.min())
+    cut = (first <= middle + slack) & (last >= middle - slack)
+    centre = points[cells[candidates]].mean(axis=1)
+    s = centre[:, 0] - middle
+    length = (last - first)[cut].max()
+    near = np.abs(s) < length - slack
+    chosen, s, y = candidates[near], s[near] / length, centre[near, 1] / radius
+    design = np.stack([np.ones_like(y), y, s, s * y], axis=1)
     root = np.sqrt(cell_volume[chosen])[:, None]
-    weights = np.array([1.0, lower]) @ np.linalg.pinv(design * root) * root[:, 0]
+    inverse = np.linalg.pinv(design * (root / root.max()), rcond=SAME_PLACE)
+    weights = np.array([1.0, -1.0, 0.0, 0.0]) @ inverse * (root[:, 0] / root.max())
     section = build_section(points, np.unique(cells[chosen]), lumped_mass)
     return StressProbe(chosen, weights, section)

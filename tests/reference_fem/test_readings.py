@@ -1,14 +1,18 @@
 """What is read off the run: transitions, stress at R, thickness, thinned records."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import meshes
 from reference_fem import Drive, ForceRecord, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
 from reference_fem.transitions import slip_states, turning_points
 from tests.reference_fem.boxes import boxes
+from tests.reference_fem.taps import GEOMETRY, body
 
 
 def test_turning_points_of_two_humps() -> None:
@@ -41,24 +45,47 @@ def test_slip_states_of_a_reversal() -> None:
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("axial", [3, 4])
-def test_stress_probe_reads_bending_and_tension_in_any_direction(dim: int, axial: int) -> None:
-    # nu = 0, u_x = e x - q x y, u_y = q x^2/2: axial strain e - q y, no shear; then turned by 50
-    # degrees. The exact reading at y = -h/2 is E (e + q h/2), up to O(strain).
+@pytest.mark.parametrize(
+    ("axial", "moved"), [(1, 0.0), (3, 0.0), (4, 0.0), (3, 0.3), (4, 0.3), (4, -0.49), (5, 1e-9)]
+)
+@pytest.mark.parametrize("force", [0.0, 0.5])
+def test_stress_probe_reads_a_beam_in_any_direction(
+    dim: int, axial: int, moved: float, force: float
+) -> None:
+    # nu = 0, curvature q = b + f x about mid-length, u_x = e x - (b x + f x²/2) y,
+    # u_y = b x²/2 + f x³/6: axial strain e - q y, no shear; then turned by 50 degrees. Layers of
+    # cells are moved along the axis by a share of their length. The exact reading at mid-length,
+    # y = -h/2, is E (e + b h/2), up to O(strain) and cells' length squared over the beam's.
     mesh = boxes((0.04,), (0.01, 0.01)[: dim - 1], (axial, 4, 2)[:dim])
-    young, stretch, curvature = 1e9, 2e-6, 1e-3
+    young, stretch, curvature, slope = 1e9, 2e-6, 1e-3, force
+    points = mesh.points.copy()
+    inside = np.abs(points[:, 0] + 0.02) < 0.0199
+    points[inside, 0] += moved * 0.04 / axial
+    mesh = replace(mesh, points=points)
     model = build_model(
         mesh, (Material(young, 0.0, 1000.0),), Surface(1.0, 0.0), Drive(), Settings()
     )
-    x, y = mesh.points[:, 0] + 0.02, mesh.points[:, 1]
-    now = mesh.points.copy()
-    now[:, 0] += stretch * x - curvature * x * y
-    now[:, 1] += 0.5 * curvature * x**2
+    x, y = points[:, 0] + 0.02, points[:, 1]
+    now = points.copy()
+    now[:, 0] += stretch * x - (curvature * x + slope * x**2 / 2) * y
+    now[:, 1] += 0.5 * curvature * x**2 + slope * x**3 / 6
     c, s = np.cos(0.87), np.sin(0.87)
     turned = now.copy()
     turned[:, 0], turned[:, 1] = c * now[:, 0] - s * now[:, 1], s * now[:, 0] + c * now[:, 1]
-    reading = model.probe.read(model.kernel, turned - mesh.points, np.zeros_like(now))
+    reading = model.probe.read(model.kernel, turned - points, np.zeros_like(now))
     assert reading == pytest.approx(young * (stretch + curvature * 0.005), rel=1e-3)
+
+
+def test_stress_probe_reads_at_the_round_surface() -> None:
+    """Not where the vertices of a mesh of the whole volume are: 0.4 % further out."""
+    sizing = meshes.Sizing(2e-3, 3e-3, 1e-3, growth=1.4, full_volume=True)
+    mesh = meshes.finger_hexahedra(GEOMETRY, sizing)
+    model = body(mesh, Material(1e9, 0.0, 1400.0))
+    x, y, curvature = mesh.points[:, 0] + 0.1, mesh.points[:, 1], 1e-3
+    bent = np.zeros_like(mesh.points)
+    bent[:, 0], bent[:, 1] = -curvature * x * y, 0.5 * curvature * x**2
+    reading = model.probe.read(model.kernel, bent, np.zeros_like(bent))
+    assert reading == pytest.approx(1e9 * curvature * 0.0075, rel=1e-3)
 
 
 def test_chord_thickness_gives_the_round_sections_area_and_inertia() -> None:

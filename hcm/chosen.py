@@ -34,7 +34,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from hcm.beam.drive import torque_rows
+from hcm.beam.drive import acting_joints
 from hcm.contact.build import law_of
 from hcm.fall import Fall, rods_fall
 from hcm.model import Scene
@@ -292,7 +292,7 @@ def _in_phase(stages: int, turn: float) -> float:
 
 def _driven(scene: Scene) -> bool:
     """Whether torques drive the finger."""
-    return any(map(any, torque_rows(scene.drive, len(scene.finger.phalanges))[1]))
+    return acting_joints(scene.drive, len(scene.finger.phalanges))[0].size > 0
 
 
 def followed_frequency(finger: Finger, contact: float, share: float, decay: float) -> float:

@@ -154,6 +154,7 @@ def build_model(
         ),
         settings,
     )
+    outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     springs = contact.nodes, contact.stiffness
@@ -174,14 +175,7 @@ def build_model(
         couples=tuple(_couples(mesh, drive, mass)),
         torques=drive.torques_for(count) / copies,
         contact=contact,
-        probe=build_probe(
-            points,
-            cells,
-            bodies[-1],
-            kernel.cell_volume,
-            mass,
-            float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1],
-        ),  # fmt: skip
+        probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass, outline),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
         chain=build_chain(
             points, mass, body_nodes, hinge_points, drive.loads_for(count) / copies, drive.fall

@@ -3,20 +3,11 @@
 import numpy as np
 
 from reference_fem.arrays import Array
-from reference_fem.elements.geometry import CORNERS
+from reference_fem.elements.geometry import CORNERS, reference_element
 from reference_fem.model import Model
 
-
-def point_slopes(dim: int) -> Array:
-    """Slopes dN_a/dxi_k of the shape functions at the 2^dim Gauss points, (a, q, k)."""
-    sides, places = 2.0 * CORNERS[dim] - 1.0, 0.5 + (CORNERS[dim] - 0.5) / np.sqrt(3.0)
-    # (a, q, k): each corner's linear function of one coordinate at a point
-    linear = 0.5 + sides[:, None] * (places - 0.5)
-    others = [np.delete(linear, k, axis=2).prod(axis=2) for k in range(dim)]
-    return np.asarray(sides[:, None] * np.stack(others, axis=2))
-
-
-SLOPES = {dim: point_slopes(dim) for dim in CORNERS}
+# dN_a/dxi_k at the Gauss points, (a, q, k)
+SLOPES = {dim: reference_element(dim).slopes[..., :-1].swapaxes(1, 2) for dim in CORNERS}
 
 
 def touching_det(model: Model, displacement: Array, pressure: Array) -> float:

@@ -77,6 +77,38 @@ class Geometry:
         return rows.reshape(len(rows), -1)
 
 
+@dataclass(frozen=True, eq=False)
+class ReferenceElement:
+    """The linear square or cube [0, 1]^dim; its Gauss points, the q-th the nearest to corner q.
+
+    place : VTK's number of each of scikit-fem's corners
+    points : (dim, q + 1), the last is the centre
+    weights : (q,)
+    shape : (q, a) shape functions at the Gauss points, corners a in VTK's order
+    slopes : (a, dim, q + 1) dN_a/dxi_k at all points
+    """
+
+    place: list[int]
+    points: Array
+    weights: Array
+    shape: Array
+    slopes: Array
+
+
+def reference_element(dim: int) -> ReferenceElement:
+    """What scikit-fem knows of the element before there is a mesh."""
+    element = ElementHex1() if dim == 3 else ElementQuad1()
+    place = [int(np.flatnonzero((CORNERS[dim] == c).all(axis=1))[0]) for c in element.doflocs]
+    x, w = get_quadrature(element, 3)
+    nearest = (CORNERS[dim][:, :, None] == np.round(x)).all(axis=1)  # (corner, point)
+    order = nearest.argmax(axis=1)
+    points = np.hstack((x[:, order], np.full((dim, 1), 0.5)))
+    values = [element.lbasis(points, i) for i in np.argsort(place)]
+    shape = np.stack([value[:-1] for value, _ in values], axis=1)
+    slopes = np.stack([slope for _, slope in values])
+    return ReferenceElement(place, points, w[order], shape, slopes)
+
+
 def geometries(points: Array, cells: Index, thickness: Array | None = None) -> Iterator[Geometry]:
     """Geometry of all elements, CHUNK at a time, so that set-up needs little memory.
 
@@ -91,18 +123,10 @@ def geometries(points: Array, cells: Index, thickness: Array | None = None) -> I
         If an element's Jacobian is not positive at one of its points.
     """
     dim = points.shape[1]
-    element = ElementHex1() if dim == 3 else ElementQuad1()
-    kind = MeshHex if dim == 3 else MeshQuad
-    # scikit-fem numbers the corners its own way. Handing it each VTK corner in the place of the
-    # same reference corner keeps the Jacobian of a well-formed element positive.
-    place = [int(np.flatnonzero((CORNERS[dim] == c).all(axis=1))[0]) for c in element.doflocs]
-    x, w = get_quadrature(element, 3)
-    nearest = (CORNERS[dim][:, :, None] == np.round(x)).all(axis=1)  # (corner, point)
-    order = nearest.argmax(axis=1)
-    x, w = x[:, order], w[order]
-    centre = np.full((dim, 1), 0.5)
-    n_points = len(w)
-    all_points = np.hstack((x, centre))
+    reference, kind = reference_element(dim), MeshHex if dim == 3 else MeshQuad
+    # Handing scikit-fem each VTK corner in the place of the same reference corner keeps the
+    # Jacobian of a well-formed element positive.
+    place = reference.place
     for start in range(0, len(cells), CHUNK):
         some = slice(start, min(start + CHUNK, len(cells)))
         used, local = np.unique(cells[some], return_inverse=True)
@@ -110,7 +134,7 @@ def geometries(points: Array, cells: Index, thickness: Array | None = None) -> I
         mapping = kind(
             np.ascontiguousarray(points[used].T), np.ascontiguousarray(local[:, place].T)
         ).mapping()
-        jacobian = mapping.DF(all_points).transpose(2, 3, 0, 1)
+        jacobian = mapping.DF(reference.points).transpose(2, 3, 0, 1)
         det = np.linalg.det(jacobian)
         if not (det > 0.0).all():
             wrong = np.flatnonzero(~(det > 0.0).all(axis=1)) + start
@@ -118,21 +142,18 @@ def geometries(points: Array, cells: Index, thickness: Array | None = None) -> I
                 f"{len(wrong)} elements (the first is cell {wrong[0]}) have a Jacobian that is not "
                 "positive: inverted, degenerate or not in VTK's node order; mend the mesh"
             )
-        inverse = mapping.invDF(all_points)  # (k reference, i space, n, q)
-        shape = np.empty((n_points, len(place)))
-        gradients = np.empty((len(local), n_points + 1, len(place), dim))
-        for i, a in enumerate(place):
-            value, slope = element.lbasis(all_points, i)
-            shape[:, a] = value[:-1]
+        inverse = mapping.invDF(reference.points)  # (k reference, i space, n, q)
+        gradients = np.empty((len(local), reference.points.shape[1], len(place), dim))
+        for a, slope in enumerate(reference.slopes):
             gradients[:, :, a, :] = np.einsum("kq,kinq->nqi", slope, inverse)
-        weights = det[:, :-1] * w
+        weights = det[:, :-1] * reference.weights
         yield Geometry(
             cells=some,
             weights=weights if thickness is None else weights * thickness[some],
             jacobian=jacobian[:, :-1],
             gradients=gradients[:, :-1],
             centre_gradients=gradients[:, -1],
-            shape=shape,
+            shape=reference.shape,
         )
 
 

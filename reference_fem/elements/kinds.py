@@ -75,18 +75,8 @@ def _at_all_points(
     last = lame / volume if kind is EIGHT_POINT else lame
     # nothing is stored of relaxation times that are all zero
     rows = np.column_stack((of_points, mu, last, *([tau] if tau.any() else [])))
-    return ElementKernel(
-        kind=kind,
-        points=points,
-        cells=cells,
-        mu=mu,
-        lame=lame,
-        cell_volume=volume,
-        lumped_mass=row_sums(points, cells, density, corner_volumes),
-        gradients=centre_gradients,
-        relaxation=tau,
-        blocks=make_blocks(kind.blocks, points, cells, rows, kind.scratch_rows),
-    )
+    masses = density[:, None] * corner_volumes
+    return _kernel(kind, mesh, constants, (volume, masses, centre_gradients), tau, rows)
 
 
 def hex8_one_point(
@@ -98,15 +88,15 @@ def hex8_one_point(
     Parameters and errors are those of `hex8`; a relaxation time is one. `ElementKernel.gradients`
     are the mean ones.
     """
-    points, cells = check_mesh(points, cells, 3)
+    mesh = check_mesh(points, cells, 3)
     if relaxation is not None and relaxation.any():
         raise ValueError(
             f"relaxation_time = {relaxation.max():g}: one point damps no hourglass modes, part of "
             "bending: use element = 'hex8-sri', or leave relaxation_time out"
         )
-    mu, lame = lame_constants(young, poisson)
+    constants = mu, lame = lame_constants(young, poisson)
     volume, corner_volumes, integrals = by_element(
-        geometries(points, cells),
+        geometries(*mesh),
         lambda g: (
             g.volume,
             g.corner_volumes,
@@ -117,24 +107,28 @@ def hex8_one_point(
     squares = np.einsum("nai,nai->n", gradients, gradients)
     control = HOURGLASS * young * volume * squares / 72.0
     rows = np.stack((volume * mu, volume * lame, control), axis=1)
+    masses, tau = density[:, None] * corner_volumes, np.zeros(len(volume))
+    return _kernel(ONE_POINT, mesh, constants, (volume, masses, gradients), tau, rows)
+
+
+def _kernel(
+    kind: Kind, mesh: tuple[Array, Index], constants: tuple[Array, Array],
+    integrals: tuple[Array, Array, Array], relaxation: Array, rows: Array,
+) -> ElementKernel:  # fmt: skip
+    """Volumes (n_cells,), the corners' masses (n_cells, a) and gradients; `rows` of the blocks."""
+    (points, cells), (mu, lame), (volume, masses, gradients) = mesh, constants, integrals
     return ElementKernel(
-        kind=ONE_POINT,
+        kind=kind,
         points=points,
         cells=cells,
         mu=mu,
         lame=lame,
         cell_volume=volume,
-        lumped_mass=row_sums(points, cells, density, corner_volumes),
+        lumped_mass=np.bincount(cells.ravel(), masses.ravel(), len(points)).astype(np.float64),
         gradients=gradients,
-        relaxation=np.zeros(len(cells)),
-        blocks=make_blocks(ONE_POINT.blocks, points, cells, rows, ONE_POINT.scratch_rows),
+        relaxation=relaxation,
+        blocks=make_blocks(kind.blocks, points, cells, rows, kind.scratch_rows),
     )
-
-
-def row_sums(points: Array, cells: Index, density: Array, corner_volumes: Array) -> Array:
-    """Lumped masses (n_nodes,), kg, of integrals of the shape functions (n_cells, corners), m^3."""
-    mass = density[:, None] * corner_volumes
-    return np.asarray(np.bincount(cells.ravel(), mass.ravel(), len(points)), dtype=np.float64)
 
 
 def quad4_quadrature_points(points: Array, cells: Index) -> Array:

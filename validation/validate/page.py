@@ -15,7 +15,7 @@ from validation.validate.headline import (
     unit_notes,
     what_matters,
 )
-from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs, own_job
+from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs, own_jobs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
 PAPERS = " ".join(REFERENCE)  # the reference whose tables hold what the paper prints
@@ -76,7 +76,7 @@ def draw_fields(
     folder: Path, runs_folder: Path, runs: Runs, interactive: bool = False
 ) -> dict[str, Renders]:
     """Renders of the reference on every scene that it completed."""
-    result = {}
+    result, jobs = {}, own_jobs(runs.plan)
     for scene in runs.scenes:
         if scene in runs.plan.data:
             continue
@@ -84,7 +84,7 @@ def draw_fields(
         if (run := runs.reference(scene)) is not None:
             wanted = (*STILL, "pressure", *[INTERACTIVE] * interactive)
             models = (run.model, *(compared.model for compared in runs.compared(scene)))
-            sources = [runs_folder / own_job(runs.plan, scene, m).folder_name for m in models]
+            sources = [runs_folder / jobs[runs.plan.scenes[scene], m].folder_name for m in models]
             result[scene] = render_run(sources[0], folder, scene, wanted, sources[1:])
     return result
 

@@ -74,10 +74,9 @@ def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
     return jobs
 
 
-def own_job(plan: Plan, scene: str, model: str) -> Job:
-    """A model's own job of a scene: the first of them (`Runs.of_model`)."""
-    jobs = (job for group in work(plan) for job in group)
-    return next(job for job in jobs if (job.scene, job.model) == (plan.scenes[scene], model))
+def own_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
+    """A model's own job of a scene's source: the first of them (`Runs.of_model`)."""
+    return {(j.scene, j.model): j for group in reversed(work(plan)) for j in reversed(group)}
 
 
 def by_default(scene: str, model: str, estimate: bool) -> tuple[str, ...]:

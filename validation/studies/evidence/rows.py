@@ -61,12 +61,15 @@ class Piece:
     data: tuple[Path, ...] = ()
 
 
+TEXTS = tomllib.loads(
+    resources.files("validation").joinpath("data", "evidence.toml").read_text("utf-8")
+)
+
+
 def described(key: str, **words: object) -> dict[str, Any]:
     """Title, level, source and what of a piece, from ``data/evidence.toml``; `words` fill them in.
 
     They stand apart from the code that makes the rows, whose change makes them anew.
     """
-    content = resources.files("validation").joinpath("data", "evidence.toml").read_text("utf-8")
-    texts = tomllib.loads(content)
-    told = {name: text.format(**texts["shared"], **words) for name, text in texts[key].items()}
+    told = {name: text.format(**TEXTS["shared"], **words) for name, text in TEXTS[key].items()}
     return {name: " ".join(text.split()) for name, text in told.items()}

@@ -184,8 +184,9 @@ def test_halves_judge_each_other() -> None:
 
 @pytest.fixture
 def references(monkeypatch: Patch) -> list[tuple[int, float]]:
-    """In the place of sweeps: numbers of 1, known to accuracy times mu; a run does not complete
-    where mu < 0, nor where mu is large and the accuracy fine. What was asked for."""
+    """In the place of sweeps: numbers of 1, known to accuracy times mu, to half of that where the
+    tip's edges are stated; a run does not complete where mu > 90, nor where mu is large and the
+    accuracy or the tip fine. What was asked for."""
     asked = []
 
     def swept(table: pd.DataFrame, *rest: object) -> xarray.Dataset:
@@ -193,8 +194,9 @@ def references(monkeypatch: Patch) -> list[tuple[int, float]]:
         mu, accuracy = (
             table[key].to_numpy()[:, None] for key in ("surface.friction", study.ACCURACY)
         )
-        errors, ones = accuracy * mu, np.ones_like(mu)
-        ended = (mu >= 0.0) & ((mu < 2.0) | (accuracy > 2e-3))
+        finer, ones = study.TIP in table, np.ones_like(mu)
+        errors = accuracy * mu * (0.5 if finer else 1.0)
+        ended = (mu < 90.0) & ((mu < 2.0) | (accuracy > 2e-3)) & ((mu < 3.0) | (not finer))
         data = {"status": (("scene", "model"), np.where(ended, "COMPLETED", "INVERTED_ELEMENT"))}
         for entry in COMPARED:
             data[entry.key] = (("scene", "model"), ones)
@@ -208,13 +210,16 @@ def references(monkeypatch: Patch) -> list[tuple[int, float]]:
 def test_scenes_are_solved_as_finely_as_they_complete(
     references: list[tuple[int, float]], tmp_path: Path
 ) -> None:
-    """The impulse's bar is 0.5 %: kept to mu = 2.5 at 2e-3, to 1.6 at 3e-3."""
-    given = [{**FIRST[0], "surface.friction": mu} for mu in (0.9, 1.6, 2.4, -1.0)]
+    """The impulse's bar is 0.5 %: kept to mu = 2.5 at 2e-3, to 1.6 at 3e-3, to twice that with
+    finer edges, but for one that does not complete with them."""
+    given = [{**FIRST[0], "surface.friction": mu} for mu in (0.9, 1.6, 2.4, 3.1, 95.0)]
     table = study.solved(given, 1, tmp_path)
-    assert references == [(4, 2e-3), (2, 3e-3), (1, 5e-3)]
-    assert table[study.ACCURACY].tolist() == [2e-3, 2e-3, 3e-3, 5e-3]
-    assert table[study.STATUS].eq("COMPLETED").tolist() == [True, True, True, False]
-    assert known(table).tolist() == [True, True, False, False]
+    assert references == [(5, 2e-3), (3, 3e-3), (1, 5e-3), (2, 3e-3)]
+    assert table[study.ACCURACY].tolist() == [2e-3, 2e-3, 3e-3, 3e-3, 5e-3]
+    assert table[study.STATUS].eq("COMPLETED").tolist() == [True, True, True, True, False]
+    assert known(table).tolist() == [True, True, True, False, False]
+    own = [study._tip_size(row) for row in table.drop(columns=study.TIP).to_dict("records")]
+    assert (table[study.TIP] / own).tolist() == pytest.approx([1.0, 1.0, 0.7, 1.0, 1.0])
 
 
 def test_stored_numbers_that_are_not_found_again_fail(

@@ -53,7 +53,7 @@ def deck(
     ----------
     displacement, velocity : (n_points, 3), m and m/s, at the start.
     step_s : of every increment; None: automatic ones.
-    stresses : whether they and displacements are printed, in the place of velocities.
+    stresses : whether they are printed, in the place of velocities.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def deck(
               f"{step_s or end_s / INCREMENTS:.6g},{end_s:.6g}",
               "*DLOAD", f"BLOCK,GRAV,{-model.fall[1]},0,-1,0",
               "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
-              "*NODE PRINT,NSET=BODY", *(["U", "*EL PRINT,ELSET=BLOCK", "S"] if stresses else "V"),
+              *(("*EL PRINT,ELSET=BLOCK", "S") if stresses else ("*NODE PRINT,NSET=BODY", "V")),
               "*END STEP"]  # fmt: skip
     return "\n".join(lines) + "\n"
 

@@ -39,10 +39,10 @@ ROW = Row("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
 
 TAP = taps.Tap("soft", 300.0, 0.0)
 ERRORS = dict.fromkeys(taps.JUDGED, 1.1)
-OWN = taps.Own((0.0, 1e-6, 2e-6, 3e-6, 4e-6), (0.0, 8.0, 11.0, 4.0, 0.0), 1e6, ERRORS,
+OWN = taps.Own((0.0, 1e-6, 2e-6, 3e-6, 4e-6), (0.0, 8.0, 11.0, 4.0, 0.0), ERRORS,
                2e-6, (2000, 3000), (1.0, 3.0), (0,), ())  # fmt: skip
 STOPPED = taps.Outcome(TAP, "CalculiX 1", "today", "here", 60.0, 1e-6, (0.0, 1e-6, 2e-6, 3e-6),
-                       (0.0, 8.0, 10.0, 4.0), 1e6, 2e-6, (1000, 3000))  # fmt: skip
+                       (0.0, 8.0, 10.0, 4.0), 2e-6, (1000, 3000))  # fmt: skip
 
 
 def quiet(share: float, text: str) -> None:

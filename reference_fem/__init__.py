@@ -8,7 +8,7 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
-from reference_fem.accuracy import COARSEST, HELD, SMALLEST, sizes_for
+from reference_fem.accuracy import COARSEST, HELD, ONE_POINT, SMALLEST, sizes_for
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
@@ -21,6 +21,7 @@ from reference_fem.touch import Touch, predicted_touch
 __all__ = [
     "COARSEST",
     "HELD",
+    "ONE_POINT",
     "SMALLEST",
     "ChainState",
     "Drive",

@@ -164,11 +164,13 @@ def sizes_of(tables: Scene) -> Any:
 def materials_within(tables: Scene, touch: Any, materials: Sequence[Any]) -> Any:
     """Materials as the scene's accuracy asks for: see `reference_fem.accuracy`.
 
-    They relax where the tip slides with friction, unless the scene states a relaxation time; where
-    they touch, `sizing_of` tells.
+    They relax where the tip slides with friction, unless the scene states a relaxation time, or
+    elements of one point, which damp nothing; where they touch, `sizing_of` tells.
     """
-    sizes = sizes_of(tables)
-    stated = "relaxation_time" in tables.material.model_fields_set
+    import reference_fem
+
+    sizes, undamped = sizes_of(tables), tables.solver.fem.element == reference_fem.ONE_POINT
+    stated = undamped or "relaxation_time" in tables.material.model_fields_set
     if sizes is None or stated or sizes.relaxation == 0.0 or touch is None:
         return materials
     share = sizes.relaxation * touch.patch_radius

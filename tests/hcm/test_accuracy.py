@@ -61,6 +61,22 @@ def test_the_error_asked_for_is_kept_with_ever_dearer_settings(scene: hcm.Scene)
     assert steps == sorted(set(steps))
 
 
+@pytest.mark.parametrize("scene", [SOFT_SCENE, HARD_SCENE], ids=["soft", "hard"])
+def test_a_single_stated_element_states_its_error(scene: hcm.Scene) -> None:
+    """No coarser run has fewer: one of as many was within 0.4 %, and both 1.4 or 5 % off."""
+    single = hcm.Finger(tuple(replace(p, elements=1) for p in scene.finger.phalanges))
+    asked = replace(scene, finger=single, settings=hcm.Settings())
+    result, exact = simulate_within(1e-3, asked, {"elements": 1}), truth(scene)
+    off = np.abs(numbers(result) / exact - 1.0)
+    stated = np.array([result.errors[name] / getattr(result.summary, name) for name in HELD])
+    assert off.max() > 0.01
+    assert (off <= stated).all()
+    assert result.accuracy is not None
+    assert result.accuracy.expected is not None
+    assert off.max() <= result.accuracy.expected
+    assert "0.001 was wanted" in result.cautions[-1]
+
+
 def test_transitions_that_a_coarser_run_counts_otherwise_are_told() -> None:
     run = hcm.simulate(**SOFT_SCENE.arguments())
     other = replace(run, summary=replace(run.summary, stick_to_slip=run.summary.stick_to_slip + 2))

@@ -59,7 +59,8 @@ def simulate_within(
         result = _solve(chosen.scene, progress, chosen.fall)
         spent += result.statistics.wall_time_s
         expected = None
-        if not scene.settings.estimate or result.status is not Status.COMPLETED:
+        touched = result.summary.contact_time_s is not None
+        if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
         coarse = _solve(_coarser(chosen, tap_peaks(result).size), progress, None)
         if coarse.status is Status.INTERRUPTED:

@@ -75,10 +75,11 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
 
 
 def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
-    """A caution, of a tap that fades out: its duration is a small force's. s, N."""
+    """A caution, of a tap that fades out: its duration is a small force's; no end: inf. s, N."""
     during = (time >= tap[0]) & (time <= tap[1])
     felt = time[during & (force > SLIGHT * force[during].max(initial=0.0))]
-    share = (tap[1] - felt[-1]) / (tap[1] - tap[0]) if felt.size else 0.0
+    ended = felt.size > 0 and tap[1] < math.inf
+    share = (tap[1] - felt[-1]) / (tap[1] - tap[0]) if ended else 0.0
     if not share > LONG:
         return ()
     return (

@@ -77,6 +77,24 @@ def test_a_single_stated_element_states_its_error(scene: hcm.Scene) -> None:
     assert "0.001 was wanted" in result.cautions[-1]
 
 
+@pytest.mark.parametrize("end", ["in flight", "in contact"])
+@pytest.mark.parametrize(("assumptions", "touch"), [("paper", 0.13611), ("refined", 0.13389)])
+def test_a_run_that_is_cut_has_no_other_beside_it(assumptions: str, touch: float, end: str) -> None:
+    """Another run lasts until its tap is over: the two have no numbers in common."""
+    flies = end == "in flight"
+    scene = replace(
+        SOFT_SCENE,
+        finger=finger(replace(SOFT, poisson_ratio=0.4)),
+        settings=hcm.Settings(end_time=touch - 1e-3 if flies else touch + 5e-5),
+        assumptions=hcm.Assumptions(assumptions),
+    )
+    result = simulate_within(1e-3, scene)
+    assert result.status is (hcm.Status.COMPLETED if flies else hcm.Status.STILL_IN_CONTACT)
+    assert (result.summary.contact_time_s is None) == flies
+    assert result.accuracy is not None
+    assert (result.errors, result.accuracy.expected) == ({}, None)
+
+
 def test_transitions_that_a_coarser_run_counts_otherwise_are_told() -> None:
     run = hcm.simulate(**SOFT_SCENE.arguments())
     other = replace(run, summary=replace(run.summary, stick_to_slip=run.summary.stick_to_slip + 2))

@@ -170,6 +170,7 @@ def test_a_tap_that_fades_out_says_so() -> None:
     (faded,) = slow_end(time, force, (0.0, 1.0))
     assert "the last 5.4 % of contact_duration_s" in faded  # 1 - 0.947, and a row
     assert slow_end(time, force, (0.0, 0.95)) == ()
+    assert slow_end(time, force, (0.0, math.inf)) == ()  # cut by an end time
 
 
 def test_a_later_tap_begins_anew() -> None:

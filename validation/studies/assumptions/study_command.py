@@ -201,7 +201,7 @@ def _draw(path: Path, table: pd.DataFrame, errors: Numbers, variants: tuple[Vari
     """Above the waterfall of medians and 90th percentiles, below the refined model's errors."""
     size, steps = np.abs(errors), len(cumulative())
     with panels(path, len(COMPARED), 2, width=3.2, height=3.9) as axes:
-        names, titles = [v.name for v in variants], [entry.title for entry in COMPARED]
+        names, titles = [_short(v.name) for v in variants], [entry.title for entry in COMPARED]
         places = assumption_bars(axes[0], titles, names, np.nanmedian(size, axis=1), steps)
         for n, entry in enumerate(COMPARED):
             axis = axes[0][n]
@@ -209,11 +209,17 @@ def _draw(path: Path, table: pd.DataFrame, errors: Numbers, variants: tuple[Vari
             axis.axvline(WANTED[entry.key], color=BLACK, linewidth=0.6)
             axis.set_xscale("log")
             axis.set_xlim(*DRAWN)
-            axis.set_xlabel("error (%); | 90th percentile")
+            axis.set_xlabel("error (%)\n| 90th percentile")
             _map(axes[1][n], table, errors[steps - 1, :, n], entry)
         axes[1][0].set_ylabel("refined model's error (%)")
         drawn = axes[1][-1].collections[-1]
         axes[1][-1].figure.colorbar(drawn, ax=axes[1][-1], label="friction")
+
+
+def _short(name: str) -> str:
+    """What is left out by its first assumption, and how many more need that."""
+    first, *others = name.split(" and ")
+    return first + f" and {len(others)} that need it" * bool(others)
 
 
 def _map(axis: Any, table: pd.DataFrame, errors: Numbers, of: Quantity) -> None:

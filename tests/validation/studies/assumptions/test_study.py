@@ -35,6 +35,10 @@ def test_the_studys_figure_shows_medians_and_the_refined_models_errors(tmp_path:
     errors[refined, 1, 0], errors[0, 2, 0] = 30.0, np.nan
     study_command._draw(tmp_path / "study.png", table, errors, every())
     axes = plt.gcf().axes
+    labels = [text.get_text() for text in axes[0].get_yticklabels()]
+    assert labels[refined + 3 : refined + 6 : 2] == [
+        "without lowest point and 4 that need it", "without partial slip"
+    ]  # fmt: skip
     for n, (above, below) in enumerate(zip(axes[:4], axes[4:8], strict=True)):
         size = np.abs(errors[:, :, n])
         widths = [bar.get_width() for bar in above.patches]

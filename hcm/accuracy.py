@@ -97,7 +97,7 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
     """Wrong by COMPANION times as much, but for single elements; few steps in flight stay."""
     scene, settings = chosen.scene, chosen.scene.settings
     fewer = [
-        replace(p, elements=max(round(p.elements / math.sqrt(COMPANION)), 1 + (p.elements == 1)))
+        replace(p, elements=round(p.elements / math.sqrt(COMPANION)) if p.elements > 1 else 2)
         for p in scene.finger.phalanges
     ]
     longer, flown = 1.0, settings.flight_elements

@@ -77,8 +77,9 @@ def build_probe(
     near = np.abs(s) < length - slack
     chosen, s, y = candidates[near], s[near] / length, centre[near, 1] / radius
     design = np.stack([np.ones_like(y), y, s, s * y], axis=1)
-    root = np.sqrt(cell_volume[chosen])[:, None]
-    inverse = np.linalg.pinv(design * (root / root.max()), rcond=SAME_PLACE)
-    weights = np.array([1.0, -1.0, 0.0, 0.0]) @ inverse * (root[:, 0] / root.max())
+    root = np.sqrt(cell_volume[chosen])
+    root /= root.max()
+    inverse = np.linalg.pinv(design * root[:, None], rcond=SAME_PLACE)
+    weights = np.array([1.0, -1.0, 0.0, 0.0]) @ inverse * root
     section = build_section(points, np.unique(cells[chosen]), lumped_mass)
     return StressProbe(chosen, weights, section)

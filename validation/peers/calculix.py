@@ -98,14 +98,8 @@ def material(name: str, young: float, poisson: float, density: float, filled: st
     ]  # fmt: skip
 
 
-def vectors(printed: str, heading: str) -> list[NDArray[np.float64]]:
-    """Vectors (n, 3) of nodes in each table under a heading of a .dat file."""
-    tables = (table.splitlines() for table in printed.split(heading)[1:])
-    rows = ([line.split()[1:] for line in table if _NUMBERED_ROW.match(line)] for table in tables)
-    return [np.array(found, dtype=float) for found in rows if found]
-
-
 def last_vectors(printed: str, heading: str) -> NDArray[np.float64] | None:
-    """Those of the last table, None if there is none."""
+    """Vectors (n, 3) of nodes in the last table under a heading of a .dat file; None: no table."""
     _, found, table = printed.rpartition(heading)
-    return next(iter(vectors(found + table, heading)), None)
+    rows = [line.split()[1:] for line in table.splitlines() if _NUMBERED_ROW.match(line)]
+    return np.array(rows, dtype=float) if found and rows else None

@@ -16,6 +16,7 @@ import hcm
 from hcm.flight.rigid_chain import build_rods, rates
 from validation.models import solid_mesh
 from validation.scenes.load import load_scene
+from validation.scenes.scene import Scene
 from validation.sweep.plan import assignment
 
 Numbers = NDArray[np.float64]
@@ -48,18 +49,22 @@ def _point(shares: Numbers) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for (name, (low, high, log)), share in zip(RANGES.items(), shares, strict=True):
         value = low * (high / low) ** share if log else low + (high - low) * share
-        found[name] = _six(value)
+        found[name] = six(value)
     found["finger.phalanges"] = int(found["finger.phalanges"])
-    found["surface.height"] = _six(_height(found))
-    keys = {name: value for name, value in found.items() if "." in name}
-    scene = load_scene("soft", [assignment(key, value) for key, value in keys.items()])
-    touch = solid_mesh.predicted_touch(scene.tables, 3)
+    found["surface.height"] = six(_height(found))
+    touch = solid_mesh.predicted_touch(tables_of(found), 3)
     # the linear spring that holds Hertz's energy at the turn, k d^2/2 = 2/5 F d, d = a^2/R
     radius, nu = 0.5 * DIAMETER, found["material.poisson_ratio"]
-    found["tip.normal_stiffness"] = _six(0.8 * touch.force * radius / touch.patch_radius**2)
-    found["tip.tangential_ratio"] = _six(2.0 * (1.0 - nu) / (2.0 - nu))
-    found["patch_over_radius"] = _six(touch.patch_radius / radius)
+    found["tip.normal_stiffness"] = six(0.8 * touch.force * radius / touch.patch_radius**2)
+    found["tip.tangential_ratio"] = six(2.0 * (1.0 - nu) / (2.0 - nu))
+    found["patch_over_radius"] = six(touch.patch_radius / radius)
     return found
+
+
+def tables_of(point: dict[str, Any]) -> Scene:
+    """The tables of a point's scene; what is no key of a scene has no dot."""
+    keys = {"finger.diameter": DIAMETER} | {key: v for key, v in point.items() if "." in key}
+    return load_scene("soft", [assignment(key, value) for key, value in keys.items()]).tables
 
 
 def _height(found: dict[str, Any]) -> float:
@@ -88,5 +93,6 @@ def _height(found: dict[str, Any]) -> float:
     return float(length * sines.sum() + 0.5 * DIAMETER * (1.0 - sines[-1]))
 
 
-def _six(value: float) -> float:
+def six(value: float) -> float:
+    """To six digits."""
     return float(f"{value:.6g}")

@@ -20,11 +20,10 @@ from validation.errors import RunFailedError
 from validation.harness.files import output_folder, write_text
 from validation.models.solid_mesh import sizing_of
 from validation.models.variants import Variant, cumulative
-from validation.scenes.load import load_scene
 from validation.studies.assumptions.command import COMPARED, REFERENCE
-from validation.studies.assumptions.points import DIAMETER
+from validation.studies.assumptions.points import DIAMETER, six, tables_of
 from validation.sweep.command import solve_plan
-from validation.sweep.plan import assignment, read_plan
+from validation.sweep.plan import read_plan
 from validation.sweep.points import points_of
 
 if TYPE_CHECKING:
@@ -94,10 +93,8 @@ def solved(points: Sequence[dict[str, Any]], workers: int | None, out: Path) -> 
 
 def _tip_size(row: dict[str, Any]) -> float:
     """Edges where a scene touches by its accuracy, m, to six digits."""
-    keys = [assignment(key, value) for key, value in row.items() if "." in key]
-    scene = load_scene("soft", (*keys, assignment("finger.diameter", DIAMETER)))
-    sizing, _ = sizing_of(scene.tables, 3)
-    return float(f"{sizing.tip_size:.6g}")
+    sizing, _ = sizing_of(tables_of(row), 3)
+    return six(sizing.tip_size)
 
 
 def by_variants(

@@ -222,7 +222,7 @@ def build_model(
         # measured up to 1e-20 of E A L at 40 elements of E = 1e12 Pa and 3000 steps; a light finger
         # on a breeze of gravity moves with 1e-12
         roundoff_J=1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges),
-        tap_ends=tap_ends(whole, assumptions, settings.tap_at_least),
+        tap_ends=tap_ends(whole, assumptions, settings.tap_until),
     )
 
 

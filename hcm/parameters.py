@@ -204,9 +204,9 @@ class Settings:
     iteration stops."""
     taps: Annotated[int, Bound(integer=True, at_least=1, at_most=10_000)] = 1
     """The run ends at the separation that ends this many taps, unless `end_time` is given."""
-    tap_at_least: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
-    """With `whole_tap`, touches that begin within this time of a tap's first one are of the tap,
-    too: another model's tap is compared over the same touches."""
+    tap_until: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
+    """With `whole_tap`, a tap's touches are those that begin within this time of its first one:
+    another model's tap is compared over the same touches; 0: the rule decides (`hcm.tap`)."""
     end_time: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
     """When given the run goes on through further taps until then."""
     max_flight_time: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0

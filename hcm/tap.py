@@ -6,9 +6,9 @@ tap is over once the tip has stayed away for
     max(0.1 (t_s - t_0), 0.25 L/c),  c = sqrt(E/rho),
 
 and the last phalanx, as a rigid body, will not touch within 2 max(t_s - t_0, L/c): t_0 the first
-touch, t_s the last separation, L/c the time of an axial wave along the phalanx, and no sooner than
-`Settings.tap_at_least` after t_0. The finite elements end their taps so. Without it each separation
-ends a tap, as in the paper.
+touch, t_s the last separation, L/c the time of an axial wave along the phalanx. The finite elements
+end their taps so. With `Settings.tap_until` the touches that begin within that time of t_0 are the
+tap, whatever the rule says. Without `whole_tap` each separation ends a tap, as in the paper.
 """
 
 import math
@@ -34,28 +34,30 @@ Tap = tuple[float, float]
 
 @dataclass(frozen=True)
 class TapEnds:
-    """The rule for a last phalanx of wave transit L/c, and taps of a least duration, s."""
+    """The rule for a last phalanx of wave transit L/c, s; until : of `Settings`, s."""
 
     transit: float
-    least: float = 0.0
+    until: float = 0.0
 
     def first_look_s(self, tap: Tap) -> float:
         """Until when the tip must stay away, s."""
-        away = max(AWAY * (tap[1] - tap[0]), AWAY_TRANSITS * self.transit)
-        return max(tap[1] + away, tap[0] + self.least)
+        if self.until > 0.0:
+            return max(tap[1], tap[0] + self.until)
+        return tap[1] + max(AWAY * (tap[1] - tap[0]), AWAY_TRANSITS * self.transit)
 
     def next_look_s(self, tap: Tap, now_s: float, touch_in_s: float) -> float:
         """When to look again, s; inf where the tap is over. touch_in_s : of `next_touch_s`."""
         soon = SAME_TAP * max(tap[1] - tap[0], self.transit)
-        return math.inf if touch_in_s > soon else now_s + LOOK * self.transit
+        over = self.until > 0.0 or touch_in_s > soon
+        return math.inf if over else now_s + LOOK * self.transit
 
 
-def tap_ends(finger: Finger, assumptions: Assumptions, least: float) -> TapEnds | None:
+def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEnds | None:
     """The rule; None where every separation ends a tap."""
     if not assumptions.has("whole_tap"):
         return None
     last = finger.phalanges[-1]
-    return TapEnds(last.length * math.sqrt(last.density / last.youngs_modulus), least)
+    return TapEnds(last.length * math.sqrt(last.density / last.youngs_modulus), until)
 
 
 def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Tap, ...]:

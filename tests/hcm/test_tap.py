@@ -33,9 +33,10 @@ def test_a_tip_must_stay_away_and_stay_off() -> None:
     assert rule.next_look_s((1.0, 2.0), 2.1, 2.01) == math.inf
     assert rule.next_look_s((1.0, 2.0), 2.1, 1.99) == pytest.approx(2.11)
     assert rule.next_look_s((1.0, 1.01), 1.1, 0.19) < math.inf  # two transits at least
-    lasting = TapEnds(transit=0.1, least=1.5)
-    assert lasting.first_look_s((1.0, 2.0)) == 2.5
-    assert lasting.first_look_s((1.0, 4.0)) == pytest.approx(4.3)
+    given = TapEnds(transit=0.1, until=1.5)
+    assert given.first_look_s((1.0, 2.0)) == 2.5
+    assert given.first_look_s((1.0, 4.0)) == 4.0
+    assert given.next_look_s((1.0, 2.0), 2.5, 0.01) == math.inf
 
 
 @pytest.mark.parametrize("rates", [(3.0,), (3.0, -1.0), (-3.0, 1.0)])
@@ -81,28 +82,29 @@ def test_a_whole_tap_has_all_its_touches() -> None:
     assert whole.summary.energy_residual < 1e-3
 
 
-def test_a_tap_that_lasts_at_least_so_long_has_what_touches_until_then() -> None:
+def test_a_tap_until_a_given_time_has_the_touches_that_begin_until_then() -> None:
     """A soft phalanx touches three times; as a rigid body it moves up after the first."""
     phalanx = hcm.Phalanx(0.0933, 0.015, 4.4e7, 1000.0, 8, poisson_ratio=0.44)
-    own, least, longest = (
+    own, two, three = (
         hcm.simulate(
             hcm.Finger((phalanx,)), hcm.Surface(0.0387, 0.27), hcm.Tip(1e6),
-            settings=hcm.Settings(estimate=False, flight="rigid", tap_at_least=time),
+            settings=hcm.Settings(estimate=False, flight="rigid", tap_until=time),
             assumptions=hcm.Assumptions(
                 "refined", deforming_tip=False, growing_patch=False, radiating_tip=False
             ),
         )
         for time in (0.0, 1e-3, 2.5e-3)
     )  # fmt: skip
-    touched = [event.time_s for event in longest.events if event.kind == "contact"]
-    left = [event.time_s for event in longest.events if event.kind == "separation"]
+    touched = [event.time_s for event in three.events if event.kind == "contact"]
+    left = [event.time_s for event in three.events if event.kind == "separation"]
     assert len(touched) == 3
-    assert longest.taps[0] == (touched[0], left[2])
+    assert three.taps[0] == (touched[0], left[2])
     # looks at the tip end steps elsewhere, each with an error of 1e-11 m of 1e-4
     assert own.taps[0] == pytest.approx((touched[0], left[0]), rel=1e-6)
-    # after the second touch the body comes down by itself
-    assert least.taps[0] == pytest.approx(longest.taps[0], rel=1e-6)
+    # after the second touch the body comes down by itself, so that by the rule the tap would go on
+    assert two.taps[0] == pytest.approx((touched[0], left[1]), rel=1e-6)
+    assert len([event for event in two.events if event.kind == "contact"]) == 2
     kept = int(own.history.time_s.searchsorted(left[0], side="right"))
-    force = longest.history.normal_force_N[:kept]
+    force = three.history.normal_force_N[:kept]
     np.testing.assert_array_equal(own.history.normal_force_N[:kept], force)
-    assert own.summary.normal_impulse_N_s < 0.5 * longest.summary.normal_impulse_N_s
+    assert own.summary.normal_impulse_N_s < 0.5 * three.summary.normal_impulse_N_s

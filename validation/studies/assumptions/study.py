@@ -39,7 +39,7 @@ TIP, FINER = "solver.fem.tip_size", 0.7
 CONVERGED = 1e-4
 LONGEST_S = 0.05  # of a tap: soft fingers stay for milliseconds
 STATUS = "reference_status"
-LEAST = "solver.hcm.tap_at_least"
+UNTIL = "solver.hcm.tap_until"
 ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
 
 
@@ -102,19 +102,19 @@ def by_variants(
 ) -> xarray.Dataset:
     """The study's scenes by the reduced model: a sweep's dataset (scene, model).
 
-    It flies rigid, as the reference does, and its tap lasts for the reference's at least: where a
-    tip leaves for a moment, or all but does, two models end a tap with different touches. The last
-    two are the refined model again, with an elastic flight, which the reference leaves out, and
-    with its own end of the tap.
+    It flies rigid, as the reference does, and its tap has the touches that begin within the
+    reference's: where a tip leaves for a moment, or all but does, two models end a tap with
+    different touches. The last two are the refined model again, with an elastic flight, which the
+    reference leaves out, and with its own end of the tap.
     """
     import xarray
 
     refined = cumulative()[-1]
     models = [_model(v, v.name, "rigid") for v in variants]
     models.append(_model(refined, ELASTIC, "elastic"))
-    lasting = table.assign(**{LEAST: table["contact_duration_s"].fillna(0.0)})
+    same = table.assign(**{UNTIL: table["contact_duration_s"].fillna(0.0)})
     found = [
-        _swept(lasting, "assumptions", models, (), workers, out),
+        _swept(same, "assumptions", models, (), workers, out),
         _swept(table, "own-tap", [_model(refined, OWN, "rigid")], (), workers, out),
     ]
     return xarray.concat(found, "model", data_vars="all")

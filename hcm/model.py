@@ -13,15 +13,15 @@ r_w and v_w being the end of the phalanx before: the hinges hold at once in posi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
-from hcm.beam.drive import Piece, piece_at, torques_on_nodes
+from hcm.beam.drive import Piece, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.compiled import kernel
@@ -32,7 +32,7 @@ from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip
 from hcm.record import FrameTable
-from hcm.state import Motion, Plan, build_motion
+from hcm.state import Plan
 from hcm.tap import TapEnds, tap_ends
 
 
@@ -124,8 +124,7 @@ def fill_rigid_motion(state: Floats, lengths: Floats, chain: Chain, q: Floats, v
         x, y, vx, vy = q[last], q[last + 1], v[last], v[last + 1]
 
 
-@dataclass(frozen=True)
-class Model:
+class Model(NamedTuple):
     """What a run computes with.
 
     generalized_alpha : the integrator without collocation. drive : torques on the chain's nodes.
@@ -151,19 +150,11 @@ class Model:
     roundoff_J: float
     tap_ends: TapEnds | None
 
-    def integrators(self) -> tuple[AnyIntegrator, AnyIntegrator]:
-        """The run's, of which `generalized_alpha` is a part, and the same with xi = 1."""
+    def integrator(self) -> AnyIntegrator:
+        """The run's, of which `generalized_alpha` is a part."""
         plain, of = self.generalized_alpha, self.settings
         gauss = [of.flight_integrator == GAUSS, of.contact_integrator == GAUSS]
-        integrator = with_collocation(plain, of.stages, *gauss) if any(gauss) else plain
-        undamped = coefficients(1.0, plain.co.tolerance, plain.co.reuse)
-        return integrator, integrator._replace(co=undamped)
-
-    def initial_motion(self) -> Motion:
-        """The state that the run starts in, accelerations zero."""
-        motion = build_motion(self.chain, self.q, self.v)
-        motion.drive[:] = piece_at(self.drive, self.start_s).at(self.start_s)
-        return motion
+        return with_collocation(plain, of.stages, *gauss) if any(gauss) else plain
 
 
 def build_model(
@@ -228,7 +219,7 @@ def build_model(
 
 def until_touch(model: Model) -> Model:
     """The same, for a run that ends with its first touch."""
-    return replace(model, plan=model.plan._replace(taps=0), tap_ends=None)
+    return model._replace(plan=model.plan._replace(taps=0), tap_ends=None)
 
 
 def plan_of(settings: Settings, height: float) -> Plan:

@@ -18,6 +18,7 @@ from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
+from hcm.integrators.workspace import coefficients
 from hcm.model import Model, RigidStart, build_model, until_touch
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import postures
@@ -203,7 +204,8 @@ def _take_steps(
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
     try:
-        integrator, undamped = model.integrators()
+        integrator = model.integrator()
+        undamped = coefficients(1.0, integrator.co.tolerance, integrator.co.reuse)
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
             size = min(TABLE_ROWS, settings.max_steps - last.steps)

@@ -1,7 +1,7 @@
 """Where the beams start: in flight, or at the touch that ends one as rods or on fewer elements."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from hcm.model import Model, fill_rigid_motion
 from hcm.parameters import Settings
 from hcm.record import FrameTable, Segment, empty_rows, first_segment, hermite, write_row
 from hcm.result import Status
-from hcm.state import Clock, Motion, initial_clock
+from hcm.state import Clock, Motion, build_motion, empty_motion, initial_clock
 
 _STATUS = {
     rigid_flight.TOUCHED: Status.COMPLETED,
@@ -36,8 +36,7 @@ _STATUS = {
 }
 
 
-@dataclass(frozen=True)
-class BeamStart:
+class BeamStart(NamedTuple):
     """What the beams start from.
 
     motion : their state, which the loop overwrites. segment : the history so far, the moment
@@ -86,7 +85,8 @@ def start_beams(model: Model, fall: Fall | None = None) -> BeamStart:
         flight = integrate_flight(rods, model.angles, model.start_s, model.plan, most, drive)
         return start_after_flight(model, rods, flight)
     except KeyboardInterrupt:
-        return replace(start_in_flight(model, model.plan.flight_step), status=Status.INTERRUPTED)
+        begun = start_in_flight(model, model.plan.flight_step)
+        return begun._replace(status=Status.INTERRUPTED)
 
 
 def _first_step(settings: Settings) -> float:
@@ -98,7 +98,8 @@ def _first_step(settings: Settings) -> float:
 
 def start_in_flight(model: Model, step: float) -> BeamStart:
     """Start from the model's own state, with a first step of at most `step`, s."""
-    motion, clock = model.initial_motion(), initial_clock(model.start_s, step)
+    motion, clock = build_motion(model.chain, model.q, model.v), initial_clock(model.start_s, step)
+    motion.drive[:] = piece_at(model.drive, model.start_s).at(model.start_s)
     rows, reactions = empty_rows(1, model.chain)
     solved = write_first_row(
         rows[0], reactions[0], model.settings.consistent_start, motion, clock, IN_FLIGHT,
@@ -117,8 +118,8 @@ def enter_piece(model: Model, motion: Motion, contact: Contact, time_s: float) -
 
 def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamStart:
     """Write the history of a rigid flight and start at its end."""
-    motion = model.initial_motion()
-    above = rows_above(flight.states, rods, model.chain, model.outline, motion.q, motion.v)
+    motion = empty_motion(model.chain)
+    above = rows_above(flight.states, rods.length, model.chain, model.outline, motion.q, motion.v)
     if above < flight.time.size:
         flight = flight._replace(
             time=flight.time[: above + 1],
@@ -130,21 +131,15 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     motion.drive[:] = piece_at(model.drive, end).at(end)
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
-    contact, speed, work, solved, left_out = write_flight(
-        flight, model.settings.consistent_start, rods, motion, model.generalized_alpha, model.probe,
-        rows, reactions, model.frames,
+    contact, clock, solved, left_out = write_flight(
+        flight, model.plan.contact_step, model.settings.consistent_start, rods, motion,
+        model.generalized_alpha, model.probe, rows, reactions, model.frames,
     )  # fmt: skip
-    clock = initial_clock(end, model.plan.contact_step)._replace(
-        rejected=flight.repeats, trials=flight.trials, drive_work=work, speed=speed
+    segment = first_segment(
+        Contact(*contact), Clock(*clock), rows, reactions, flight.time.size - 1, touched, motion
     )
-    if not touched:
-        clock = clock._replace(phase_start=float(flight.time[0]))
-    steps, approach = flight.time.size - 1, abs(clearance(flight.states[-1], rods)[1])
     return BeamStart(
-        motion,
-        first_segment(Contact(*contact), clock, rows, reactions, steps, touched, motion),
-        _STATUS[flight.code] if solved else Status.NEWTON_FAILED,
-        left_out / max(approach, 1e-300),
+        motion, segment, _STATUS[flight.code] if solved else Status.NEWTON_FAILED, left_out
     )
 
 
@@ -159,7 +154,7 @@ def start_divided(
     flight, segments, motion, status : of the fewer elements, and how their flight ended.
     divide : coordinates or velocities on them (m, n) to those on the model's.
     """
-    last, start = segments[-1], model.initial_motion()
+    last, start = segments[-1], empty_motion(model.chain)
     start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
     fill_chords(start.q, model.chain, start.chords)
     start.drive[:] = piece_at(model.drive, last.clock.time).at(last.clock.time)
@@ -185,11 +180,13 @@ def start_divided(
 
 @kernel
 def rows_above(
-    states: Floats, rods: Rods, beams: Chain, outline: Outline, q: Floats, v: Floats
+    states: Floats, lengths: Floats, beams: Chain, outline: Outline, q: Floats, v: Floats
 ) -> int:
-    """Rows of `states` (m, 2 P) before the first with a body below the surface; q, v : scratch."""
+    """Rows of `states` (m, 2 P) of rods of such lengths (P,), m, before the first with a body below
+    the surface; q, v : scratch.
+    """
     for m in range(states.shape[0]):
-        fill_rigid_motion(states[m], rods.length, beams, q, v)
+        fill_rigid_motion(states[m], lengths, beams, q, v)
         if depth(q, beams, outline)[1] >= 0:
             return m
     return states.shape[0]
@@ -197,19 +194,19 @@ def rows_above(
 
 @kernel
 def write_flight(
-    flight: RigidFlight, consistent: bool, rods: Rods, old: Motion, integrator: Integrator,
-    probe: Probe, rows: Floats, reactions: Floats, frames: FrameTable,
-) -> tuple[tuple[float, ...], float, float, bool, float]:  # fmt: skip
+    flight: RigidFlight, step: float, consistent: bool, rods: Rods, old: Motion,
+    integrator: Integrator, probe: Probe, rows: Floats, reactions: Floats, frames: FrameTable,
+) -> tuple[tuple[float, ...], tuple[float, ...], bool, float]:  # fmt: skip
     """Fill the rows, the hinges' reactions and the frames of a rigid flight.
 
-    The last row is the beams' own, at the time of the one before. Returns the fields of the contact
-    there, the tip's largest speed so far (m/s), the drive's work (J), whether the beams' first
-    acceleration could be found, and the largest speed that rods leave out (m/s).
+    The last row is the beams' own, at the time of the one before; `step`, s, is their first.
+    Returns the fields of the contact and of the clock there, whether the beams' first acceleration
+    could be found, and the largest speed that rods leave out, over the tip's of approach.
     """
     beams, law = integrator.chain, integrator.law
     time, states = flight.time, flight.states
     links, tip, frame = rods.length.size, beams.tip, 0
-    contact, clock, fastest, work, left_out = IN_FLIGHT, initial_clock(time[0], 0.0), 0.0, 0.0, 0.0
+    contact, clock, fastest, left_out = IN_FLIGHT, initial_clock(time[0], step), 0.0, 0.0
     for m in range(time.size):
         if m > 0:
             h = time[m] - time[m - 1]
@@ -235,12 +232,17 @@ def write_flight(
             work += flight.torques[m, w] * (states[m, w] - states[0, w])
         work -= flight.withheld[m]
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
-        clock = Clock(time[m], time[0], 0.0, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, work, fastest, 0.0)
+        clock = Clock(
+            time[m], time[0], step, 0, 0, flight.repeats, flight.trials, 0, 0.0, 0.0, 0.0, work,
+            fastest, 0.0,
+        )  # fmt: skip
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
     if flight.code == TOUCHED:
         contact = first_contact(old, tip, law)
+        clock = Clock(clock.time, clock.time, *clock[2:])
     old.acceleration[:] = 0.0
     solved = write_first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
     )
-    return contact[:], fastest, work, solved, left_out
+    approach = abs(clearance(states[m], rods)[1])
+    return contact[:], clock[:], solved, left_out / max(approach, 1e-300)

@@ -76,13 +76,19 @@ class Clock(NamedTuple):
     force: float
 
 
+def empty_motion(chain: Chain) -> Motion:
+    """A state of zeros, to be filled."""
+    q, v, acceleration, a, jerk = np.zeros((5, chain.scale.size))
+    chords, drive = np.zeros((chain.first.size, 2)), np.zeros((2, chain.torque.size))
+    return Motion(q, v, acceleration, a, chords, jerk, drive)
+
+
 def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
     """A state with coordinates q and velocities v (n,), accelerations zero."""
-    chords = np.empty((chain.first.size, 2))
-    fill_chords(q, chain, chords)
-    n = q.size
-    drive = np.array([chain.torque, 0.0 * chain.torque])
-    return Motion(q.copy(), v.copy(), np.zeros(n), np.zeros(n), chords, np.zeros(n), drive)
+    motion = empty_motion(chain)
+    motion.q[:], motion.v[:], motion.drive[0] = q, v, chain.torque
+    fill_chords(q, chain, motion.chords)
+    return motion
 
 
 @kernel

@@ -87,33 +87,22 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     rest : (n,) nodal coordinates at rest along -X: positions (-s, 0), slopes (-1, 0).
     """
     phalanges = finger.phalanges
-    counts = np.array([p.elements for p in phalanges])
-    given = np.array([_section(p) for p in phalanges])
+    counts = [p.elements for p in phalanges]
+    given = [_section(p) for p in phalanges]
     # each phalanx takes its hinge's two multipliers, then its nodes' four coordinates each
-    links, elements = counts.size, int(counts.sum())
+    links, elements = len(counts), sum(counts)
     n = 4 * elements + 6 * links
-    inner, outer = np.empty(links, dtype=np.int64), np.empty(links, dtype=np.int64)
+    first, second = np.empty((2, elements), dtype=np.int64)
+    length, axial, relaxation = np.empty((3, elements))
+    mass, bending = np.empty((2, elements, 4, 4))
+    hinge, inner, outer = np.empty((3, links), dtype=np.int64)
+    weight, scale, rest = np.zeros((3, n))
     chain = Chain(
-        np.empty(elements, dtype=np.int64),
-        np.empty(elements, dtype=np.int64),
-        np.empty(elements),
-        np.empty(elements),
-        np.empty((elements, 4, 4)),
-        np.empty((elements, 4, 4)),
-        np.empty(links, dtype=np.int64),
-        inner,
-        outer,
-        np.zeros(n),
-        np.empty(0),
-        np.empty(0, dtype=np.int64),
-        np.ones(n),
-        n - 4,
-        _roundoff(given),
-        np.empty(elements),
-        bool(given[:, 5].any()),
-    )
-    rest = np.zeros(n)
-    fill_chain(counts, given, drive.fall, chain, rest)
+        first, second, length, axial, mass, bending, hinge, inner, outer, weight,
+        np.empty(0), np.empty(0, dtype=np.int64), scale, n - 4, _roundoff(given), relaxation,
+        any(p.relaxation_time for p in phalanges),
+    )  # fmt: skip
+    fill_chain(np.array(counts), np.array(given), drive.fall, chain, rest)
     joint, sign = acting_joints(drive, links)
     if joint.size:
         torque = piece_at(torques_on_nodes(drive, links), 0.0).torques[0].copy()
@@ -122,7 +111,10 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     return chain, rest
 
 
-def _section(p: Phalanx) -> tuple[float, float, float, float, float, float]:
+Section = tuple[float, float, float, float, float, float]
+
+
+def _section(p: Phalanx) -> Section:
     area, modulus = p.area, p.youngs_modulus
     return (
         p.length / p.elements,
@@ -138,7 +130,7 @@ def _section(p: Phalanx) -> tuple[float, float, float, float, float, float]:
 def fill_chain(
     counts: Ints, given: Floats, fall: tuple[float, float], chain: Chain, rest: Floats
 ) -> None:
-    """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros and scales of 1.
+    """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros.
 
     counts : (P,) elements. given : (P, 6) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m),
     tau (s). fall : acceleration of a free fall f, m/s^2.
@@ -158,6 +150,7 @@ def fill_chain(
         for i in range(counts[w] + 1):
             node = place + 2 + 4 * i
             rest[node], rest[node + 2] = -(arc + el * i), -1.0
+            chain.scale[node] = chain.scale[node + 1] = 1.0
             chain.scale[node + 2] = chain.scale[node + 3] = 1.0 / el
             if i == counts[w]:
                 break
@@ -183,10 +176,10 @@ SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
 FASTEST = 10.0
 
 
-def _roundoff(given: Floats) -> float:
+def _roundoff(given: list[Section]) -> float:
     # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
-    for el, per_length, axial, bending, _, tau in given.tolist():
+    for el, per_length, axial, bending, _, tau in given:
         force = (12 * bending / el**2 + axial) * (1.0 + tau * FASTEST / el)
         largest = max(largest, force / (SOFTEST_MASS * per_length * el))
     return sys.float_info.epsilon * largest

@@ -41,7 +41,7 @@ def torque_rows(drive: Drive, count: int) -> tuple[Floats, Floats]:
 
 
 def _pieces(time: Floats, values: Floats) -> tuple[Piece, ...]:
-    held = np.zeros_like(values[0])
+    held = np.zeros(len(values[0]))
     if time.size == 1 and time[0] == 0.0:
         return (Piece(0.0, np.inf, np.array([values[0], held])),)
     found = [Piece(0.0, time[0], np.array([values[0], held]))]

@@ -62,28 +62,23 @@ def build_rods(
 ) -> tuple[Rods, tuple[Piece, ...]]:
     """The finger's phalanges as rods, in the first piece of their drive, and all pieces of it."""
     phalanges = beams_of(finger, assumptions).phalanges
+    links = len(phalanges)
+    length, bending, axial = np.array([
+        [p.length for p in phalanges],
+        [p.bending_stiffness for p in phalanges],
+        [p.youngs_modulus * p.area for p in phalanges],
+    ])  # fmt: skip
     mass, first, second = moments(finger, assumptions)
-    moment = np.abs(torque_rows(drive, len(phalanges))[1])
+    moment = np.abs(torque_rows(drive, links)[1])
     if drive.reaction:
         moment[:, :-1] += moment[:, 1:].copy()
-    pieces = torques_on_rods(drive, len(phalanges))
+    pieces = torques_on_rods(drive, links)
     rods = Rods(
-        np.array([p.length for p in phalanges]),
-        mass,
-        mass[::-1].cumsum()[::-1] - mass,
-        pieces[0].torques,
-        pieces[0].begin_s,
-        first,
-        second,
-        np.array([p.youngs_modulus * p.second_moment for p in phalanges]),
-        np.array([p.youngs_modulus * p.area for p in phalanges]),
-        moment.max(axis=0),
-        drive.fall,
-        touching_height(finger, surface, assumptions),
-        np.empty((len(phalanges), len(phalanges))),
-        np.empty((2, len(phalanges))),
-        np.zeros(2 * len(phalanges)),
-    )
+        length, mass, mass[::-1].cumsum()[::-1] - mass, pieces[0].torques, pieces[0].begin_s, first,
+        second, bending, axial, moment.max(axis=0), drive.fall,
+        touching_height(finger, surface, assumptions), np.empty((links, links)),
+        np.empty((2, links)), np.zeros(2 * links),
+    )  # fmt: skip
     return rods, pieces
 
 

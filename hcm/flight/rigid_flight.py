@@ -137,6 +137,18 @@ def take_steps(
     return rows.shape[0], FULL, repeats, trials, h
 
 
+@kernel
+def write_start(time: float, state: Floats, stages: Floats, chain: Rods, row: Floats) -> None:
+    """Begin `stages` with the rates of `state` (2 P,), and write the row of `take_steps`."""
+    n = chain.length.size
+    rates(time, state, chain, stages[0])
+    row[0] = time
+    for i in range(2 * n):
+        row[1 + i] = state[i]
+    for i in range(n):
+        row[1 + 2 * n + i] = stages[0, n + i]
+
+
 def integrate_flight(
     rods: Rods, state: Floats, time: float, plan: Plan, most_steps: int,
     drive: Sequence[Piece] = (),
@@ -145,7 +157,8 @@ def integrate_flight(
 
     drive : torques on them over time; none: those that they have.
     """
-    links, state, stages = rods.length.size, state.copy(), np.empty((STAGES, state.size))
+    links, state, new = rods.length.size, state.copy(), np.empty_like(state)
+    stages = np.empty((STAGES, state.size))
     drive = drive or (Piece(rods.since, math.inf, rods.torque),)
     end = min(plan.end_time, time + plan.max_flight_time)
     tolerance = plan.flight_tolerance
@@ -157,19 +170,19 @@ def integrate_flight(
     while not parts or (code == ENDED and until < end and steps < most_steps):
         piece = piece_at(drive, time)
         rods = rods._replace(torque=piece.torques, since=piece.begin_s)
-        rates(time, state, rods, stages[0])
-        flown = [np.array([[time, *state.tolist(), *stages[0, links:].tolist()]])]
         until, h, code = min(end, piece.end_s), plan.flight_step, FULL
+        flown: list[Floats] = []
         while code == FULL and steps < most_steps:
-            rows = np.empty((min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
+            rows = np.empty((1 + min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
+            if not flown:
+                write_start(time, state, stages, rods, rows[0])
             written, code, repeated, tried, h = take_steps(
-                time, h, until, plan.flight_step, tolerance, state, np.empty_like(state), stages,
-                rods, rows,
-            )  # fmt: skip
-            flown.append(rows[:written])
-            time = float(flown[-1][-1, 0]) if written else time
+                time, h, until, plan.flight_step, tolerance, state, new, stages, rods, rows[1:]
+            )
+            flown.append(rows[min(len(flown), 1) : 1 + written])
+            time = float(rows[written, 0]) if written else time
             steps, repeats, trials = steps + written, repeats + repeated, trials + tried
-        table = np.concatenate(flown)
+        table = np.concatenate(flown) if len(flown) > 1 else flown[0]
         load = piece.torques[0] + (table[:, :1] - piece.begin_s) * piece.torques[1]
         if parts:  # what the torque jumps by; the first row is the last piece's
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))

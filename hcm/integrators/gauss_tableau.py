@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from hcm.arrays import Complexes, Floats, Ints
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, storage
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
 from hcm.contact.contract import Law
@@ -145,20 +145,22 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
     """Allocate for `stages` stages, the mass matrix factorized."""
     n, elements, phalanges = chain.scale.size, chain.first.size, chain.hinge.size
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2
-    mass = storage(n)
-    # without weight the matrix does not depend on q, nor on the contact
-    tangent(np.ones(n), 0.0, 0.0, chain, IN_FLIGHT, law, mass)
-    mass_factors = mass.copy()
+    # arrays of one shape from one allocation, of which Python's share of a short tap is made
+    mass, mass_factors, stiff, damp, real_factors = np.zeros((5, w + n, w + 1))
+    real_right, real_border = np.zeros((2, w + n))
+    unknown, stage, q, v, residual, change, spare = np.zeros((7, stages, n))
+    # without weight the matrix does not depend on q, for which any numbers serve, nor on a contact
+    tangent(chain.scale, 0.0, 0.0, chain, IN_FLIGHT, law, mass)
+    mass_factors[:] = mass
     factorize(mass_factors)
-    many = [np.zeros((stages, n)) for _ in range(7)]
     return GaussWork(
-        mass, mass_factors, storage(n), storage(n), storage(n),
+        mass, mass_factors, stiff, damp, real_factors,
         np.zeros((systems, w + n, w + 1), dtype=np.complex128),
         np.zeros((phalanges, 2)), np.zeros((stages, phalanges, 2)),
-        np.zeros(w + n, dtype=np.complex128), np.zeros(w + n),
-        np.zeros((systems, w + n), dtype=np.complex128), np.zeros(w + n),
-        many[0], many[1], many[2], many[3], np.zeros((stages, elements, 2)), many[4], many[5],
-        many[6], np.full(5, np.nan), np.ones(1), np.zeros(2, dtype=np.int64),
+        np.zeros(w + n, dtype=np.complex128), real_right,
+        np.zeros((systems, w + n), dtype=np.complex128), real_border,
+        unknown, stage, q, v, np.zeros((stages, elements, 2)), residual, change, spare,
+        np.array([np.nan] * 5), np.array([1.0]), np.zeros(2, dtype=np.int64),
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from numba.extending import overload
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import gauss, generalized_alpha
 from hcm.integrators.gauss_tableau import GaussIntegrator
-from hcm.integrators.workspace import Integrator
+from hcm.integrators.workspace import Coefficients, Integrator
 from hcm.state import Motion
 
 AnyIntegrator = Integrator | GaussIntegrator
@@ -26,6 +26,11 @@ def take_step(
 
     For compiled callers only, as are the others here.
     """
+    raise NotImplementedError
+
+
+def with_coefficients(co: Coefficients, of: AnyIntegrator) -> AnyIntegrator:
+    """The integrator with other coefficients of generalized-alpha."""
     raise NotImplementedError
 
 
@@ -61,6 +66,19 @@ def _take_step(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> Cal
         return plain(h, contact, old, new, parts)
 
     return by_mode if _with_collocation(integrator) else by_generalized_alpha
+
+
+@overload(with_coefficients)
+def _with_coefficients(co: Any, of: Any) -> Callable[..., Any]:
+    def plain(co: Any, of: Any) -> Any:
+        return Integrator(co, of.chain, of.law, of.work)
+
+    def collocation(co: Any, of: Any) -> Any:
+        return GaussIntegrator(
+            co, of.chain, of.law, of.work, of.tableau, of.gauss, of.flight, of.contact
+        )
+
+    return collocation if _with_collocation(of) else plain
 
 
 @overload(error_of_step, inline="always")

@@ -74,13 +74,7 @@ def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -
 
 def workspace(n: int) -> Workspace:
     """Allocate for n bordered unknowns, with no factors kept."""
-    return Workspace(
-        storage(n),
-        np.full(5, np.nan),
-        np.zeros(HALF_BANDWIDTH + n),
-        np.zeros(HALF_BANDWIDTH + n),
-        np.empty(n),
-        np.ones(1),
-        np.zeros(2, dtype=np.int64),
-        np.zeros(2, dtype=np.int64),
-    )
+    border, right = np.zeros((2, HALF_BANDWIDTH + n))
+    age, cost = np.zeros((2, 2), dtype=np.int64)
+    key, rate = np.array([np.nan] * 5), np.array([1.0])
+    return Workspace(storage(n), key, border, right, np.empty(n), rate, age, cost)

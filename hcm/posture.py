@@ -46,7 +46,7 @@ class Posture:
 class Postures(Sequence[Posture]):
     """Postures in rising order of time, each made when it is asked for.
 
-    times_s : (m,). places : of each phalanx, its first node's place and the one past its last.
+    times_s : (m,). places : `node_places`.
     q, v : (m, n) bordered nodal coordinates, and their rates where these are kept.
     """
 
@@ -78,7 +78,7 @@ class Postures(Sequence[Posture]):
         )
 
 
-def postures(chain: Chain, times: Sequence[float], q: Floats, v: Floats | None = None) -> Postures:
-    """Postures at `times` from bordered nodal coordinates q (m, n), and their rates v if given."""
-    ends = [*chain.hinge[1:].tolist(), q.shape[1]]
-    return Postures(tuple(times), tuple(zip(chain.hinge_outer.tolist(), ends, strict=True)), q, v)
+def node_places(chain: Chain) -> tuple[tuple[int, int], ...]:
+    """Of each phalanx, its first node's place and the one past its last."""
+    ends = [*chain.hinge[1:].tolist(), chain.tip + 4]
+    return tuple(zip(chain.hinge_outer.tolist(), ends, strict=True))

@@ -16,7 +16,7 @@ from scipy.integrate import OdeSolution, solve_ivp
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain, build_chain
-from hcm.beam.drive import Piece, piece_at, torques_on_nodes
+from hcm.beam.drive import Piece, piece_at, set_drive, torques_on_nodes
 from hcm.beam.minimal_coordinates import (
     Coordinates,
     bordered_acceleration,
@@ -184,7 +184,9 @@ def solve_chain(
             now: float, y: Floats, origin: Floats = origin, contact: Contact = contact,
             piece: Piece = piece,
         ) -> Floats:  # fmt: skip
-            driven = chain._replace(torque=piece.at(now)[0])
+            torques = np.empty_like(piece.torques)
+            set_drive(now, piece, torques)
+            driven = chain._replace(torque=torques[0])
             return rate(y, origin, mapping, driven, contact, law)
 
         soon = solve_ivp(slope, (time, time + PROBE), y, method="DOP853", rtol=rtol, atol=tolerance)

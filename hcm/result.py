@@ -135,25 +135,12 @@ def history_of(table: Floats, reactions: Floats) -> History:
 
     table : (n, len(COLUMNS)) in the order of `COLUMNS`. reactions : (n, 2 P).
     """
-    return History(
-        time_s=table[:, 0],
-        normal_force_N=table[:, 1],
-        tangential_force_N=table[:, 2],
-        tip_position_m=table[:, 3:5],
-        tip_velocity_m_per_s=table[:, 5:7],
-        particle_velocity_m_per_s=table[:, 7],
-        stress_R_Pa=table[:, 8],
-        kinetic_energy_J=table[:, 9],
-        strain_energy_J=table[:, 10],
-        gravity_energy_J=table[:, 11],
-        contact_energy_J=table[:, 12],
-        friction_dissipation_J=table[:, 13],
-        restitution_dissipation_J=table[:, 14],
-        material_dissipation_J=table[:, 15],
-        drive_work_J=table[:, 16],
-        mode=table[:, 17].astype(np.int8),
-        hinge_reactions_N=reactions.reshape(len(table), -1, 2),
-    )
+    columns = list(table.T)
+    values: list[Any] = [
+        *columns[:3], table[:, 3:5], table[:, 5:7], *columns[7:17], columns[17].astype(np.int8),
+        reactions.reshape(len(table), -1, 2),
+    ]  # fmt: skip
+    return History(*values)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from hcm.fall import Fall
 from hcm.integrators.workspace import coefficients
 from hcm.model import Model, RigidStart, build_model, until_touch
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
-from hcm.posture import postures
+from hcm.posture import Postures, node_places
 from hcm.record import Segment, empty_record, next_segment
 from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
@@ -104,12 +104,10 @@ def simulate(
         begun = start_divided(model, flight, flown, up.motion, ended, divide)
     segments, status, over_s = _take_steps(model, begun, progress)
     last, clock = segments[-1], segments[-1].clock
-    events = tuple([event for segment in segments for event in segment.events])
-    history = history_of(
-        np.concatenate([segment.rows for segment in segments]),
-        np.concatenate([segment.reactions for segment in segments]),
-    )
-    q = np.concatenate([segment.q for segment in segments])
+    *_, rows, reactions, parts, at, rates = zip(*segments, strict=True)
+    events = tuple([event for part in parts for event in part])
+    q, v = np.concatenate(at), np.concatenate(rates)
+    history = history_of(np.concatenate(rows), np.concatenate(reactions))
     taps = taps_of(events, None if model.tap_ends is None else over_s)
     residual = last.imbalance_J / max(last.kinetic_J, model.roundoff_J)
     summary = summarize(history, events, taps, residual, _rows_between(settings))
@@ -140,8 +138,11 @@ def simulate(
         chatter_steps=clock.chatter_steps,
         wall_time_s=time.perf_counter() - started,
     )
-    frames = model.frames
-    reached = (frames.time >= model.start_s) & (frames.time <= clock.time)
+    frames, places = model.frames, node_places(model.chain)
+    first, end = (
+        frames.time.searchsorted(model.start_s),
+        frames.time.searchsorted(clock.time, "right"),
+    )
     result = TapResult(
         status,
         _message(status, clock, statistics) + doubt,
@@ -149,13 +150,8 @@ def simulate(
         events,
         statistics,
         summary,
-        postures(
-            model.chain,
-            [event.time_s for event in events],
-            q,
-            np.concatenate([segment.v for segment in segments]),
-        ),
-        postures(model.chain, frames.time[reached].tolist(), frames.q[reached]),
+        Postures(tuple([event.time_s for event in events]), places, q, v),
+        Postures(tuple(frames.time[first:end].tolist()), places, frames.q[first:end]),
         cautions=cautions,
         taps=taps,
         given={

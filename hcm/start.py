@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Chain, Probe
-from hcm.beam.drive import piece_at
+from hcm.beam.chain import Probe
+from hcm.beam.drive import piece_at, set_drive
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
@@ -99,7 +99,7 @@ def _first_step(settings: Settings) -> float:
 def start_in_flight(model: Model, step: float) -> BeamStart:
     """Start from the model's own state, with a first step of at most `step`, s."""
     motion, clock = build_motion(model.chain, model.q, model.v), initial_clock(model.start_s, step)
-    motion.drive[:] = piece_at(model.drive, model.start_s).at(model.start_s)
+    set_drive(model.start_s, piece_at(model.drive, model.start_s), motion.drive)
     rows, reactions = empty_rows(1, model.chain)
     solved = write_first_row(
         rows[0], reactions[0], model.settings.consistent_start, motion, clock, IN_FLIGHT,
@@ -111,30 +111,26 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
 
 def enter_piece(model: Model, motion: Motion, contact: Contact, time_s: float) -> None:
     """Go on behind a kink of the drive: q.. may jump there, its rate of change does."""
-    motion.drive[:] = piece_at(model.drive, time_s).at(time_s)
+    set_drive(time_s, piece_at(model.drive, time_s), motion.drive)
     motion.jerk[:] = 0.0
     initial_acceleration(motion, contact, model.generalized_alpha)
 
 
 def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamStart:
-    """Write the history of a rigid flight and start at its end."""
-    motion = empty_motion(model.chain)
-    above = rows_above(flight.states, rods.length, model.chain, model.outline, motion.q, motion.v)
-    if above < flight.time.size:
-        flight = flight._replace(
-            time=flight.time[: above + 1],
-            states=flight.states[: above + 1],
-            accelerations=flight.accelerations[: above + 1],
-            code=BLOCKED,
-        )
-    touched, end = flight.code == TOUCHED, float(flight.time[-1])
-    motion.drive[:] = piece_at(model.drive, end).at(end)
+    """Write the history of a rigid flight and start at its end, or where a body touches."""
+    motion, end = empty_motion(model.chain), float(flight.time[-1])
+    set_drive(end, piece_at(model.drive, end), motion.drive)
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
-    contact, clock, solved, left_out = write_flight(
+    contact, clock, above, solved, left_out = write_flight(
         flight, model.plan.contact_step, model.settings.consistent_start, rods, motion,
-        model.generalized_alpha, model.probe, rows, reactions, model.frames,
+        model.generalized_alpha, model.probe, model.outline, rows, reactions, model.frames,
     )  # fmt: skip
+    if above < flight.time.size:
+        time, states, accelerations = (part[: above + 1] for part in flight[:3])
+        cut = flight._replace(time=time, states=states, accelerations=accelerations, code=BLOCKED)
+        return start_after_flight(model, rods, cut)
+    touched = flight.code == TOUCHED
     segment = first_segment(
         Contact(*contact), Clock(*clock), rows, reactions, flight.time.size - 1, touched, motion
     )
@@ -157,7 +153,7 @@ def start_divided(
     last, start = segments[-1], empty_motion(model.chain)
     start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
     fill_chords(start.q, model.chain, start.chords)
-    start.drive[:] = piece_at(model.drive, last.clock.time).at(last.clock.time)
+    set_drive(last.clock.time, piece_at(model.drive, last.clock.time), start.drive)
     if flight.frames.time.size:
         reached = ~np.isnan(flight.frames.q[:, 0])
         model.frames.q[reached] = divide(flight.frames.q[reached])
@@ -179,29 +175,18 @@ def start_divided(
 
 
 @kernel
-def rows_above(
-    states: Floats, lengths: Floats, beams: Chain, outline: Outline, q: Floats, v: Floats
-) -> int:
-    """Rows of `states` (m, 2 P) of rods of such lengths (P,), m, before the first with a body below
-    the surface; q, v : scratch.
-    """
-    for m in range(states.shape[0]):
-        fill_rigid_motion(states[m], lengths, beams, q, v)
-        if depth(q, beams, outline)[1] >= 0:
-            return m
-    return states.shape[0]
-
-
-@kernel
 def write_flight(
     flight: RigidFlight, step: float, consistent: bool, rods: Rods, old: Motion,
-    integrator: Integrator, probe: Probe, rows: Floats, reactions: Floats, frames: FrameTable,
-) -> tuple[tuple[float, ...], tuple[float, ...], bool, float]:  # fmt: skip
+    integrator: Integrator, probe: Probe, outline: Outline, rows: Floats, reactions: Floats,
+    frames: FrameTable,
+) -> tuple[tuple[float, ...], tuple[float, ...], int, bool, float]:  # fmt: skip
     """Fill the rows, the hinges' reactions and the frames of a rigid flight.
 
     The last row is the beams' own, at the time of the one before; `step`, s, is their first.
-    Returns the fields of the contact and of the clock there, whether the beams' first acceleration
-    could be found, and the largest speed that rods leave out, over the tip's of approach.
+    Returns the fields of the contact and of the clock there, the row of the first body below the
+    surface (with which it ends, unless the flight is known to: BLOCKED) or how many there are,
+    whether the beams' first acceleration could be found, and the largest speed that rods leave out,
+    over the tip's of approach.
     """
     beams, law = integrator.chain, integrator.law
     time, states = flight.time, flight.states
@@ -222,6 +207,8 @@ def write_flight(
                     fill_rigid_motion(rods.between, rods.length, beams, frames.q[frame], old.v)
                 frame += 1
         fill_rigid_motion(states[m], rods.length, beams, old.q, old.v)
+        if flight.code != BLOCKED and depth(old.q, beams, outline)[1] >= 0:
+            return contact[:], clock[:], m, False, 0.0
         fill_chords(old.q, beams, old.chords)
         speed = rigid_chain.reactions(states[m], flight.accelerations[m], rods, reactions[m])
         left_out = max(left_out, speed)
@@ -245,4 +232,4 @@ def write_flight(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
     )
     approach = abs(clearance(states[m], rods)[1])
-    return contact[:], clock[:], solved, left_out / max(approach, 1e-300)
+    return contact[:], clock[:], time.size, solved, left_out / max(approach, 1e-300)

@@ -97,8 +97,9 @@ def summarize(
     first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest = extremes(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
-    peak_time, peak = vertex(time, fn, first, end, largest_fn)
-    if stages:
+    if not stages:
+        peak_time, peak = vertex(time, fn, first, end, largest_fn)
+    else:
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
         impulse = stage_impulse(time, fn, history.mode, tableau(stages).b, first, end)
     of_tap = [e for e in events if e.time_s <= last]

@@ -3,6 +3,7 @@
 Within a piece the torques are as smooth as the motion, and integrators keep their order.
 """
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats, Ints
-from hcm.compiled import kernel
+from hcm.compiled import kernel, kernel_with
 from hcm.parameters import Drive
 
 # Share of a time within which a step's end is on a kink; the loop ends a piece within half of it.
@@ -27,28 +28,32 @@ class Piece(NamedTuple):
     end_s: float
     torques: Floats
 
-    def at(self, time_s: float) -> Floats:
-        """(2, n): torques at a time and their rates."""
-        value, rate = self.torques
-        return np.array([value + max(time_s - self.begin_s, 0.0) * rate, rate])
+
+@kernel_with()
+def set_drive(time_s: float, piece: Piece, drive: Floats) -> None:
+    """Fill `drive` (2, n) with a piece's torques at a time and their rates."""
+    passed = max(time_s - piece.begin_s, 0.0)
+    for t in range(drive.shape[1]):
+        drive[0, t] = piece.torques[0, t] + passed * piece.torques[1, t]
+        drive[1, t] = piece.torques[1, t]
 
 
-def torque_rows(drive: Drive, count: int) -> tuple[Floats, Floats]:
-    """Times (m,), s, and each joint's torques there (m, P), N m, of `count` joints."""
-    if drive.table is not None:
-        return np.array(drive.table.time), np.array(drive.table.values, dtype=float)
-    return np.zeros(1), np.array([drive.torques or (0.0,) * count], dtype=float)
+def torque_rows(drive: Drive, count: int) -> Floats:
+    """Torques (m, P), N m, of `count` joints: at each time of a table, or the constant ones."""
+    constant = (drive.torques or (0.0,) * count,)
+    return np.array(constant if drive.table is None else drive.table.values, dtype=float)
 
 
-def _pieces(time: Floats, values: Floats) -> tuple[Piece, ...]:
-    held = np.zeros(len(values[0]))
-    if time.size == 1 and time[0] == 0.0:
-        return (Piece(0.0, np.inf, np.array([values[0], held])),)
+def _pieces(drive: Drive, values: Floats) -> tuple[Piece, ...]:
+    held = np.zeros(values.shape[1])
+    if drive.table is None:
+        return (Piece(0.0, math.inf, np.array([values[0], held])),)
+    time = drive.table.time
     found = [Piece(0.0, time[0], np.array([values[0], held]))]
-    for (begin, first), (end, last) in pairwise(zip(time.tolist(), values, strict=True)):
+    for (begin, first), (end, last) in pairwise(zip(time, values, strict=True)):
         if end > begin:
             found.append(Piece(begin, end, np.array([first, (last - first) / (end - begin)])))
-    found.append(Piece(time[-1], np.inf, np.array([values[-1], held])))
+    found.append(Piece(time[-1], math.inf, np.array([values[-1], held])))
     return tuple(piece for piece in found if piece.end_s > piece.begin_s)
 
 
@@ -61,7 +66,7 @@ def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
     """Joint (T,) of each torque on a node, and its sign: -1 of a reaction, which comes second."""
     if drive.table is None and not any(drive.torques):
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    _, values = torque_rows(drive, count)
+    values = torque_rows(drive, count)
     found: list[tuple[int, int]] = []
     for w in np.flatnonzero(values.any(axis=0)).tolist():
         found += [(w, 1), (w, -1)] if drive.reaction and w > 0 else [(w, 1)]
@@ -71,16 +76,16 @@ def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
 
 def torques_on_nodes(drive: Drive, count: int) -> tuple[Piece, ...]:
     """Pieces of the torques on a chain's driven nodes, in the order of `acting_joints`."""
-    (time, values), (joint, sign) = torque_rows(drive, count), acting_joints(drive, count)
-    return _pieces(time, sign * values[:, joint])
+    joint, sign = acting_joints(drive, count)
+    return _pieces(drive, sign * torque_rows(drive, count)[:, joint])
 
 
 def torques_on_rods(drive: Drive, count: int) -> tuple[Piece, ...]:
     """Pieces of the torques on rigid phalanges, reactions included."""
-    time, values = torque_rows(drive, count)
+    values = torque_rows(drive, count)
     if drive.reaction:
         values[:, :-1] -= values[:, 1:].copy()
-    return _pieces(time, values)
+    return _pieces(drive, values)
 
 
 @kernel

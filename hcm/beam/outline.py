@@ -50,8 +50,8 @@ class Outline(NamedTuple):
 def build_outline(finger: Finger, height: float, tip_radius: float = 0.0) -> Outline:
     """The radii by which the finger is measured above the surface Y = -height."""
     *inner, last = finger.phalanges
-    radius = np.repeat(
-        [*(p.diameter / 2 for p in inner), tip_radius], [p.elements for p in finger.phalanges]
+    radius = np.array(
+        [r for p in inner for r in [p.diameter / 2] * p.elements] + [tip_radius] * last.elements
     )
     return Outline(radius, radius.size - last.elements, last.diameter / 2, tip_radius, height)
 

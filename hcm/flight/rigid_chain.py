@@ -69,7 +69,7 @@ def build_rods(
         [p.youngs_modulus * p.area for p in phalanges],
     ])  # fmt: skip
     mass, first, second = moments(finger, assumptions)
-    moment = np.abs(torque_rows(drive, links)[1])
+    moment = np.abs(torque_rows(drive, links))
     if drive.reaction:
         moment[:, :-1] += moment[:, 1:].copy()
     pieces = torques_on_rods(drive, links)

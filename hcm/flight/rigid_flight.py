@@ -183,10 +183,16 @@ def integrate_flight(
             time = float(rows[written, 0]) if written else time
             steps, repeats, trials = steps + written, repeats + repeated, trials + tried
         table = np.concatenate(flown) if len(flown) > 1 else flown[0]
-        load = piece.torques[0] + (table[:, :1] - piece.begin_s) * piece.torques[1]
+        load = np.empty((len(table), links))
+        load[:] = piece.torques[0]
+        rises = piece.torques[1].any()
+        if rises:
+            load += (table[:, :1] - piece.begin_s) * piece.torques[1]
         if parts:  # what the torque jumps by; the first row is the last piece's
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
-        withheld = kept + _withheld(table, begin, piece.torques[1])
+        withheld = np.array([kept] * len(table))
+        if rises:
+            withheld += _withheld(table, begin, piece.torques[1])
         before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)
         parts.append((table[first:], load[first:], withheld[first:]))
     if len(parts) > 1:
@@ -197,8 +203,6 @@ def integrate_flight(
 
 def _withheld(table: Floats, begin: Floats, rate: Floats) -> Floats:
     """Int (theta - theta_0) . tau. dt up to each row (m,), J, by cubics through the rows."""
-    if not rate.any():
-        return np.zeros(len(table))
     links = begin.size
     h, angles = np.diff(table[:, :1], axis=0), table[:, 1 : 1 + links] - begin
     spins = table[:, 1 + links : 1 + 2 * links]

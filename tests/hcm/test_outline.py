@@ -8,7 +8,7 @@ import pytest
 
 import hcm
 from hcm.beam.outline import PARTS, build_outline, depth
-from hcm.posture import postures
+from hcm.posture import Postures, node_places
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SURFACE, finger, straight_links
 
 R = HARD.diameter / 2
@@ -47,7 +47,7 @@ def test_depth_is_that_of_the_lowest_section(seed: float) -> None:
         turn = rng.uniform(-BENT, BENT)
         c, s = np.cos(turn), np.sin(turn)
         q[place + 2 : place + 4] = np.array([[c, -s], [s, c]]) @ q[place + 2 : place + 4]
-    posture = postures(chain, [0.0], q[None])[0]
+    posture = Postures((0.0,), node_places(chain), q[None])[0]
     found = []
     # a cubic's curvature is at most 6 BENT/l where both slopes turn
     missed = max(6 * BENT * el / 8 / PARTS**2 for el in chain.length) * (1 + R / 0.008)

@@ -191,8 +191,9 @@ def build_model(
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
     plain = Integrator(co, chain, law_of(whole, surface, tip, assumptions), workspace(q.size))
     times = np.array(settings.frame_times, dtype=float)
-    frames = FrameTable(times, np.full((times.size, q.size), np.nan))
+    frames = FrameTable(times, np.empty((times.size, q.size)))
     if times.size:
+        frames.q[:] = np.nan
         frames.q[times == start_s] = q
     return Model(
         settings=settings,

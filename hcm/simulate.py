@@ -115,9 +115,8 @@ def simulate(
     cautions: tuple[str, ...] = ()
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings)
-        touch = next((i for i, event in enumerate(events) if event.kind == "contact"), None)
-        if touch is not None and summary.peak_normal_force_N is not None:
-            slope = q[touch, model.chain.tip + 2 :]
+        if assumptions.any and summary.peak_normal_force_N is not None:
+            slope = q[[event.kind for event in events].index("contact"), model.chain.tip + 2 :]
             angle = math.atan2(-slope[1], abs(slope[0]))
             peak, stress = summary.peak_normal_force_N, summary.peak_stress_R_Pa or 0.0
             cautions += beyond_checks(finger.phalanges[-1], tip, assumptions, angle, peak, stress)

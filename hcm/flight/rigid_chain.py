@@ -20,7 +20,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
-from hcm.beam.drive import Piece, torque_rows, torques_on_rods
+from hcm.beam.drive import Piece, torques_on_rods
 from hcm.beam.refinement import beams_of, moments, touching_height
 from hcm.compiled import kernel
 from hcm.parameters import Drive, Finger, Surface
@@ -69,13 +69,10 @@ def build_rods(
         [p.youngs_modulus * p.area for p in phalanges],
     ])  # fmt: skip
     mass, first, second = moments(finger, assumptions)
-    moment = np.abs(torque_rows(drive, links))
-    if drive.reaction:
-        moment[:, :-1] += moment[:, 1:].copy()
-    pieces = torques_on_rods(drive, links)
+    pieces, moment = torques_on_rods(drive, links)
     rods = Rods(
         length, mass, mass[::-1].cumsum()[::-1] - mass, pieces[0].torques, pieces[0].begin_s, first,
-        second, bending, axial, moment.max(axis=0), drive.fall,
+        second, bending, axial, moment, drive.fall,
         touching_height(finger, surface, assumptions), np.empty((links, links)),
         np.empty((2, links)), np.zeros(2 * links),
     )  # fmt: skip

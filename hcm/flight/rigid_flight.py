@@ -88,20 +88,35 @@ def controlled_step(
 
 
 @kernel
+def write_row(time: float, state: Floats, stages: Floats, row: Floats) -> None:
+    """Write time, state (2 P,) and accelerations, with whose rates `stages` begin, to a row."""
+    n = state.size // 2
+    row[0] = time
+    for i in range(2 * n):
+        row[1 + i] = state[i]
+    for i in range(n):
+        row[1 + 2 * n + i] = stages[0, n + i]
+
+
+@kernel
 def take_steps(
     time: float, h: float, end: float, longest: float, tolerance: float, state: Floats, new: Floats,
-    stages: Floats, chain: Rods, rows: Floats,
+    stages: Floats, known: bool, chain: Rods, rows: Floats,
 ) -> tuple[int, int, int, int, float]:  # fmt: skip
-    """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (m, 1 + 3 P) are full.
+    """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (1 + m, 1 + 3 P) are full.
 
-    `stages` (7, 2 P) begin with the state's rates, here and when it returns.
+    `stages` (7, 2 P) begin with the state's rates when it returns, and here if they are `known`.
 
     Steps keep `tolerance` (m) and are at most `longest` (s); without a tolerance all are. Returns
-    the rows written (time, state, accelerations), how it ended, repeats, trials, the next step.
+    the rows written behind that of the start (time, state, accelerations), how it ended, repeats,
+    trials, the next step.
     """
     n = chain.length.size
     repeats, trials = 0, 0
-    for row in range(rows.shape[0]):
+    if not known:
+        rates(time, state, chain, stages[0])
+    write_row(time, state, stages, rows[0])
+    for row in range(rows.shape[0] - 1):
         remaining = end - time
         if remaining <= 1e-12 * time:
             return row, ENDED, repeats, trials, h
@@ -125,28 +140,13 @@ def take_steps(
             else:
                 dormand_prince(time, h, state, stages, chain, new)
         time += step
-        rows[row, 0] = time
         for i in range(2 * n):
-            stages[0, i] = stages[STAGES - 1, i]
-            state[i] = rows[row, 1 + i] = new[i]
-        for i in range(n):
-            rows[row, 1 + 2 * n + i] = stages[0, n + i]
+            stages[0, i], state[i] = stages[STAGES - 1, i], new[i]
+        write_row(time, state, stages, rows[row + 1])
         h *= change
         if code == TOUCHED:
             return row + 1, TOUCHED, repeats, trials, h
-    return rows.shape[0], FULL, repeats, trials, h
-
-
-@kernel
-def write_start(time: float, state: Floats, stages: Floats, chain: Rods, row: Floats) -> None:
-    """Begin `stages` with the rates of `state` (2 P,), and write the row of `take_steps`."""
-    n = chain.length.size
-    rates(time, state, chain, stages[0])
-    row[0] = time
-    for i in range(2 * n):
-        row[1 + i] = state[i]
-    for i in range(n):
-        row[1 + 2 * n + i] = stages[0, n + i]
+    return rows.shape[0] - 1, FULL, repeats, trials, h
 
 
 def integrate_flight(
@@ -163,7 +163,7 @@ def integrate_flight(
     end = min(plan.end_time, time + plan.max_flight_time)
     tolerance = plan.flight_tolerance
     if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
-        tolerance = max(tolerance, LOCATED * float(rods.length.sum()))
+        tolerance = max(tolerance, LOCATED * sum(rods.length.tolist()))
     steps, repeats, trials, code, until = 0, 0, 0, ENDED, -math.inf
     parts: list[tuple[Floats, Floats, Floats]] = []
     begin, before, kept = state[:links].copy(), np.zeros(links), 0.0
@@ -174,18 +174,17 @@ def integrate_flight(
         flown: list[Floats] = []
         while code == FULL and steps < most_steps:
             rows = np.empty((1 + min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
-            if not flown:
-                write_start(time, state, stages, rods, rows[0])
             written, code, repeated, tried, h = take_steps(
-                time, h, until, plan.flight_step, tolerance, state, new, stages, rods, rows[1:]
-            )
+                time, h, until, plan.flight_step, tolerance, state, new, stages, bool(flown), rods,
+                rows,
+            )  # fmt: skip
             flown.append(rows[min(len(flown), 1) : 1 + written])
             time = float(rows[written, 0]) if written else time
             steps, repeats, trials = steps + written, repeats + repeated, trials + tried
         table = np.concatenate(flown) if len(flown) > 1 else flown[0]
         load = np.empty((len(table), links))
         load[:] = piece.torques[0]
-        rises = piece.torques[1].any()
+        rises = any(piece.torques[1].tolist())
         if rises:
             load += (table[:, :1] - piece.begin_s) * piece.torques[1]
         if parts:  # what the torque jumps by; the first row is the last piece's

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcm.flight.rigid_chain import build_rods, clearance, survey
+from hcm.beam.drive import Piece
+from hcm.flight.rigid_chain import Rods, build_rods, clearance, survey
 from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
 from hcm.model import Scene, plan_of, rods_state
 from hcm.parameters import check_scene
@@ -12,6 +13,8 @@ from hcm.state import Plan
 
 # of a flight as rods, beside one that decides, over the surface's depth
 RODS_TOLERANCE = 1e-6
+# what of a plan such a flight goes by
+IN_FLIGHT = ("flight_step", "end_time", "flight_tolerance", "max_flight_time", "iterations")
 
 
 @dataclass(frozen=True)
@@ -19,7 +22,7 @@ class Fall:
     """The rods' flight: its time (s), the tip's approach, V_0, V_1 and the largest V (m/s), and how
     deep (m) a section sinks below the surface while the tip is as far above it.
 
-    flight, plan : what it was read off, and how that was solved.
+    flight, plan : what it was read off, and how that was solved. rods : and the torques on them.
     """
 
     time: float
@@ -30,11 +33,11 @@ class Fall:
     sunk: float
     flight: RigidFlight
     plan: Plan
+    rods: tuple[Rods, tuple[Piece, ...]]
 
     def serves(self, plan: Plan) -> bool:
         """Whether a run of the same scene by this plan begins with the same flight."""
-        apart = {"contact_step", "taps", "contact_tolerance", "max_contact_time", "undamped"}
-        return all(getattr(plan, of) == getattr(self.plan, of) for of in {*Plan._fields} - apart)
+        return all(getattr(plan, of) == getattr(self.plan, of) for of in IN_FLIGHT)
 
 
 def rods_fall(scene: Scene) -> Fall | None:
@@ -54,4 +57,4 @@ def rods_fall(scene: Scene) -> Fall | None:
     )
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
     time = float(flight.time[-1]) - start_s
-    return Fall(time, speed, first, last, largest, sunk, flight, plan)
+    return Fall(time, speed, first, last, largest, sunk, flight, plan, (rods, pieces))

@@ -18,7 +18,7 @@ from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.stages import friction_of_step, rows_of_step, write_between
 from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
-from hcm.integrators.workspace import Coefficients
+from hcm.integrators.workspace import trapezoidal
 from hcm.record import Record, fill_frames, write_row
 from hcm.state import Clock, Motion, Plan, advance_clock
 
@@ -59,18 +59,17 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
 @kernel_with("contract", nogil=True)  # other threads run meanwhile: `hcm.batch`
 def advance(
     old: Motion, new: Motion, contact: Contact, clock: Clock, plan: Plan, integrator: AnyIntegrator,
-    undamped: Coefficients, probe: Probe, outline: Outline, record: Record,
+    probe: Probe, outline: Outline, record: Record,
 ) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:  # fmt: skip
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
-    `old` holds the state and is overwritten. `undamped` are the coefficients of xi = 1, for flights
-    after a tap if `plan.undamped`. Returns the fields of the contact and of the clock, the number
-    of rows and of events written, and why the loop came back.
+    `old` holds the state and is overwritten. Returns the fields of the contact and of the clock,
+    the number of rows and of events written, and why the loop came back.
 
     Fields, not named tuples: numba makes a named tuple by calling its class, where an interrupt
     that came while the loop ran is raised, and a result that holds two of them crashes the process.
     """
-    chain, law, work = integrator.chain, integrator.law, integrator.work
+    co, chain, law, work = integrator.co, integrator.chain, integrator.law, integrator.work
     tip = chain.tip
     rows, reactions, events, frames = record
     n_rows, n_events, code = 0, 0, RUNNING
@@ -90,7 +89,7 @@ def advance(
             break
         h = last = min(clock.step, remaining)
         rebound = plan.undamped and in_flight and clock.taps > 0
-        method = with_coefficients(undamped if rebound else integrator.co, integrator)
+        method = with_coefficients(trapezoidal(co) if rebound else co, integrator)
         tolerance = event_tolerances(contact, clock, plan, law)
         chatter = clock.instant >= INSTANT_EVENTS
         h, slot, trials, repeats, growth = accepted_step(

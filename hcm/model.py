@@ -26,7 +26,6 @@ from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.compiled import kernel
 from hcm.contact.build import law_of
-from hcm.flight.rigid_chain import Rods, build_rods
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.workspace import Integrator, coefficients, workspace
@@ -128,7 +127,6 @@ class Model(NamedTuple):
     """What a run computes with.
 
     generalized_alpha : the integrator without collocation. drive : torques on the chain's nodes.
-    rods : and the torques on them; None where the beams fly themselves.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
     theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
     finger at rest gathers by round-off. tap_ends : None where each separation ends one.
@@ -139,7 +137,6 @@ class Model(NamedTuple):
     probe: Probe
     outline: Outline
     drive: tuple[Piece, ...]
-    rods: tuple[Rods, tuple[Piece, ...]] | None
     generalized_alpha: Integrator
     plan: Plan
     frames: FrameTable
@@ -203,7 +200,6 @@ def build_model(
         ),
         outline=outline,
         drive=torques_on_nodes(drive, len(finger.phalanges)),
-        rods=build_rods(whole, surface, drive, assumptions) if settings.flight == "rigid" else None,
         generalized_alpha=plain,
         plan=plan_of(settings, surface.height),
         frames=frames,

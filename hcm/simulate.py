@@ -18,7 +18,7 @@ from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
-from hcm.integrators.workspace import coefficients
+from hcm.flight.rigid_chain import build_rods
 from hcm.model import Model, RigidStart, build_model, until_touch
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
@@ -95,7 +95,10 @@ def simulate(
     model = build_model(finger, surface, tip, drive, settings, start, assumptions)
     few = flight_elements(finger, settings)
     if few == finger:
-        begun = start_beams(model, fall)
+        rods = None
+        if settings.flight == "rigid":
+            rods = fall.rods if fall else build_rods(finger, surface, drive, assumptions)
+        begun = start_beams(model, rods, fall)
     else:
         flight = until_touch(build_model(few, surface, tip, drive, settings, start, assumptions))
         up = start_beams(flight)
@@ -200,7 +203,6 @@ def _take_steps(
     until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
     try:
         integrator = model.integrator()
-        undamped = coefficients(1.0, integrator.co.tolerance, integrator.co.reuse)
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
             size = min(TABLE_ROWS, settings.max_steps - last.steps)
@@ -213,7 +215,7 @@ def _take_steps(
             )
             record = empty_record(size + between, EVENT_ROWS, model.chain, model.frames)
             contact, clock, rows, events, code = loop.advance(
-                motion, new, last.contact, last.clock, plan, integrator, undamped, model.probe,
+                motion, new, last.contact, last.clock, plan, integrator, model.probe,
                 model.outline, record,
             )  # fmt: skip
             first_row = begun.segment.rows[0]

@@ -7,7 +7,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
-from hcm.beam.drive import piece_at, set_drive
+from hcm.beam.drive import Piece, piece_at, set_drive
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel
@@ -71,19 +71,23 @@ def write_first_row(
     return solved
 
 
-def start_beams(model: Model, fall: Fall | None = None) -> BeamStart:
-    """Start the beams as the settings ask for; an interrupted rigid flight leaves its start.
+def start_beams(
+    model: Model, rods: tuple[Rods, tuple[Piece, ...]] | None = None, fall: Fall | None = None
+) -> BeamStart:
+    """Start the beams at once, or where a flight as rods ends; an interrupted one leaves its start.
 
-    fall : of the rods, if it is known.
+    rods : and the torques on them. fall : of these, if it is known.
     """
-    if model.rods is None:
+    if rods is None:
         return start_in_flight(model, _first_step(model.settings))
     try:
-        (rods, drive), most = model.rods, model.settings.max_steps
         if fall is not None and fall.serves(model.plan):
-            return start_after_flight(model, rods, fall.flight)
-        flight = integrate_flight(rods, model.angles, model.start_s, model.plan, most, drive)
-        return start_after_flight(model, rods, flight)
+            flight = fall.flight
+        else:
+            flight = integrate_flight(
+                rods[0], model.angles, model.start_s, model.plan, model.settings.max_steps, rods[1]
+            )
+        return start_after_flight(model, rods[0], flight)
     except KeyboardInterrupt:
         begun = start_in_flight(model, model.plan.flight_step)
         return begun._replace(status=Status.INTERRUPTED)

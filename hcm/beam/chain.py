@@ -111,19 +111,9 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     return chain, rest
 
 
-Section = tuple[float, float, float, float, float, float]
-
-
-def _section(p: Phalanx) -> Section:
-    area, modulus = p.area, p.youngs_modulus
-    return (
-        p.length / p.elements,
-        p.density * area,
-        modulus * area,
-        modulus * p.second_moment,
-        p.length,
-        p.relaxation_time,
-    )
+def _section(p: Phalanx) -> tuple[float, ...]:
+    length, density, axial = p.length / p.elements, p.line_density, p.youngs_modulus * p.area
+    return length, density, axial, p.bending_stiffness, p.length, p.relaxation_time
 
 
 @kernel_with()
@@ -176,7 +166,7 @@ SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
 FASTEST = 10.0
 
 
-def _roundoff(given: list[Section]) -> float:
+def _roundoff(given: list[tuple[float, ...]]) -> float:
     # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
     for el, per_length, axial, bending, _, tau in given:

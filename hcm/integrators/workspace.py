@@ -7,6 +7,7 @@ import numpy as np
 from hcm.arrays import Floats, Ints
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain
+from hcm.compiled import kernel
 from hcm.contact.contract import Law
 
 
@@ -56,20 +57,19 @@ class Integrator(NamedTuple):
     work: Workspace
 
 
+@kernel
+def trapezoidal(co: Coefficients) -> Coefficients:
+    """The same with a spectral radius of 1, which is the trapezoidal rule."""
+    return Coefficients(0.5, 0.5, 0.25, 0.5, co.tolerance, 0.25 - 1 / 6, co.reuse)
+
+
 def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -> Coefficients:
     """Arnold and Bruls' optimal parameters for the spectral radius xi."""
     xi = spectral_radius
     alpha_m, alpha_f = (2 * xi - 1) / (xi + 1), xi / (xi + 1)
     beta = 0.25 * (1 + alpha_f - alpha_m) ** 2
-    return Coefficients(
-        alpha_m,
-        alpha_f,
-        beta,
-        0.5 + alpha_f - alpha_m,
-        tolerance,
-        abs(beta + 0.5 * (alpha_m - alpha_f) - 1 / 6),
-        reuse,
-    )
+    gamma, error = 0.5 + alpha_f - alpha_m, abs(beta + 0.5 * (alpha_m - alpha_f) - 1 / 6)
+    return Coefficients(alpha_m, alpha_f, beta, gamma, tolerance, error, reuse)
 
 
 def workspace(n: int) -> Workspace:

@@ -165,7 +165,7 @@ def integrate(
     table, reactions, located, _ = record
     write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
     contact, clock, n_rows, n_events, code = loop.advance(
-        old, new, start.contact, clock, plan, integrator, plain.co, probe, without_body,
+        old, new, start.contact, clock, plan, integrator, probe, without_body,
         record._replace(rows=table[1:], reactions=reactions[1:]),
     )  # fmt: skip
     events = tuple(

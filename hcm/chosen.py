@@ -161,8 +161,9 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     """`settings_for` any accuracy, as a run that is judged may need a smaller one."""
     phalanges = scene.finger.phalanges
     fall = rods_fall(scene)
-    law = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions)
-    hertz = law.k if scene.assumptions.has("hertz") and fall is not None else None
+    hertz = None
+    if scene.assumptions.has("hertz") and fall is not None:
+        hertz = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions).k
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
     flight = _flight(accuracy, scene, fall, frequency, stated)
     lumped = not scene.assumptions.any

@@ -77,6 +77,8 @@ def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
 def torques_on_nodes(drive: Drive, count: int) -> tuple[Piece, ...]:
     """Pieces of the torques on a chain's driven nodes, in the order of `acting_joints`."""
     joint, sign = acting_joints(drive, count)
+    if drive.table is None and not joint.size:
+        return (Piece(0.0, math.inf, np.zeros((2, 0))),)
     return _pieces(drive, sign * torque_rows(drive, count)[:, joint])
 
 

@@ -13,8 +13,9 @@ from hcm.state import Plan
 
 # of a flight as rods, beside one that decides, over the surface's depth
 RODS_TOLERANCE = 1e-6
-# what of a plan decides on such a flight
-DECIDES_FLIGHT = ("flight_step", "end_time", "flight_tolerance", "max_flight_time", "iterations")
+# what of a plan such a flight knows nothing of
+OF_CONTACT = {"contact_step", "taps", "contact_tolerance", "max_contact_time", "undamped"}
+OF_FLIGHT = tuple(of for of in Plan._fields if of not in OF_CONTACT)
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Fall:
 
     def serves(self, plan: Plan) -> bool:
         """Whether a run of the same scene by this plan begins with the same flight."""
-        return all(getattr(plan, of) == getattr(self.plan, of) for of in DECIDES_FLIGHT)
+        return all(getattr(plan, of) == getattr(self.plan, of) for of in OF_FLIGHT)
 
 
 def rods_fall(scene: Scene) -> Fall | None:

@@ -6,6 +6,7 @@ are taken away. Axisymmetric: a half-ball on a rod is pressed on a plane, with s
 St. Venant-Kirchhoff's law, and Hertz's indentation and the rod's shortening are taken away.
 """
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -153,6 +154,22 @@ def test_a_pulse_takes_energy_with_it(degrees: float, rise: float) -> None:
     closed = -0.365 + 0.22 * np.sin(np.radians(degrees)) ** 2 - RADIATED
     assert c == pytest.approx(closed, abs=0.06)
     assert np.std(terms @ (c, lag) - rest[inner]) < 0.6 * np.std(terms @ (c, 0.0) - rest[inner])
+
+
+@pytest.mark.parametrize(("length", "growth"), [(5.0, 1.0), (8.0, 3.4)])
+def test_the_rates_share_grows_with_the_rise_by_the_phalanxs_length(
+    length: float, growth: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """D of a rise of 11 over D of one of 5: no memory of the tip's own has both."""
+    monkeypatch.setattr(sys.modules[__name__], "LENGTH", length)
+    found = []
+    for rise in (5.0, 11.0):
+        time = np.linspace(0.0, 2 * rise, 4 * STEPS + 1)
+        force = np.sin(0.5 * np.pi * time / rise) ** 1.5
+        rest = left_over(30.0, time[1], force)[:, 0, 0]
+        terms = np.stack([force, -np.gradient(force, time)], axis=1)
+        found.append(np.linalg.lstsq(terms[3:-3], rest[3:-3])[0][1])
+    assert found[1] / found[0] == pytest.approx(growth, abs=0.5)
 
 
 class HalfBall:

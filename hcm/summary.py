@@ -97,11 +97,11 @@ def summarize(
     first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest = extremes(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
-    if not stages:
-        peak_time, peak = vertex(time, fn, first, end, largest_fn)
-    else:
+    if stages:
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
         impulse = stage_impulse(time, fn, history.mode, tableau(stages).b, first, end)
+    else:
+        peak_time, peak = vertex(time, fn, first, end, largest_fn)
     of_tap = [e for e in events if e.time_s <= last]
     kinds = [e.kind for e in of_tap]
     first_peak = None

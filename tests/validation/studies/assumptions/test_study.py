@@ -129,11 +129,11 @@ def test_every_variant_flies_as_the_reference_and_the_last_one_not(
     monkeypatch: Patch, tmp_path: Path
 ) -> None:
     asked: list[dict[str, Any]] = []
-    least: list[list[float] | None] = []
+    until: list[list[float] | None] = []
 
     def swept(table: pd.DataFrame, name: str, models: list[dict[str, Any]], *rest: object) -> Any:
         asked.extend(models)
-        least.append(table[study.LEAST].tolist() if study.LEAST in table else None)
+        until.append(table[study.UNTIL].tolist() if study.UNTIL in table else None)
         return xarray.Dataset({"n": ("model", np.ones(len(models)))})
 
     monkeypatch.setattr(study, "_swept", swept)
@@ -146,7 +146,7 @@ def test_every_variant_flies_as_the_reference_and_the_last_one_not(
     assert asked[-1]["set"] == asked[-2]["set"] == refined["set"]
     names = [asked[-2]["variant"], asked[-1]["variant"]]
     assert names == [study.ELASTIC, study.OWN]
-    assert least == [[2e-4, 0.0], None]  # the last one ends its tap by its own rule
+    assert until == [[2e-4, 0.0], None]  # the last one ends its tap by its own rule
 
 
 def test_a_rule_is_rarely_wrong_where_it_was_fitted_and_finds_the_quantity() -> None:

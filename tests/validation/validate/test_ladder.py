@@ -151,7 +151,7 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     assert header == ",".join(Comparison.__annotations__)
     assert header == "rung,scene,quantity,reduced,reference,reference_uncertainty,error_percent"
     said = [*peak_sentences(tables["ladder"]), *cause_sentences(tables["ladder_causes"])]
-    assert "0.6 % below the solid's (known to 0.2 %)" in said[0]
+    assert "0.6 % below the solid's (known to 0.15 %)" in said[0]
     assert "14.3 % below" in said[1]
     assert "from the blind prediction's 80.7 N to the reference's 94.2 N" in said[2]
     assert "it is +13.5 N: +13.0 N with sphere, +0.7 N with own contact" in said[2]

@@ -109,7 +109,7 @@ def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
             continue
         band = ""
         if row.reference_uncertainty is not None:
-            band = f" (known to {100 * row.reference_uncertainty / row.reference:.1f} %)"
+            band = f" (known to {100 * row.reference_uncertainty / row.reference:.2g} %)"
         own_flight = own.get((row.rung, row.scene))
         end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
         result.append(

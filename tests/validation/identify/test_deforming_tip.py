@@ -6,7 +6,6 @@ are taken away. Axisymmetric: a half-ball on a rod is pressed on a plane, with s
 St. Venant-Kirchhoff's law, and Hertz's indentation and the rod's shortening are taken away.
 """
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -28,13 +27,13 @@ NU, LENGTH, PATCH, STEPS = 0.4, 8.0, 0.25, 30
 ROD = 3.0  # of the axisymmetric body, between the ball's centre and its clamped end
 
 
-def solid(degrees: float) -> tuple[Any, Numbers, Numbers, Numbers]:
+def solid(degrees: float, length: float) -> tuple[Any, Numbers, Numbers, Numbers]:
     """K, M (diagonal), the loads into the body and along it, and these directions; half a body."""
     angle = np.radians(90.0 - degrees)
     sizes = meshes.Sizing(
         section_size=1 / 5, axial_size=1 / 3.5, tip_size=0.1, contact_angle=angle, growth=1.2
     )
-    mesh = meshes.finger_hexahedra(meshes.FingerGeometry((LENGTH,), (2.0,)), sizes)
+    mesh = meshes.finger_hexahedra(meshes.FingerGeometry((length,), (2.0,)), sizes)
     _, body = last_phalanx(mesh)
     points, facets = body.points, body.facet_sets["surface"]
     _, _, place, frame = touch_frame(body, angle)
@@ -52,16 +51,16 @@ def solid(degrees: float) -> tuple[Any, Numbers, Numbers, Numbers]:
     )
     mass = np.zeros(len(points))
     np.add.at(mass, body.cells, np.repeat(volume[:, None] / 8, 8, axis=1))
-    mass *= (np.pi * (LENGTH - 1) + 2 * np.pi / 3) / 2 / mass.sum()
+    mass *= (np.pi * (length - 1) + 2 * np.pi / 3) / 2 / mass.sum()
     free = np.setdiff1d(np.arange(3 * len(points)), 3 * body.node_sets["symmetry"] + 2)
     loads = np.stack([np.outer(mean, d).ravel()[free] / 2 for d in frame[:2]], axis=1)
     stiffness = _stiffness(points, body.cells, Material(1.0, NU, 1.0))
     return stiffness[free][:, free].tocsc(), np.repeat(mass, 3)[free], loads, frame[:2, :2]
 
 
-def beam(directions: Numbers, elements: int = 8) -> tuple[Numbers, Numbers, Numbers]:
+def beam(directions: Numbers, length: float, elements: int = 8) -> tuple[Numbers, Numbers, Numbers]:
     """K, M and the loads of the reduced model's straight beam with its rigid half-ball."""
-    el, area, inertia = (LENGTH - 1) / elements, np.pi, np.pi / 4
+    el, area, inertia = (length - 1) / elements, np.pi, np.pi / 4
     phi = 24 * (1 + NU) * inertia / (6 * (1 + NU) ** 2 / (7 + 12 * NU + 4 * NU**2) * area * el**2)
     points, weights = np.polynomial.legendre.leggauss(6)
     x, ds = 0.5 * (1 + points), 0.5 * weights * el
@@ -105,10 +104,10 @@ def moved(
     return np.array(found)
 
 
-def left_over(degrees: float, dt: float, pulse: Numbers) -> Numbers:
+def left_over(degrees: float, dt: float, pulse: Numbers, length: float = LENGTH) -> Numbers:
     """(N, probe, load) displacements of the solid less those of the beam and the half-space."""
-    stiffness, mass, loads, directions = solid(degrees)
-    own, inertia, pushes = beam(directions)
+    stiffness, mass, loads, directions = solid(degrees, length)
+    own, inertia, pushes = beam(directions, length)
     options = {"SymmetricMode": True}
     factors = sl.splu(
         (sp.diags(mass) + 0.25 * dt**2 * stiffness).tocsc(),
@@ -138,38 +137,40 @@ def test_the_parts_between_contact_and_centre_lag(degrees: float) -> None:
     assert -found[0, 1] == pytest.approx(0.34 - 0.16 * steep, abs=0.09)
 
 
+def hertzian(
+    degrees: float, rise: float, steps: int, length: float = LENGTH
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Of a pulse like Hertz's: F and -F. (N, 2), what is left over (N,), and the c and D that fit
+    it best; ends left out.
+    """
+    time = np.linspace(0.0, 2 * rise, steps + 1)
+    force = np.sin(0.5 * np.pi * time / rise) ** 1.5
+    inner = slice(3, -3)
+    rest = left_over(degrees, time[1], force, length)[inner, 0, 0]
+    terms = np.stack([force, -np.gradient(force, time)], axis=1)[inner]
+    return terms, rest, np.linalg.lstsq(terms, rest)[0]
+
+
 @pytest.mark.parametrize("rise", [6.0, 10.0])
 @pytest.mark.parametrize("degrees", [30.0, 60.0])
 def test_a_pulse_takes_energy_with_it(degrees: float, rise: float) -> None:
     """c and D of c F - D F. that fit a pulse like Hertz's best, both to what `hcm.contact.build`
     says of them; without D more is left.
     """
-    time = np.linspace(0.0, 2 * rise, 2 * STEPS + 1)
-    force = np.sin(0.5 * np.pi * time / rise) ** 1.5
-    rest = left_over(degrees, time[1], force)[:, 0, 0]
-    inner = slice(3, -3)
-    terms = np.stack([force, -np.gradient(force, time)], axis=1)[inner]
-    (c, lag), *_ = np.linalg.lstsq(terms, rest[inner])
+    terms, rest, (c, lag) = hertzian(degrees, rise, 2 * STEPS)
     assert lag == pytest.approx(RADIATION, abs=0.09)
     closed = -0.365 + 0.22 * np.sin(np.radians(degrees)) ** 2 - RADIATED
     assert c == pytest.approx(closed, abs=0.06)
-    assert np.std(terms @ (c, lag) - rest[inner]) < 0.6 * np.std(terms @ (c, 0.0) - rest[inner])
+    assert np.std(terms @ (c, lag) - rest) < 0.6 * np.std(terms @ (c, 0.0) - rest)
 
 
 @pytest.mark.parametrize(("length", "growth"), [(5.0, 1.0), (8.0, 3.4)])
 def test_the_rates_share_grows_with_the_rise_by_the_phalanxs_length(
-    length: float, growth: float, monkeypatch: pytest.MonkeyPatch
+    length: float, growth: float
 ) -> None:
     """D of a rise of 11 over D of one of 5: no memory of the tip's own has both."""
-    monkeypatch.setattr(sys.modules[__name__], "LENGTH", length)
-    found = []
-    for rise in (5.0, 11.0):
-        time = np.linspace(0.0, 2 * rise, 4 * STEPS + 1)
-        force = np.sin(0.5 * np.pi * time / rise) ** 1.5
-        rest = left_over(30.0, time[1], force)[:, 0, 0]
-        terms = np.stack([force, -np.gradient(force, time)], axis=1)
-        found.append(np.linalg.lstsq(terms[3:-3], rest[3:-3])[0][1])
-    assert found[1] / found[0] == pytest.approx(growth, abs=0.5)
+    early, late = (hertzian(30.0, rise, 4 * STEPS, length)[2][1] for rise in (5.0, 11.0))
+    assert late / early == pytest.approx(growth, abs=0.5)
 
 
 class HalfBall:

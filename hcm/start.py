@@ -131,8 +131,12 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
         model.generalized_alpha, model.probe, model.outline, rows, reactions, model.frames,
     )  # fmt: skip
     if above < flight.time.size:
-        time, states, accelerations = (part[: above + 1] for part in flight[:3])
-        cut = flight._replace(time=time, states=states, accelerations=accelerations, code=BLOCKED)
+        cut = flight._replace(
+            time=flight.time[: above + 1],
+            states=flight.states[: above + 1],
+            accelerations=flight.accelerations[: above + 1],
+            code=BLOCKED,
+        )
         return start_after_flight(model, rods, cut)
     touched = flight.code == TOUCHED
     segment = first_segment(

@@ -189,7 +189,7 @@ def integrate_flight(
             load += (table[:, :1] - piece.begin_s) * piece.torques[1]
         if parts:  # what the torque jumps by; the first row is the last piece's
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
-        withheld = np.array([kept] * len(table))
+        withheld = np.full(len(table), kept)
         if rises:
             withheld += _withheld(table, begin, piece.torques[1])
         before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)

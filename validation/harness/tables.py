@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def rounded(value: Any) -> str:
-    """A number with four significant digits, a text as it is, nothing for nothing."""
-    if value is None or (isinstance(value, float) and math.isnan(value)):
+    """A number with four significant digits, a text as it is, nothing where nothing is known."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)

@@ -242,6 +242,7 @@ def test_headline_judges_by_what_both_runs_state(
     [
         (None, ""),
         (float("nan"), ""),
+        (float("inf"), ""),  # an error of which nothing is known
         (64.4748, "64.47"),
         (0.00012345, "0.0001234"),
         (21473.0, "21473"),

@@ -1,9 +1,9 @@
 """How a key of the scene varies in a sweep: a range, a list, or a distribution of scipy.stats."""
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 from pydantic_core import PydanticCustomError
 
 from validation.errors import UserError
@@ -41,7 +41,10 @@ def quantity_of(key: str) -> Quantity | None:
     *path, name = key.split(".")
     for part in path:
         solver = table is SolverTable
-        table = SOLVER_TABLES[part]() if solver else table.model_fields[part].annotation
+        kind: Any = SOLVER_TABLES[part]() if solver else table.model_fields[part].annotation
+        # drive.torques is a list or a table
+        kinds = (kind, *get_args(kind))
+        table = next(k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel))
     found = [q for q in table.model_fields[name].metadata if isinstance(q, Quantity)]
     return found[0] if found else None
 

@@ -184,6 +184,14 @@ def test_a_plans_scene_lies_beside_it(tmp_path: Path) -> None:
         read_plan(written(tmp_path, PLAN.replace('"soft"', '"own.toml"')))
 
 
+def test_torques_over_time_vary_by_their_columns(tmp_path: Path) -> None:
+    vary = '[vary]\n"drive.torques.time" = { values = [[0.0, 0.1], [0.0, 0.2]] }'
+    points = points_of(read_plan(written(tmp_path, HEAD + vary)))
+    assert points.overrides(0)[0].startswith("drive.torques.time=[0.0, 0.")
+    with pytest.raises(UserError, match=r"drive\.torques\.time\.values = \[-1\]: must be a list"):
+        read_plan(written(tmp_path, HEAD + vary.replace("[0.0, 0.1]", "[-1]")))
+
+
 def test_assignments_are_toml() -> None:
     assert assignment("a.b", 1e-7) == "a.b=1e-07"
     assert assignment("a.b", [0.1, True, "µ"]) == 'a.b=[0.1, true, "µ"]'

@@ -114,6 +114,7 @@ def _from_file(plan: Plan) -> PointTable:
         raise UserError(f"{origin}: is no CSV: {error}") from error
     names = [name.strip() for name in rows[0]] if rows else []
     wanted = plan.points.columns or names
+    settled = {text.partition("=")[0] for text in plan.common}.union(*(s.set for s in plan.solvers))
     for name in wanted:
         if name not in names:
             has = ", ".join(names) or "none"
@@ -121,6 +122,8 @@ def _from_file(plan: Plan) -> PointTable:
         if names.count(name) > 1:
             raise UserError(f"{origin}: column {name!r} is there twice; leave one out")
         check_key(name, f"{origin}: column {name!r}")
+        if name in settled:
+            raise UserError(f"{origin}: column {name!r} is set in the plan too; leave one out")
     columns: dict[str, list[Any]] = {name: [] for name in wanted}
     for number, row in enumerate(rows[1:], 2):
         if len(row) != len(names):

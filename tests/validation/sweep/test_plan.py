@@ -80,6 +80,7 @@ def test_a_bad_plan_is_refused_in_one_line(
     assert not (tmp_path / "sweep" / "plan" / "results.jsonl").exists()
 
 
+COARSE = '"hcm", { model = "hcm", variant = "coarse", set = { "finger.elements" = 5 } }'
 FILE = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nkind = "file"\nfile = "p.csv"\n'
 
 
@@ -96,6 +97,8 @@ FILE = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nkind = "file"\nfile = "p.csv
         (FILE, "surface.friction,surface.height\n0.1,\n", "surface.height is empty"),
         (FILE, "surface.friction,surface.friction\n0.1,0.2\n", "is there twice"),
         (FILE + 'columns = ["surface.height"]\n', "surface.friction\n1\n", "is missing: it has"),
+        (FILE + '[set]\n"surface.friction" = 0.5\n', "surface.friction\n1\n", "set in the plan"),
+        (FILE.replace('"hcm"', COARSE), "finger.elements\n9\n", "set in the plan too"),
         (FILE + "number = 4\n", "surface.friction\n1\n", "follows from the file"),
         (FILE + VARY + "{ low = 0.0, high = 1.0 }", "surface.friction\n1\n", "leave it out"),
     ],

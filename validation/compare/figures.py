@@ -22,6 +22,7 @@ LOOKS = {  # by label, of each line in the overlay
     "fem2d fast": (GREEN, "-.", 1.2),
 }
 OTHER = (GREY, "-", 1.0)
+SEEN = 0.1  # percent: what the page prints of a difference, and each of its axes shows at least
 BAND = 800  # times of the shaded band: its edges are not simplified as lines are
 NOTHING: Mapping[str, Sequence[tuple[RunRecord, RunRecord]]] = MappingProxyType({})
 
@@ -138,6 +139,8 @@ def difference_figure(
             axis.axvline(0, color=ORANGE, linewidth=1.2)
             axis.use_sticky_edges = False
             axis.margins(x=0.12)
+            low, high = axis.get_xlim()
+            axis.set_xlim(min(low, -SEEN), max(high, SEEN))
             axis.set_ylim(places[-1] - 0.6, 0.6)
             axis.locator_params("x", nbins=3)
             axis.set_title(axis.get_title("left"), fontsize=9)

@@ -13,7 +13,7 @@ import hcm.notebook
 import reference_fem.notebook
 from tests.validation.commands import Make
 from validation.compare.differences import difference
-from validation.compare.figures import assumption_bars, difference_figure, overlay_figure
+from validation.compare.figures import SEEN, assumption_bars, difference_figure, overlay_figure
 from validation.harness.page import LARGEST_VECTOR, inline
 from validation.harness.quantities import OF_A_TAP
 
@@ -71,6 +71,17 @@ def test_points_are_differences_and_bars_their_uncertainty(
         assert (step.get_x(), step.get_width()) == pytest.approx((apart, -10.0 - apart))
     names_shown = [label.get_text() for label in plt.gcf().axes[0].get_yticklabels()]
     assert names_shown == ["hcm, 5 ms", "+ shear", "refined"]
+
+
+@pytest.mark.usefixtures("figures_kept")
+@pytest.mark.parametrize("run", [True, False])
+def test_axes_of_no_difference_can_be_read(make_record: Make, tmp_path: Path, run: bool) -> None:
+    """Limits of 1e-17 would leave a single model no height for its points."""
+    reference = make_record()
+    rows = [difference("soft", "hcm", q, reference if run else None, reference) for q in OF_A_TAP]
+    difference_figure(tmp_path / "d.png", rows, [], {"hcm": "hcm", "": "fem3d"})
+    for axis in plt.gcf().axes:
+        assert axis.get_xlim() == (-SEEN, SEEN)
 
 
 @pytest.mark.usefixtures("figures_kept")

@@ -59,6 +59,14 @@ def test_reduced_models_are_compared_with_references(tmp_path: Path) -> None:
     assert row["beyond both stated errors (%)"] == pytest.approx(100.0 / 3.0)
 
 
+def test_models_that_state_no_errors_are_not_beyond_them(tmp_path: Path) -> None:
+    plan, _, data = swept(tmp_path)
+    name = "peak_normal_force_N_error"
+    (row, *_) = table(data.assign({name: data[name] * [1.0, 1.0, np.nan]}), pairs(plan))
+    assert row["scenes"] == 3
+    assert "beyond both stated errors (%)" not in row
+
+
 def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:
     _, points, data = swept(tmp_path)
     plan = read_plan(written(tmp_path, PLAN.replace('["hcm"]', MODELS.replace(', "fem3d"', ""))))

@@ -156,7 +156,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         tables = []
         if rows:
             write_table(folder, name, table_of(rows), title)
-            tables = [{"name": name, "rows": list(rows), "columns": list(rows[0])}]
+            columns = list(dict.fromkeys(name for row in rows for name in row))
+            tables = [{"name": name, "rows": list(rows), "columns": columns}]
         if rows or figures:
             entry = {"title": title, "notes": notes, "figures": figures, "tables": tables}
             sections.append(entry)

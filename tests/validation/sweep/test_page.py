@@ -11,7 +11,7 @@ import xarray
 from tests.validation.sweep.plans import PLAN, written
 from validation.sweep import dataset
 from validation.sweep.dataset import Pair
-from validation.sweep.page import command, outputs, pairs, table, variables, worst
+from validation.sweep.page import command, outputs, pairs, table, variables, worst, write_report
 from validation.sweep.plan import Plan, read_plan
 from validation.sweep.points import PointTable, points_of
 
@@ -65,6 +65,14 @@ def test_models_that_state_no_errors_are_not_beyond_them(tmp_path: Path) -> None
     (row, *_) = table(data.assign({name: data[name] * [1.0, 1.0, np.nan]}), pairs(plan))
     assert row["scenes"] == 3
     assert "beyond both stated errors (%)" not in row
+
+
+def test_a_table_shows_what_any_of_its_rows_has(tmp_path: Path) -> None:
+    plan, points, data = swept(tmp_path)
+    status = data["status"].copy(data=data["status"].values)
+    status[:, 0] = "REFUSED"  # the first pair has no scene, the second has three
+    page = write_report(tmp_path, plan, points, data.assign(status=status)).read_text()
+    assert "<th>95 of 100 below (%)</th>" in page
 
 
 def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:

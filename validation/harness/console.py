@@ -5,6 +5,7 @@ a control character in one of them could move the cursor, change colours or rewr
 """
 
 import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
@@ -60,6 +61,20 @@ def progress_bar(title: str) -> Iterator[Callable[[float, str], None]]:
         yield lambda fraction, text: bar.update(
             task, completed=fraction, what=escape(printable(text))
         )
+
+
+@contextlib.contextmanager
+def output_kept() -> Iterator[None]:
+    """Meanwhile what a model, or a program that it starts, prints goes to standard error."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 WIDTH = 31  # of the column of titles

@@ -16,7 +16,7 @@ from validation.harness.command_line import (
     Overrides,
     Source,
 )
-from validation.harness.console import output, progress_bar, say, summary_text
+from validation.harness.console import output, output_kept, progress_bar, say, summary_text
 from validation.harness.files import output_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -68,7 +68,8 @@ def run_scene(
     RunFailedError
         The run did not complete; the message says where what it had is.
     """
-    module = adapter(model)
+    with output_kept():
+        module = adapter(model)
     resumable = module.resumable
     if resume and not resumable:
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
@@ -151,6 +152,7 @@ def _stored_or_solved(
     return kept
 
 
+@output_kept()
 def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None) -> Outcome:
     """The run, solved now."""
     if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.validation.commands import Run
+from tests.validation.commands import Capture, Run, call
 from validation import models
 from validation.harness.identity import program
 from validation.models.adapter import Outcome
@@ -117,6 +118,24 @@ def test_model_that_fails_is_named_in_one_line(
     assert ended.code == 1
     assert words in ended.line
     assert "mine" in ended.line
+
+
+def test_what_a_model_prints_is_no_part_of_the_output(
+    example: ModuleType,
+    install: Callable[[Callable[[], Any]], None],
+    capfd: Capture,
+) -> None:
+    def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
+        print("itself")
+        os.system("echo echoed")
+        outcome: Outcome = example.run(scene)
+        return outcome
+
+    install(lambda: SimpleNamespace(**{**vars(example), "run": run}))
+    assert call("run", "soft", "--model", "mine", "--json") == 0
+    said = capfd.readouterr()
+    assert sorted(said.err.split("\n")) == ["", "echoed", "itself"]
+    assert json.loads(said.out)["model"] == "mine"
 
 
 def test_model_that_cannot_be_loaded_or_is_none_is_named(

@@ -107,7 +107,7 @@ def solve(
         check_run(outcome.record)
     except (UserError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script made a model may exit
         text = " ".join(str(error).split()) or "no message"
         where = ""
         if folder is not None:

@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -86,6 +87,10 @@ def _no_number() -> dict[str, Any]:
     return {**history, "normal_force_N": np.full_like(history["time_s"], np.nan)}
 
 
+def _exits(*_: Any, **__: Any) -> Outcome:
+    sys.exit()
+
+
 def _raises(*_: Any, **__: Any) -> Outcome:
     raise ZeroDivisionError("of its own\nin two lines")
 
@@ -94,6 +99,7 @@ def _raises(*_: Any, **__: Any) -> Outcome:
     ("changes", "words"),
     [
         ({"run": _raises}, "ZeroDivisionError: of its own in two lines"),
+        ({"run": _exits}, "SystemExit: no message"),
         ({"run": lambda *_: None}, "gave a NoneType"),
         ({"run": _changed(summary={"peak_normal_force_N": float("nan")})}, "peak_normal_force_N"),
         ({"run": _changed(summary={})}, "summary"),

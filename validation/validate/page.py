@@ -6,6 +6,7 @@ from typing import Any
 from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
+from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
 from validation.validate.headline import (
     differences,
@@ -78,8 +79,8 @@ def draw_fields(
     """Renders of the reference on every scene that it completed."""
     result, jobs = {}, own_jobs(runs.plan)
     for scene in runs.scenes:
-        if scene in runs.plan.data:
-            continue
+        if scene in runs.plan.data or adapter(runs.plan.reference).kind == "reduced":
+            continue  # forces alone
         result[scene] = Renders({}, "no completed run to draw")
         if (run := runs.reference(scene)) is not None:
             wanted = (*STILL, "pressure", *[INTERACTIVE] * interactive)

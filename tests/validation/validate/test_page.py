@@ -197,6 +197,14 @@ def test_fields_are_drawn_from_the_folders_that_runs_are_written_to(
     assert set(drawn) <= written
 
 
+def test_a_reference_without_fields_has_none_to_draw(make_record: Make, tmp_path: Path) -> None:
+    plan = Plan({"soft": "soft"}, reference="hcm-refined")
+    runs = Runs((make_record(), make_record("soft", "hcm-refined")), plan)
+    (tmp_path / "figures").mkdir()
+    validate_command.report(tmp_path, runs, NO_LADDER)
+    assert "Fields of the reference" not in page(tmp_path)
+
+
 def test_missing_libraries_are_found_before_vtk_crashes(monkeypatch: Patch, tmp_path: Path) -> None:
     def no_library(name: str) -> None:
         raise OSError(name)

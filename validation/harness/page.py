@@ -7,7 +7,7 @@ from typing import Any
 
 from validation.harness.files import write_text
 from validation.harness.tables import rounded
-from validation.harness.uncertainty import with_error
+from validation.harness.uncertainty import two_digits, with_error
 
 LARGEST_VECTOR = 1_000_000
 """Bytes of an SVG that a page holds in a PNG's place; one of many points is slow to show."""
@@ -61,5 +61,5 @@ def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
         lstrip_blocks=True,
     )
     environment.filters |= {"inline": inline, "signed": signed, "number": number}
-    environment.filters |= {"with_error": bar, "worded": worded}
+    environment.filters |= {"with_error": bar, "two_digits": two_digits, "worded": worded}
     write_text(path, environment.get_template(template).render(context))

@@ -23,3 +23,8 @@ def with_error(value: float, error: float | None) -> str:
     up = math.ceil(error * 10.0**places * (1.0 - 1e-9)) / 10.0**places
     digits = max(places, 0)
     return f"{round(value, places):.{digits}f} +- {up:.{digits}f}"
+
+
+def two_digits(value: float) -> str:
+    """A number that only says how large something is: ``0.53``, ``160``."""
+    return f"{float(f'{value:.2g}'):g}"

@@ -14,6 +14,7 @@ from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.tables import table_of, write_table
+from validation.harness.uncertainty import two_digits
 from validation.models import adapter, default_accuracy
 from validation.scenes.load import changed_scene
 from validation.scenes.solver_tables import NO_ACCURACY
@@ -172,8 +173,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
     if chosen:
         apart = table(data, chosen)
         lead += [
-            f"{row['models']}, {row['quantity']}: {row['median (%)']:.2g} % apart in the median of"
-            f" {row['scenes']} scenes, {row['largest (%)']:.2g} % at most."
+            f"{row['models']}, {row['quantity']}: {two_digits(row['median (%)'])} % apart in the"
+            f" median of {row['scenes']} scenes, {two_digits(row['largest (%)'])} % at most."
             for row in apart
             if "median (%)" in row and row["quantity"] == COMPARED[0].title
         ]

@@ -13,6 +13,7 @@ from validation.errors import UserError
 from validation.harness.files import write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
+from validation.harness.uncertainty import two_digits
 from validation.models import adapter, model_names
 from validation.scenes.load import BUILT_IN, NamedScene, load_scene
 from validation.scenes.messages import show
@@ -117,7 +118,7 @@ def told(row: Difference) -> str:
         return f"{where}: nothing to compare"
     known = "with no stated error"
     if verdict.uncertainty is not None:
-        known = f"known to {verdict.uncertainty:.2g} %"
+        known = f"known to {two_digits(verdict.uncertainty)} %"
     difference = f"{where} {verdict.difference:+.2f} % ({known})"
     return f"{difference}, tolerance {row.tolerance:g} %: {outcome(row)}"
 

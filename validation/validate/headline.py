@@ -4,6 +4,7 @@ from validation.compare.differences import Difference, difference
 from validation.compare.verdict import unit_slip
 from validation.harness.page import signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
+from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, left_out
 from validation.validate.plan import REDUCED, REFINED, Runs
 
@@ -82,7 +83,7 @@ def sentences(rows: list[Difference]) -> list[str]:
         )
         u = row.verdict.uncertainty
         if u is not None:
-            text += f" (known to {u:.2g} %: {row.verdict.judgement})"
+            text += f" (known to {two_digits(u)} %: {row.verdict.judgement})"
         result.append(text + ".")
     return result
 

@@ -10,7 +10,7 @@ from tests.validation.commands import Make, Run
 from validation.harness.console import summary_text
 from validation.harness.quantities import ESTIMATED
 from validation.harness.stored_run import read_record, write_record
-from validation.harness.uncertainty import with_error
+from validation.harness.uncertainty import two_digits, with_error
 
 ERRORS = {
     "contact_time_s": math.inf,
@@ -39,6 +39,11 @@ ERRORS = {
 )
 def test_an_error_decides_the_digits(value: float, error: float | None, text: str) -> None:
     assert with_error(value, error) == text
+
+
+def test_how_large_something_is_needs_no_power_of_ten() -> None:
+    values = (0.526, 9.96, 155.1, 2286.0)
+    assert [two_digits(value) for value in values] == ["0.53", "10", "160", "2300"]
 
 
 def test_the_terminal_and_json_show_errors(make_record: Make) -> None:

@@ -13,6 +13,7 @@ from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import signed, write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
+from validation.harness.uncertainty import two_digits
 from validation.studies.evidence.rows import LEVELS, Piece, Row
 
 WIDTH, LINE = 3.5, 0.42  # of the figure, and of a piece in it, inches
@@ -46,7 +47,7 @@ def told(row: Row) -> str:
         return word(row)
     u = row.verdict.uncertainty
     e = signed(row.verdict.difference, min(6, max(1, 1 - math.floor(math.log10(u or 1.0)))))
-    return f"{e[:-2]} \N{PLUS-MINUS SIGN} {u:{'.2g' if u < 99.5 else '.0f'}} %: {word(row)}"
+    return f"{e[:-2]} \N{PLUS-MINUS SIGN} {two_digits(u)} %: {word(row)}"
 
 
 def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:

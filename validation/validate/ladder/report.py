@@ -7,6 +7,7 @@ from typing import Any
 
 from validation.harness.quantities import quantity
 from validation.harness.tables import table_of, write_table
+from validation.harness.uncertainty import two_digits
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, name_of
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import (
@@ -109,7 +110,8 @@ def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
             continue
         band = ""
         if row.reference_uncertainty is not None:
-            band = f" (known to {100 * row.reference_uncertainty / row.reference:.2g} %)"
+            known = two_digits(100 * row.reference_uncertainty / row.reference)
+            band = f" (known to {known} %)"
         own_flight = own.get((row.rung, row.scene))
         end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
         result.append(

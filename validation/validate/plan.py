@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
@@ -44,13 +45,28 @@ class Plan:
 
     @property
     def notes(self) -> list[str]:
-        """What was done to the data, in lines."""
-        return [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
+        """What was done to the data, and what is left out, in lines."""
+        noted = [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
+        return noted + [
+            f"{scene}: the paper's comparison, over several meshes, is left out beside a mesh file"
+            for scene in self.on_mesh_files
+        ]
+
+    @cached_property
+    def on_mesh_files(self) -> tuple[str, ...]:
+        """Scenes that state a mesh file, which no preset, no hole and no other model can change."""
+        scenes = self.scenes.items()
+        stated = [name for name, s in scenes if load_scene(s).tables.solver.fem.mesh is not None]
+        return tuple(stated if self._asked_in_full else ())
+
+    @property
+    def _asked_in_full(self) -> bool:
+        return self.reference == REFERENCE[0] and REDUCED[0] in self.models and not self.data
 
     @property
     def in_full(self) -> bool:
         """Whether the paper's comparison is made: its ladder, meshes, penalties and holes."""
-        return self.reference == REFERENCE[0] and REDUCED[0] in self.models and not self.data
+        return self._asked_in_full and not self.on_mesh_files
 
 
 PAPER = Plan()

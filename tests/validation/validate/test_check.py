@@ -113,6 +113,20 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
     assert [len(group) for group in refined] == [1, 1, 11 + 10]  # step by step, and each left out
 
 
+def test_a_mesh_file_stands_alone(tmp_path: Path) -> None:
+    """No preset, hole or plane model can have its mesh: their runs would fail, or be its own."""
+    path = replaced_scene(tmp_path / "mine.toml", "solver.fem.mesh=mine.vtu")
+    plan = plan_of((str(path),), "hcm", "fem3d", "")
+    assert [(job.model, job.variant) for group in work(plan) for job in group] == [
+        ("hcm", None),
+        ("fem3d", None),
+    ]
+    assert plan.notes == [
+        "mine: the paper's comparison, over several meshes, is left out beside a mesh file"
+    ]
+    assert plan_of((str(path),), "hcm", "hcm-refined", "").notes == []
+
+
 def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
     """Whatever the default, and whatever the scene asks for, to the fields of the solver's call.
 

@@ -1,6 +1,7 @@
 """Files of a run, each written whole or not at all: a temporary name, then a rename."""
 
 import contextlib
+import hashlib
 import json
 import os
 import re
@@ -20,6 +21,8 @@ from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
 
 if TYPE_CHECKING:
     import reference_fem
+
+LONGEST_NAME = 150  # file systems take 255 bytes, of which temporary names and endings need some
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,12 @@ def output_folder(path: Path) -> Path:
 
 
 def safe_name(name: str) -> str:
-    """A name that stays inside its folder, whatever the scene was called."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip(".") or "run"
+    """A name that stays inside its folder, whatever the scene was called, and is not too long."""
+    safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip(".") or "run"
+    if len(safe) <= LONGEST_NAME:
+        return safe
+    digest = hashlib.sha256(name.encode("utf-8", "surrogatepass")).hexdigest()[:8]
+    return f"{safe[:LONGEST_NAME]}-{digest}"
 
 
 def clear_run(folder: Path) -> None:

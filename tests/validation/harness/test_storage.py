@@ -101,6 +101,13 @@ def test_safe_names_stay_inside(name: str, tmp_path: Path) -> None:
     assert path.parent == tmp_path.resolve()
 
 
+def test_long_names_are_cut_and_stay_different(tmp_path: Path) -> None:
+    """As of a comparison that sets a table of torques."""
+    one, two = (safe_name("drive.torques=" + "0.01, " * 100 + end) for end in "12")
+    assert one != two
+    write_json(tmp_path / f"{one}.json", {})
+
+
 def test_peak_memory_is_the_process_own() -> None:
     before = peak_memory_MB()
     block = np.ones(30_000_000)  # 240 MB

@@ -60,11 +60,11 @@ def judge_steps(
 ) -> tuple[Status, str, tuple[str, ...]]:
     """COMPLETED, or why a first tap is no result and its figure, and cautions.
 
-    Only an end time leaves a completed run's first tap without a separation.
+    Only an end time leaves a completed run without a tap, or its first without a separation.
     """
     contact, duration = summary.contact_time_s, summary.contact_duration_s
     if contact is None:
-        return Status.COMPLETED, "", ()
+        return Status.COMPLETED, "", ("nothing touches before solver.hcm.end_time: raise it",)
     if duration is None:
         return Status.STILL_IN_CONTACT, "; end_time cuts the first tap", ()
     time, over = history.time_s, contact + duration

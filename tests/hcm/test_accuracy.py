@@ -91,6 +91,7 @@ def test_a_run_that_is_cut_has_no_other_beside_it(assumptions: str, touch: float
     result = simulate_within(1e-3, scene)
     assert result.status is (hcm.Status.COMPLETED if flies else hcm.Status.STILL_IN_CONTACT)
     assert (result.summary.contact_time_s is None) == flies
+    assert ("nothing touches" in "".join(result.cautions)) == flies
     assert result.accuracy is not None
     assert (result.errors, result.accuracy.expected) == ({}, None)
 

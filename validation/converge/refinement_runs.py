@@ -11,6 +11,7 @@ from validation.harness.store import Store
 from validation.models import solid_inputs, solid_mesh
 from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.messages import show
 from validation.scenes.scene import Scene
 
 KEPT = (
@@ -35,6 +36,11 @@ class LevelRuns:
         self._source, self._given, self._store = source, tuple(overrides), store
         self._model, self._dimension = model, solid_inputs.DIMENSIONS[model]
         self.scene: NamedScene = load_scene(source, overrides)
+        if (read := self.scene.tables.solver.fem.mesh) is not None:
+            raise UserError(
+                f"scene {self.scene.name}: solver.fem.mesh = {show(read)}: a mesh that is read has"
+                " no finer one; leave it out"
+            )
         try:
             self._start = solid_mesh.impact_state(self.scene.tables, self._dimension)
         except ValueError as error:

@@ -61,6 +61,11 @@ def test_preset_is_known_by_its_distance_and_every_refinement_but_the_penaltys()
     assert row["uncertainty_percent"] == pytest.approx(0.5 + 0.4 + 0.2 + 0.1)
 
 
+def test_a_mesh_file_is_refused_by_its_own_key(tmp_path: Path, fingertap: Run) -> None:
+    said = fingertap("converge", "soft", "--set", "solver.fem.mesh=a.vtu", "--out", tmp_path)
+    assert "solver.fem.mesh = 'a.vtu': a mesh that is read has no finer one" in said.refusal
+
+
 def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:
     assert "fem3d" in fingertap("converge", "soft", "--model", "hcm", "--out", tmp_path).refusal
 

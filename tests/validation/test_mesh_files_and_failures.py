@@ -101,6 +101,8 @@ def test_bad_mesh_files_end_with_one_line(
         ("whole.vtu", (), "fem2d", "is a 3D mesh; use --model fem3d"),
         ("whole.vtu", ("finger.phalanges=2", "drive.gravity=9"), "fem3d",
          "has 3 phalanges, the finger's number of phalanges says 2"),
+        ("whole.vtu", ("solver.fem.halvings=2",), "fem3d",
+         "solver.fem.halvings = 2: has no effect on a mesh that is read"),
         ("whole.vtu", ("solver.fem.tip_size=1e-3",), "fem3d",
          "solver.fem.tip_size = 0.001: has no effect on a mesh that is read"),
     ],

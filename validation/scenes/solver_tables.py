@@ -12,6 +12,10 @@ from validation.scenes.tables import LONGEST_M, Table, refuse, state_key
 
 ACCURACY_ADVICE = "1e-3 is 0.1 %"
 NO_ACCURACY = "none"
+SIZES = (
+    "section_size", "axial_size", "tip_size", "growth", "patch_size", "halvings", "full_volume"
+)  # fmt: skip
+"""Keys of the solid models' mesh; left out, they are the preset's."""
 DEFAULT_ACCURACY = {"hcm": 1e-3, "fem": 1e-2}
 """What `run` and `validate` ask of a solver where the scene leaves it open."""
 DECIDED = {
@@ -97,7 +101,7 @@ class FemMeshTable(AccuracyTable):
 
     @model_validator(mode="after")
     def _mesh_or_sizes(self) -> Self:
-        for key in ("section_size", "axial_size", "tip_size", "growth", "patch_size"):
+        for key in SIZES:
             value = getattr(self, key)
             if self.mesh is not None and value is not None:
                 key = f"solver.fem.{key}"

@@ -10,10 +10,11 @@ from typing import Any
 import tomli_w
 
 from validation.scenes.scene import Scene
-from validation.scenes.solver_tables import SOLVER_TABLES, SolverTable, settings_of
+from validation.scenes.solver_tables import SIZES, SOLVER_TABLES, SolverTable, settings_of
 from validation.scenes.tables import state_key
 
 WIDTH = 100  # of a new scene's lines
+BY_PRESET = (*SIZES, "contact")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -46,9 +47,12 @@ def _describe(properties: dict[str, Any], settings: type) -> None:
         entry = properties.get(state_key(field.name))
         if entry is None:
             continue
-        entry["description"] = _sentence(texts.get(field.name, ""), entry.pop("description", ""))
-        if isinstance(field.default, bool | int | float | str):
+        words = [texts.get(field.name, ""), entry.pop("description", "")]
+        if field.name in BY_PRESET:
+            words.append("Left out: the preset's.")
+        elif isinstance(field.default, bool | int | float | str):
             entry["default"] = field.default
+        entry["description"] = _sentence(*words)
 
 
 def attribute_docstrings(owner: type) -> dict[str, str]:

@@ -13,10 +13,13 @@ import tomli_w
 
 from tests.validation.commands import Run, call
 from validation.errors import UserError
+from validation.models.solid_inputs import NEEDED, solver_settings
+from validation.models.solid_mesh import sizing_of
 from validation.scenes.load import BUILT_IN, load_scene, read_document
 from validation.scenes.load import validate as read_tables
 from validation.scenes.messages import known_keys
 from validation.scenes.schema import scene_schema
+from validation.sweep.plan import assignment
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +96,17 @@ def test_new_scene_is_the_one_it_is_like_also_with_every_default_written(tmp_pat
     assert len(tomllib.loads(text)["solver"]["hcm"]) > 10
     path.write_text(text)
     load_scene(str(path))
+
+
+def test_written_defaults_of_the_solids_are_what_they_do_without(tmp_path: Path) -> None:
+    """A preset's contact law and sizes are no defaults of the solver's."""
+    assert call("new", str(tmp_path / "mine.toml")) == 0
+    text = re.sub(r"^# (\w+ = .)", r"\1", (tmp_path / "mine.toml").read_text(), flags=re.M)
+    stated = {k: v for k, v in tomllib.loads(text)["solver"]["fem"].items() if k not in NEEDED}
+    written = [assignment(f"solver.fem.{key}", value) for key, value in stated.items()]
+    one, other = load_scene("soft", written).tables, load_scene("soft").tables
+    assert solver_settings(one) == solver_settings(other)
+    assert sizing_of(one, 3) == sizing_of(other, 3)
 
 
 def test_new_scene_takes_torques_over_time(tmp_path: Path) -> None:

@@ -62,6 +62,11 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         notes.append(
             f"{idle.sum()} samples of up to {least:g} N count as no contact, without force"
         )
+    if (touch := time[tap][0]) <= 0.0:
+        notes.append(
+            f"the tap begins at {touch:.4g} s and the motion at 0 s, so its arrival says nothing; "
+            f"state when the motion starts in {beside}: time_offset_s"
+        )
     if tangential is None:
         notes.append("no tangential force: it is not compared")
     if starts.size > 1:

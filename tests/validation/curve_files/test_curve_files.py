@@ -223,6 +223,8 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
     [
         (GOOD, "", "as the whole body's, times as since the start.*half_model, time_offset_s"),
         (GOOD, "half_model = true\ntime_offset_s = 1.0", "doubled.*times less 1 s$"),
+        (GOOD, "", "begins at 0 s and the motion at 0 s, so its arrival says nothing"),
+        (GOOD, "time_offset_s = 1.0", "begins at -1 s and the motion at 0 s"),
         (GOOD, "", "the tap has 2 samples"),
         (GOOD, "", "no uncertainty is known"),
         (GOOD + "4e-4,1,0\n5e-4,0,0\n", "", "touches 2 times; .* of 6 N where the largest has 6"),

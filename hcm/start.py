@@ -126,25 +126,20 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     set_drive(end, piece_at(model.drive, end), motion.drive)
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
-    contact, clock, above, solved, left_out = write_flight(
+    contact, clock, steps, code, solved, left_out = write_flight(
         flight, model.plan.contact_step, model.settings.consistent_start, rods, motion,
         model.generalized_alpha, model.probe, model.outline, rows, reactions, model.frames,
     )  # fmt: skip
-    if above < flight.time.size:
-        cut = flight._replace(
-            time=flight.time[: above + 1],
-            states=flight.states[: above + 1],
-            accelerations=flight.accelerations[: above + 1],
-            code=BLOCKED,
-        )
-        return start_after_flight(model, rods, cut)
-    touched = flight.code == TOUCHED
-    segment = first_segment(
-        Contact(*contact), Clock(*clock), rows, reactions, flight.time.size - 1, touched, motion
-    )
-    return BeamStart(
-        motion, segment, _STATUS[flight.code] if solved else Status.NEWTON_FAILED, left_out
-    )
+    at, rows, reactions = Clock(*clock), rows[: steps + 2], reactions[: steps + 2]
+    if code == BLOCKED:
+        set_drive(at.time, piece_at(model.drive, at.time), motion.drive)
+        solved = write_first_row(
+            rows[-1], reactions[-1], model.settings.consistent_start, motion, at, IN_FLIGHT,
+            model.generalized_alpha, model.probe,
+        )  # fmt: skip
+    touched = code == TOUCHED
+    segment = first_segment(Contact(*contact), at, rows, reactions, steps, touched, motion)
+    return BeamStart(motion, segment, _STATUS[code] if solved else Status.NEWTON_FAILED, left_out)
 
 
 def start_divided(
@@ -187,18 +182,18 @@ def write_flight(
     flight: RigidFlight, step: float, consistent: bool, rods: Rods, old: Motion,
     integrator: Integrator, probe: Probe, outline: Outline, rows: Floats, reactions: Floats,
     frames: FrameTable,
-) -> tuple[tuple[float, ...], tuple[float, ...], int, bool, float]:  # fmt: skip
+) -> tuple[tuple[float, ...], tuple[float, ...], int, int, bool, float]:  # fmt: skip
     """Fill the rows, the hinges' reactions and the frames of a rigid flight.
 
-    The last row is the beams' own, at the time of the one before; `step`, s, is their first.
-    Returns the fields of the contact and of the clock there, the row of the first body below the
-    surface (with which it ends, unless the flight is known to: BLOCKED) or how many there are,
-    whether the beams' first acceleration could be found, and the largest speed that rods leave out,
-    over the tip's of approach.
+    The last row is the beams' own, at the time of the one before; `step`, s, is their first. A
+    flight ends, BLOCKED, where a body is below the surface first; that row is left to the caller
+    there, as `old` has the drive of the whole flight's end. Returns the fields of the contact and
+    of the clock there, the steps to it, how the flight ended, whether the beams' first acceleration
+    could be found, and the largest speed that rods leave out, over the tip's of approach.
     """
     beams, law = integrator.chain, integrator.law
     time, states = flight.time, flight.states
-    links, tip, frame = rods.length.size, beams.tip, 0
+    links, tip, frame, code = rods.length.size, beams.tip, 0, flight.code
     contact, clock, fastest, left_out = IN_FLIGHT, initial_clock(time[0], step), 0.0, 0.0
     for m in range(time.size):
         if m > 0:
@@ -215,8 +210,6 @@ def write_flight(
                     fill_rigid_motion(rods.between, rods.length, beams, frames.q[frame], old.v)
                 frame += 1
         fill_rigid_motion(states[m], rods.length, beams, old.q, old.v)
-        if flight.code != BLOCKED and depth(old.q, beams, outline)[1] >= 0:
-            return contact[:], clock[:], m, False, 0.0
         fill_chords(old.q, beams, old.chords)
         speed = rigid_chain.reactions(states[m], flight.accelerations[m], rods, reactions[m])
         left_out = max(left_out, speed)
@@ -232,12 +225,15 @@ def write_flight(
             fastest, 0.0,
         )  # fmt: skip
         write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
-    if flight.code == TOUCHED:
+        if depth(old.q, beams, outline)[1] >= 0:
+            code = BLOCKED
+            break
+    if code == TOUCHED:
         contact = first_contact(old, tip, law)
         clock = Clock(clock.time, clock.time, *clock[2:])
     old.acceleration[:] = 0.0
-    solved = write_first_row(
+    solved = code == BLOCKED or write_first_row(
         rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
     )
     approach = abs(clearance(states[m], rods)[1])
-    return contact[:], clock[:], time.size, solved, left_out / max(approach, 1e-300)
+    return contact[:], clock[:], m, code, solved, left_out / max(approach, 1e-300)

@@ -10,16 +10,8 @@ import hcm
 from hcm.accuracy import HELD, other_transitions, simulate_within
 from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
-from hcm.chosen import (
-    BY_WEIGHT,
-    FEW_STEPS,
-    FOLLOWING_STAGES,
-    NEWTON,
-    QUIET,
-    contact_frequency,
-    followed_frequency,
-    settings_for,
-)
+from hcm.chosen import NEWTON, contact_frequency, settings_for
+from hcm.chosen_flight import BY_WEIGHT, FEW_STEPS, FOLLOWING_STAGES, QUIET, followed_frequency
 from hcm.companion import first_tap
 from hcm.estimate import VERTEX_SHARE
 from hcm.fall import RODS_TOLERANCE, rods_fall

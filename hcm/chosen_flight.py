@@ -1,0 +1,189 @@
+"""How a finger gets to the surface where a relative error eps is wanted.
+
+Loads that come suddenly leave the beams a vibration, of speed V_0 by `rigid_chain.reactions` at the
+start, and slow ones bend them, V_1 at the touch. Rods leave out both. Collocation in few steps
+takes the bending with it, but the vibration arrives with a phase of chance. Followed is what rings
+below a frequency w_f: the tip's speed is ~ w^-p, p = 1/2 of a sudden torque, 3/2 of a sudden
+weight, and the spring passes on w^-1 of it above w_c of the contact, so that what is left out is
+eps for
+
+    w_f = w_1 r^(1/p) up to w_c, from there w_c (r (w_1/w_c)^p)^(1/(1 + p)),   r ~ V_0/(v eps),
+
+w_1 the slowest phalanx's. It turns by w_f t_c (1 + phi) in a flight of t_c, phi = (kappa l)^4/720
+on cubic elements and (s!)^2/((2 s)! (2 s + 1)!) (w_f h)^(2 s) by s stages: hence l and h, for a
+turn that is wrong by `TURN`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hcm.beam.drive import acting_joints
+from hcm.fall import Fall
+from hcm.model import Scene
+from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx
+from hcm.result import Choice
+from hcm.simulate import LARGEST_LEFT_OUT
+
+MOST_ELEMENTS = 200
+# of V_1, over the speed of approach: what it changes in the tap
+BEND_SHARE = 0.25
+# the same of V_0, and p, where torques ring the finger and where its weight does
+BY_TORQUE, BY_WEIGHT = (1.0, 0.5), (0.25, 1.5)
+# rad, of w_f at the touch, by the elements and by the steps
+TURN = 0.3
+# where a vibration shortens the steps of 5: those of 8 are 2.1 times as long, their cost 1.6 times
+FOLLOWING_STAGES = 8
+# steps where it is not, over eps^(-1/4) where it is below QUIET of the error wanted: in a dozen,
+# Newton's method fails again and again on stiff fingers; of 16 louder scenes that bend slowly 5
+# miss an accuracy of 1e-3 in 45 steps, none in 90; of quiet ones none of 80 misses 1e-2 in 17, of
+# 51 none 1e-3 in 30 (5 in 20), of 33 none 1e-4 in 53 (2 in 40)
+FEW_STEPS, FEWEST_STEPS, QUIET = 90, 5.4, 0.7
+# of the way that its weight bends a finger, the largest V over its slowest w: what sinks by more
+# than so many, its tip being as far above the surface, meets it first: all 175 that sink by 0.3 do
+# (of 1,200 scenes); torques may whirl a finger out of 200
+SUNK = 10.0
+# of the surface's depth: steps that bend the finger by so much more than a polynomial are shorter
+BENT_TOLERANCE = 1e-4
+# elements of a phalanx that bends slowly in flight: those of the contact change 32 taps at 1e-3 and
+# 1e-4 by 0.2 of the error wanted from 2 elements, 0.05 from 3 (medians)
+BENT_ELEMENTS = 4
+# of eps: errors of the rods' flight over the surface's depth
+RODS_SHARE = 1e-3
+
+Stated = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Flown:
+    """How the finger gets to the surface; elements : least ones of each phalanx."""
+
+    choices: tuple[Choice, ...]
+    error: float
+    elements: tuple[int, ...]
+    followed: bool = False
+    stages: int = STAGES
+
+
+def choose_flight(
+    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, stated: Stated
+) -> Flown:
+    """The flight for an accuracy; frequency : w_c of the contact, rad/s."""
+    one = (1,) * len(scene.finger.phalanges)
+    if fall is None:
+        return Flown((), math.inf, one)
+    rung, _ = _ringing(scene, fall)
+    skips = max(BEND_SHARE * fall.bending / fall.speed, rung)
+    stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
+    if stated.get("flight", "rigid" if stiff else "") == "rigid":
+        why = f"skipped: what bends and vibrates, {skips:.1g} of the tap"
+        return Flown(_as_rods(accuracy, why, 1.0, "the tolerance decides"), skips, one)
+    if stated.get("flight_integrator") == GENERALIZED_ALPHA:
+        return Flown((), math.inf, one)
+    way = fall.largest / _slowest(scene.finger)
+    if fall.sunk > SUNK * way and not (driven(scene) or "flight" in stated):
+        why = "skipped: the finger meets the surface before its tip does"
+        step = min(fall.time / FEW_STEPS, 1.0)
+        return Flown(_as_rods(accuracy, why, step, "when it does"), skips, one)
+    return _elastic(accuracy, scene, fall, frequency, skips, stated)
+
+
+def _ringing(scene: Scene, fall: Fall) -> tuple[float, float]:
+    """Share of the tap that the vibration may change, and p."""
+    share, decay = BY_TORQUE if driven(scene) else BY_WEIGHT
+    return share * fall.ringing / fall.speed, decay
+
+
+def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Choice, ...]:
+    """A flight as rods in steps of at most `step`, s."""
+    return (
+        Choice("flight", "rigid", why),
+        Choice("flight_step", step, why_step),
+        Choice("flight_tolerance", RODS_SHARE * accuracy, "a share of the accuracy"),
+    )
+
+
+def _elastic(
+    accuracy: float, scene: Scene, fall: Fall, frequency: float, skips: float, stated: Stated
+) -> Flown:
+    """A flight by collocation, in few steps or, where it matters, with the vibration in phase.
+
+    skips : what a flight as rods would change in the tap.
+    """
+    phalanges, whirls = scene.finger.phalanges, driven(scene)
+    rung, decay = _ringing(scene, fall)
+    elastic = (
+        Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
+        Choice("flight_integrator", GAUSS, "order 10: long steps"),
+        Choice("flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"),
+    )
+
+    def of_elements(few: int, why: str) -> tuple[Choice, ...]:
+        # torques may whirl a finger, and its tap then hangs on all that the flight does
+        return () if whirls else (Choice("flight_elements", few, why),)
+
+    # nor may whirling ones take longer steps
+    quiet = rung <= QUIET * accuracy and not whirls
+    steps = min(FEWEST_STEPS / min(accuracy, 1e-2) ** 0.25, FEW_STEPS) if quiet else FEW_STEPS
+    longest = min(fall.time / steps, 1.0)
+    if rung <= accuracy:
+        why = f"skipped: the vibration, {rung:.1g} of the tap, is not followed"
+        few = of_elements(
+            BENT_ELEMENTS, "skipped until the touch: the contact's, as it bends slowly"
+        )
+        one = (1,) * len(phalanges)
+        return Flown((*elastic, *few, Choice("flight_step", longest, why)), rung, one)
+    highest = followed_frequency(scene.finger, frequency, rung / accuracy, decay)
+    turn = TURN / (highest * fall.time)
+    stages = STAGES if _in_phase(STAGES, turn) >= highest * longest else FOLLOWING_STAGES
+    stages = stated.get("stages", stages)
+    step = min(_in_phase(stages, turn) / highest, longest)
+    why = f"the vibration, {rung:.1g} of the tap, arrives in phase up to {hz(highest)}"
+    counts = tuple([count_elements(p, highest, (720.0 * turn) ** 0.25) for p in phalanges])
+    few = of_elements(max(counts), "skipped until the touch: the contact's, above that frequency")
+    return Flown((*elastic, *few, Choice("flight_step", step, why)), 0.0, counts, True, stages)
+
+
+def _in_phase(stages: int, turn: float) -> float:
+    """Turn w h of a step at which that many stages are out of phase by the share `turn` of it."""
+    over_phase = math.comb(2 * stages, stages) * math.factorial(2 * stages + 1)
+    return (turn * over_phase) ** (1 / (2 * stages))
+
+
+def followed_frequency(finger: Finger, contact: float, share: float, decay: float) -> float:
+    """Angular frequency w_f, rad/s, above which a vibration may arrive in any phase.
+
+    contact : w_c. share : r of the vibration over the error wanted. decay : p.
+    """
+    slowest = _slowest(finger)
+    shielded = max(slowest, contact)
+    left = share * (slowest / shielded) ** decay
+    whole = slowest * share ** (1 / decay)
+    return whole if left < 1.0 else shielded * left ** (1 / (1 + decay))
+
+
+def _slowest(finger: Finger) -> float:
+    """The slowest phalanx's first angular frequency on two hinges, rad/s."""
+    return min(
+        (math.pi / p.length) ** 2 * math.sqrt(p.bending_stiffness / p.line_density)
+        for p in finger.phalanges
+    )
+
+
+def count_elements(phalanx: Phalanx, frequency: float, turn: float) -> int:
+    """Elements whose length turns a wave of that frequency, rad/s, by kappa l = `turn`."""
+    waves = (frequency**2 * phalanx.line_density / phalanx.bending_stiffness) ** 0.25
+    return min(max(math.ceil(waves * phalanx.length / turn), 1), MOST_ELEMENTS)
+
+
+def driven(scene: Scene) -> bool:
+    """Whether torques drive the finger."""
+    return acting_joints(scene.drive, len(scene.finger.phalanges))[0].size > 0
+
+
+def hz(frequency: float) -> str:
+    """An angular frequency, rad/s, in Hz."""
+    return f"{frequency / (2 * math.pi):.2g} Hz"

@@ -1,10 +1,7 @@
 """Estimated errors of the first tap's numbers, by what a companion run differs by.
 
-Two flights (`hcm.companion`: one keeps the vibration that the other damps) differ by d, seen not at
-the touch alone, which may show it in a node, but over the last `FLIGHT_SHARE` of the flight: twice
-its root mean square. On the force acts what lasts for a good part of the contact, the mean of
-d(v_n) over half its duration; a force is as wrong as the speed that causes it, |dF|/F = |dv_n|/v_n,
-and half as wrong as the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
+A force is as wrong as the speed of approach (`hcm.flight_band`), |dF|/F = |dv_n|/v_n, and half as
+wrong as the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
 
 The companion with more elements differs by 1 - 2^-p of the run's error, of the stress, whose p may
 be as low as 1, by half: that difference counts double.
@@ -30,13 +27,13 @@ from hcm.companion import (
     stretched,
     undamped,
 )
+from hcm.flight_band import flight_band, touch_band
 from hcm.parameters import GAUSS, Finger, Settings
-from hcm.result import History, Status, Summary, TapResult
+from hcm.result import Status, Summary, TapResult
 from hcm.workload import most_steps
 
 Again = Callable[[Finger, Settings], TapResult]
 
-FLIGHT_SHARE, SAMPLES = 0.1, 400
 # What a rigid flight is said to leave out is 8 to 200 times what it changes (`hcm.simulate`).
 LEFT_OUT_OVER = 8.0
 # The peak's time is the vertex of a parabola through three rows: known to this share of a step
@@ -88,72 +85,6 @@ class Estimate:
     doubt: str = ""
 
 
-def positions(history: History, time: Floats) -> Floats:
-    """Height of the tip (m) at `time`, cubic in each step by its heights and velocities."""
-    t, y, v = history.time_s, history.tip_position_m[:, 1], history.tip_velocity_m_per_s[:, 1]
-    i = np.clip(t.searchsorted(time, side="right") - 1, 0, t.size - 2)
-    h = t[i + 1] - t[i]
-    s = (time - t[i]) / np.where(h > 0.0, h, 1.0)
-    p = s * s * (3.0 - 2.0 * s)
-    return (1 - p) * y[i] + p * y[i + 1] + h * s * (1 - s) * ((1 - s) * v[i] - s * v[i + 1])
-
-
-@dataclass(frozen=True)
-class FlightBand:
-    """Twice the root mean square of what two flights differ by, at their ends.
-
-    height : m. velocity : m/s, of either component. approach : m/s, the part that lasts half the
-    contact. stress : Pa.
-    """
-
-    height: float
-    velocity: tuple[float, float]
-    approach: float
-    stress: float
-
-
-def touch_band(own: TapResult, other: TapResult) -> FlightBand:
-    """Compare two flights as rods where they end: they hold no vibration whose phase is chance."""
-    a, b = (
-        own.summary.tip_velocity_at_contact_m_per_s,
-        other.summary.tip_velocity_at_contact_m_per_s,
-    )
-    assert a is not None
-    assert b is not None
-    late = _apart(own.summary, other.summary, "contact_time_s")
-    along, across = abs(a[0] - b[0]), abs(a[1] - b[1])
-    return FlightBand(late * abs(a[1]), (along, across), across, 0.0)
-
-
-def flight_band(own: TapResult, other: TapResult) -> FlightBand:
-    """Compare two flights in the last `FLIGHT_SHARE` of the shorter."""
-    a, b = own.history, other.history
-    begin = float(a.time_s[0])
-    end = float(min(a.time_s[first_contact(own)], b.time_s[first_contact(other)]))
-    lag = min(0.5 * (own.summary.contact_duration_s or 0.0), 0.5 * (end - begin))
-    span = min(max(FLIGHT_SHARE * (end - begin), 4.0 * lag), end - begin)
-    time = np.linspace(end - span, end, SAMPLES)
-
-    def band(difference: Floats) -> float:
-        return 2.0 * math.sqrt(float(np.mean(difference * difference)))
-
-    def apart(column: Callable[[History], Floats]) -> float:
-        return band(np.interp(time, a.time_s, column(a)) - np.interp(time, b.time_s, column(b)))
-
-    velocity = (
-        apart(lambda h: h.tip_velocity_m_per_s[:, 0]),
-        apart(lambda h: h.tip_velocity_m_per_s[:, 1]),
-    )
-    height = positions(a, time) - positions(b, time)
-    approach = velocity[1]
-    if lag > 0.0:
-        earlier = time[time <= end - lag]
-        approach = band(
-            positions(a, earlier + lag) - positions(b, earlier + lag) - height[: earlier.size]
-        ) / lag  # fmt: skip
-    return FlightBand(band(height), velocity, approach, apart(lambda h: h.stress_R_Pa))
-
-
 def signed_error(own: Floats, other: Floats, factor: float = 1.0) -> float:
     """Error of the value of largest magnitude, `factor` times the difference of the extremes.
 
@@ -188,12 +119,11 @@ def compare(
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
     if theirs is None or velocity is None or other.status not in WHOLE:
         return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in NAMES}
-    band = touch_band(own, other) if rods else flight_band(own, other)
+    late = _apart(s, o, "contact_time_s")
+    band = touch_band(late, velocity, theirs) if rods else flight_band(own, other)
     vn = max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {
-        "contact_time_s": max(
-            _apart(s, o, "contact_time_s"), band.height / vn, unseen * (s.contact_duration_s or 0.0)
-        ),
+        "contact_time_s": max(late, band.height / vn, unseen * (s.contact_duration_s or 0.0)),
         "tip_velocity_at_contact_m_per_s": (
             max(abs(velocity[0] - theirs[0]), band.velocity[0], unseen * vn),
             max(abs(velocity[1] - theirs[1]), band.velocity[1], unseen * vn),

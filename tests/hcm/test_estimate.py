@@ -10,12 +10,12 @@ from hcm.estimate import (
     NAMES,
     compare,
     estimate_errors,
-    flight_band,
     later_taps,
     rival_peaks,
     signed_error,
     tap_peaks,
 )
+from hcm.flight_band import flight_band
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 ONE = hcm.Finger((replace(SOFT, youngs_modulus=65e6, elements=20),))

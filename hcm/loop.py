@@ -15,7 +15,7 @@ from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
-from hcm.integrators.stages import friction_of_step, rows_of_step, write_between
+from hcm.integrators.stage_rows import friction_of_step, rows_of_step, write_between
 from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
 from hcm.integrators.workspace import trapezoidal

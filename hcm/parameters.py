@@ -231,7 +231,7 @@ class Settings:
     `flight_tolerance` bounds what the last term of a step's polynomial adds to it."""
     contact_integrator: FlightIntegrator = GENERALIZED_ALPHA
     """Generalized-alpha, or Gauss: collocation in contact too, in far longer steps, each of which
-    has a row of the history at each stage (`hcm.integrators.stages`)."""
+    has a row of the history at each stage (`hcm.integrators.stage_rows`)."""
     stages: Annotated[int, Bound(integer=True, at_least=2, at_most=12)] = STAGES
     """Of a step of collocation, whose order is twice as many: a vibration that is kept in phase
     allows steps that grow faster with them than their cost."""

@@ -1,38 +1,24 @@
-"""What a step of collocation in contact knows between its ends: events, losses and rows by stages.
+"""The events of a step of collocation in contact, by its stages.
 
 The stages hold the step's motion to order s + 1 at c_i h. An event lies where its function first
 changes sign from one of them to the next (an end of the step among them), and is located there on
 the step's own polynomial, which then ends with it: neither takes a trial step, and the factors stay
-those of whole steps. What a sliding tip loses is a quadrature of F_t V_P, of the stages' order.
+those of whole steps.
 """
 
 import math
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Probe
-from hcm.beam.equations import lost_power, move_chords, resists_rates
+from hcm.beam.equations import move_chords
 from hcm.compiled import by_type, kernel
-from hcm.contact.contract import (
-    contact_force,
-    friction_loss,
-    particle_position,
-    particle_velocity,
-    place,
-    radiated_force,
-    radiates,
-    tip_force,
-    velocity,
-)
 from hcm.contact.events import SlotValues
-from hcm.contact.law import FLIGHT, SLIP, Contact
+from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import event_search
 from hcm.integrators.event_search import NO_EVENT, values_at
 from hcm.integrators.gauss import accelerate, move_velocities
 from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
-from hcm.integrators.step import AnyIntegrator
-from hcm.record import write_row
-from hcm.state import Clock, Motion, advance_clock
+from hcm.state import Motion
 
 # Evaluations of a step's polynomial for an event, and of the step what may be left of the bracket.
 TRIALS, RESOLUTION = 60, 1e-15
@@ -216,100 +202,4 @@ def first_event(
     return h, found, 0
 
 
-@kernel
-def friction_power(motion: Motion, contact: Contact, integrator: GaussIntegrator) -> float:
-    """-F_t V_P, W."""
-    tip, law = integrator.chain.tip, integrator.law
-    _, gap = place(motion.q, tip, contact, law)
-    vt, vn = velocity(motion.q, motion.v, tip, contact, law)
-    ft, _ = tip_force(motion.q, motion.v, tip, contact, law)
-    return -ft * particle_velocity(gap, vt, vn, contact, law)
-
-
-@kernel
-def plain_friction(
-    loss: float, h: float, old: Motion, new: Motion, contact: Contact, integrator: AnyIntegrator
-) -> float:
-    """`loss` and the step's own, J, as the law has it."""
-    tip, law = integrator.chain.tip, integrator.law
-    x0, y0 = place(old.q, tip, contact, law)
-    x1, y1 = place(new.q, tip, contact, law)
-    loss = friction_loss(loss, x0, y0, x1, y1, contact, law)
-    if radiates(law) and contact.tangential == SLIP:
-        _, fn0 = contact_force(x0, y0, contact, law)
-        _, fn1 = contact_force(x1, y1, contact, law)
-        more, _ = radiated_force(y0, fn0, old.v[tip + 1], contact, law)
-        more += radiated_force(y1, fn1, new.v[tip + 1], contact, law)[0]
-        slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
-        loss -= 0.5 * more * slid
-    return loss
-
-
-@kernel
-def stage_friction(
-    loss: float, h: float, old: Motion, new: Motion, contact: Contact, integrator: GaussIntegrator
-) -> float:
-    """The same by the stages of a tip that slides."""
-    if not integrator.contact or contact.tangential != SLIP:
-        return plain_friction(loss, h, old, new, contact, integrator)
-    for i in range(integrator.tableau.b.size):
-        stage = stage_motion(i, old, integrator)
-        loss += h * integrator.tableau.b[i] * friction_power(stage, contact, integrator)
-    return loss
-
-
-@kernel
-def no_stages(
-    h: float, contact: Contact, clock: Clock, old: Motion, integrator: AnyIntegrator, probe: Probe,
-    rows: Floats, reactions: Floats,
-) -> int:  # fmt: skip
-    """A step without stages writes none."""
-    return 0
-
-
-@kernel
-def write_stages(
-    h: float, contact: Contact, clock: Clock, old: Motion, integrator: GaussIntegrator,
-    probe: Probe, rows: Floats, reactions: Floats,
-) -> int:  # fmt: skip
-    """Write a row for each stage of an accepted step in contact; returns how many."""
-    chain, law, table = integrator.chain, integrator.law, integrator.tableau
-    if contact.normal == FLIGHT or not integrator.contact:
-        return 0
-    slides, gauss = contact.tangential == SLIP, integrator.gauss
-    power = gauss.change
-    for j in range(table.c.size):
-        stage = stage_motion(j, old, integrator)
-        power[0, j] = friction_power(stage, contact, integrator) if slides else 0.0
-        power[1, j] = 0.0
-        if resists_rates(chain, law):
-            power[1, j] = lost_power(stage.q, stage.chords, stage.v, chain, contact, law)
-    for i in range(table.c.size):
-        stage = stage_motion(i, old, integrator)
-        friction, lost = clock.friction_loss, 0.0
-        if not slides:
-            friction = plain_friction(friction, h, old, stage, contact, integrator)
-        for j in range(table.c.size):
-            friction += h * table.whole[i, j] * power[0, j]
-            lost += h * table.whole[i, j] * power[1, j]
-        at = advance_clock(clock, table.c[i] * h, friction, lost, old, stage, chain, contact, law)
-        write_row(rows[i], reactions[i], stage, at, contact, integrator, probe)
-    return int(table.c.size)
-
-
-@kernel
-def one_row(integrator: AnyIntegrator) -> int:
-    """Most rows of a step."""
-    return 1
-
-
-@kernel
-def stage_rows(integrator: GaussIntegrator) -> int:
-    """The same, with a row a stage."""
-    return integrator.tableau.c.size + 1 if integrator.contact else 1
-
-
 find_event = by_type(GaussIntegrator, first_event, event_search.first_event)
-friction_of_step = by_type(GaussIntegrator, stage_friction, plain_friction)
-write_between = by_type(GaussIntegrator, write_stages, no_stages)
-rows_of_step = by_type(GaussIntegrator, stage_rows, one_row)

@@ -27,7 +27,7 @@ from reference_fem.hertz import hertz_contact_radius
 from reference_fem.result import TapResult
 from reference_fem.settings import Material
 from reference_fem.summary import PROMINENCE
-from reference_fem.transitions import turning_points
+from reference_fem.transitions import confirmed_maxima
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
 PEAK, LATE = "peak_normal_force_N", "peak_normal_force_time_s"
@@ -169,7 +169,7 @@ def rivals(run: TapResult, errors: Mapping[str, float]) -> dict[str, float]:
             found[name] = max(errors[name], float(most - least))
     tap = (forces.time_s >= start) & (forces.time_s <= start + whole)
     normal, since = forces.normal_force_N[tap], forces.time_s[tap] - start
-    tops = np.array(turning_points(normal, PROMINENCE * normal.max(initial=0.0)).maxima, dtype=int)
+    tops = np.array(confirmed_maxima(normal, PROMINENCE * normal.max(initial=0.0)), dtype=int)
     if tops.size and LATE in errors:
         high = since[tops[normal[tops] >= normal.max() - 2.0 * errors[PEAK]]]
         apart = np.abs(high - run.summary.peak_normal_force_time_s).max(initial=0.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from reference_fem.result import ForceRecord, History, Summary
-from reference_fem.transitions import slip_states, turning_points
+from reference_fem.transitions import confirmed_maxima, slip_states
 
 # Shares of the peak normal force: a turn of F_n counts if it goes this far, ...
 PROMINENCE = 0.05
@@ -51,7 +51,7 @@ def summarize(
     tangential = forces.tangential_force_N[tap]
     top = int(np.argmax(normal))
     peak = float(normal[top])
-    turns = turning_points(normal, PROMINENCE * peak)
+    turns = confirmed_maxima(normal, PROMINENCE * peak)
     slips = (
         slip_states(normal, tangential, friction, LEAST_NORMAL * peak) if friction > 0.0 else None
     )
@@ -63,11 +63,11 @@ def summarize(
         tip_velocity_at_contact_m_per_s=tip_velocity,
         peak_normal_force_N=peak,
         peak_normal_force_time_s=float(time[top]) - contact_time,
-        first_peak_normal_force_N=float(normal[turns.maxima[0]]) if turns.maxima else None,
+        first_peak_normal_force_N=float(normal[turns[0]]) if turns else None,
         peak_tangential_force_N=float(tangential[np.argmax(np.abs(tangential))]),
         contact_duration_s=None if separation_s is None else separation_s - contact_time,
         normal_impulse_N_s=float(np.trapezoid(normal, time)),
-        compression_to_restitution=len(turns.maxima),
+        compression_to_restitution=len(turns),
         stick_to_slip=None if slips is None else slips.stick_to_slip,
         slip_to_stick=None if slips is None else slips.slip_to_stick,
         reverse_slip=None if slips is None else slips.reverse_slip,

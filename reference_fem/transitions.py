@@ -7,16 +7,8 @@ import numpy as np
 from reference_fem.arrays import Array
 
 
-@dataclass(frozen=True)
-class TurningPoints:
-    """Places of the confirmed maxima and minima of a curve, in order."""
-
-    maxima: list[int]
-    minima: list[int]
-
-
-def turning_points(force: Array, prominence: float) -> TurningPoints:
-    """Maxima and minima of F that differ from their neighbours by at least `prominence`.
+def confirmed_maxima(force: Array, prominence: float) -> list[int]:
+    """Places of the maxima of F that differ from the minima beside by at least `prominence`.
 
     dF_n/dt = -Σ k_i v_ni over the touching nodes (nodes come and go with zero force), so a
     maximum of F_n is where the contact area's stiffness-weighted mean normal velocity changes
@@ -29,18 +21,16 @@ def turning_points(force: Array, prominence: float) -> TurningPoints:
     prominence : N, greater than 0
     """
     maxima: list[int] = []
-    minima: list[int] = []
-    rising = True
-    place = 0
+    rising, place = True, 0
     for i, value in enumerate(force):
         ahead = value > force[place] if rising else value < force[place]
         if ahead:
             place = i
         elif abs(value - force[place]) >= prominence:
-            (maxima if rising else minima).append(place)
-            rising = not rising
-            place = i
-    return TurningPoints(maxima, minima)
+            if rising:
+                maxima.append(place)
+            rising, place = not rising, i
+    return maxima
 
 
 @dataclass(frozen=True)

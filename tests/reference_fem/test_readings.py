@@ -10,20 +10,19 @@ from reference_fem import Drive, ForceRecord, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
-from reference_fem.transitions import slip_states, turning_points
+from reference_fem.transitions import confirmed_maxima, slip_states
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import GEOMETRY, body
 
 
-def test_turning_points_of_two_humps() -> None:
+def test_maxima_of_three_humps() -> None:
     t = np.linspace(0, 1, 1001)
     force = np.sin(np.pi * t) * (1.2 + np.cos(4 * np.pi * t)) + 0.01 * np.sin(400 * t)
-    turns = turning_points(force, 0.1)
-    assert len(turns.maxima) == 3
-    assert len(turns.minima) == 2
-    assert t[turns.maxima[1]] == pytest.approx(0.5, abs=0.01)
-    assert len(turning_points(force, 1e-4).maxima) > 10  # the ringing that prominence leaves out
-    assert turning_points(np.zeros(5), 0.1).maxima == []
+    found = confirmed_maxima(force, 0.1)
+    assert len(found) == 3
+    assert t[found[1]] == pytest.approx(0.5, abs=0.01)
+    assert len(confirmed_maxima(force, 1e-4)) > 10  # the ringing that prominence leaves out
+    assert confirmed_maxima(np.zeros(5), 0.1) == []
 
 
 def test_slip_states_of_a_reversal() -> None:

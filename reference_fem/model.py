@@ -107,17 +107,7 @@ def build_model(
         raise ValueError(
             f"materials: {len(materials)} given for {count} phalanges; give one per phalanx"
         )
-    bodies = [_wanted(mesh.cell_sets, f"phalanx_{w}", "cell") for w in range(1, count + 1)]
-    body_nodes = [np.unique(cells[body]) for body in bodies]
-    body_of_point = np.full(len(points), -1, dtype=np.int64)
-    phalanx = np.full(len(cells), -1, dtype=np.int64)
-    for w, (body, nodes) in enumerate(zip(bodies, body_nodes, strict=True)):
-        phalanx[body], body_of_point[nodes] = w, w
-    if (phalanx < 0).any() or (body_of_point < 0).any():
-        raise ValueError(
-            "cell sets phalanx_w: some cells or nodes belong to no phalanx; every cell needs one "
-            "and every node a cell"
-        )
+    phalanx, body_of_point, body_nodes = _bodies(mesh, cells)
     young, poisson, density, relaxation, bulk = np.array(
         [
             (m.youngs_modulus, m.poisson_ratio, m.density, m.relaxation_time, m.bulk_modulus)
@@ -157,6 +147,7 @@ def build_model(
     outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
+    last = _wanted(mesh.cell_sets, f"phalanx_{count}", "cell")
     springs = contact.nodes, contact.stiffness
     limit = stable_step(kernel, *springs, symmetry, contact.damping, ties)
     step_s = settings.step_factor * limit
@@ -175,7 +166,7 @@ def build_model(
         couples=tuple(_couples(mesh, drive, mass)),
         torques=drive.torques_for(count) / copies,
         contact=contact,
-        probe=build_probe(points, cells, bodies[-1], kernel.cell_volume, mass, outline),
+        probe=build_probe(points, cells, last, kernel.cell_volume, mass, outline),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
         chain=build_chain(
             points, mass, body_nodes, hinge_points, drive.loads_for(count) / copies, drive.fall
@@ -191,6 +182,23 @@ def build_model(
         transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
         grain_s=_smallest_size(points, cells[skin]) / materials[-1].bar_speed,
     )
+
+
+def _bodies(mesh: meshes.FingerMesh, cells: Index) -> tuple[Index, Index, list[Index]]:
+    """Phalanx of each cell and of each node, from 0, and the nodes of each phalanx."""
+    phalanx = np.full(len(cells), -1, dtype=np.int64)
+    body_of_point = np.full(len(mesh.points), -1, dtype=np.int64)
+    body_nodes = []
+    for w in range(mesh.phalanges):
+        body = _wanted(mesh.cell_sets, f"phalanx_{w + 1}", "cell")
+        body_nodes.append(np.unique(cells[body]))
+        phalanx[body], body_of_point[body_nodes[w]] = w, w
+    if (phalanx < 0).any() or (body_of_point < 0).any():
+        raise ValueError(
+            "cell sets phalanx_w: some cells or nodes belong to no phalanx; every cell needs one "
+            "and every node a cell"
+        )
+    return phalanx, body_of_point, body_nodes
 
 
 def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Couple]:

@@ -10,7 +10,7 @@ import numba
 
 import meshes
 from reference_fem.arrays import Progress
-from reference_fem.coarse_flight import coarse_flight
+from reference_fem.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
 from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
@@ -123,7 +123,7 @@ def _solve(
     restart: Restart | None,
     flight_mesh: meshes.FingerMesh | None = None,
 ) -> _Solved:
-    """The run itself."""
+    """The run itself, from the start or from where a restart file left it."""
     with _threads(settings.threads, len(mesh.cells)):
         started = time.perf_counter()
         if progress is not None:
@@ -154,58 +154,68 @@ def _solve(
             recorder.restore(archive)
             result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)
             return _Solved(model, result)
-        chain, rigid = chain_and_start(model.chain, start)
-        clearance = surface_gap(model, chain)(rigid.angles)
-        if clearance <= 0.0:
-            raise ValueError(
-                f"height = {surface.height}: the surface cuts {-clearance:.3g} m into the finger "
-                "at the start; it must lie below it"
-            )
-        origin = chain.energy(rigid) * model.copies
-        flown, withheld = None, 0.0
-        if settings.flight == "rigid":
-            if progress is not None:
-                progress(0.0, "rigid flight")
-            try:
-                flown = descent(model, chain, rigid, settings)
-            except KeyboardInterrupt:
-                how = Status.INTERRUPTED, "interrupted in the rigid flight"
-                return _Solved(model, _without_contact_window(model, settings, started, *how))
-            if flown is None:
-                longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
-                message = (
-                    f"height = {surface.height}: the surface is not reached within {longest:.6g} s"
-                )
-                how = Status.NOT_REACHED, message
-                return _Solved(model, _without_contact_window(model, settings, started, *how))
-            begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
-            withheld = chain.torques.withheld(
-                lambda time: flown.state_at(time).angles, begin, rigid.time_s
-            )
-        first = model if coarse is None else coarse.model
-        check_work(first, settings, rigid.time_s)
-        displacement, velocity = pose(chain, rigid, first.points, first.body_of_point)
-        loop_state = first_loop_state(
-            first, displacement, velocity, rigid.time_s, origin, rigid.angles, withheld
+        return _fall(model, settings, start, coarse, reporting)
+
+
+def _fall(
+    model: Model,
+    settings: Settings,
+    start: ChainState | None,
+    coarse: CoarseFlight | None,
+    reporting: Reporting,
+) -> _Solved:
+    """From the start to the tap: a rigid flight, or explicit steps all the way."""
+    chain, rigid = chain_and_start(model.chain, start)
+    height, clearance = model.surface.height, surface_gap(model, chain)(rigid.angles)
+    if clearance <= 0.0:
+        raise ValueError(
+            f"height = {height}: the surface cuts {-clearance:.3g} m into the finger "
+            "at the start; it must lie below it"
         )
-        loop_state = replace(loop_state, coarse=coarse is not None)
-        tap = explicit_tap(model, settings, loop_state, reporting, flight=coarse)
-        return _Solved(model, tap, flown)
+    origin = chain.energy(rigid) * model.copies
+    flown, withheld = None, 0.0
+    if settings.flight == "rigid":
+        if reporting.progress is not None:
+            reporting.progress(0.0, "rigid flight")
+        try:
+            flown = descent(model, chain, rigid, settings)
+        except KeyboardInterrupt:
+            how = Status.INTERRUPTED, "interrupted in the rigid flight"
+            return _without_contact_window(model, settings, reporting, *how)
+        if flown is None:
+            longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
+            message = f"height = {height}: the surface is not reached within {longest:.6g} s"
+            how = Status.NOT_REACHED, message
+            return _without_contact_window(model, settings, reporting, *how)
+        begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
+        withheld = chain.torques.withheld(
+            lambda time: flown.state_at(time).angles, begin, rigid.time_s
+        )
+    first = model if coarse is None else coarse.model
+    check_work(first, settings, rigid.time_s)
+    displacement, velocity = pose(chain, rigid, first.points, first.body_of_point)
+    loop_state = first_loop_state(
+        first, displacement, velocity, rigid.time_s, origin, rigid.angles, withheld
+    )
+    loop_state = replace(loop_state, coarse=coarse is not None)
+    tap = explicit_tap(model, settings, loop_state, reporting, flight=coarse)
+    return _Solved(model, tap, flown)
 
 
 def _without_contact_window(
-    model: Model, settings: Settings, started: float, status: Status, message: str
-) -> TapResult:
+    model: Model, settings: Settings, reporting: Reporting, status: Status, message: str
+) -> _Solved:
     """A result without an explicit run."""
     recorder = Recorder(settings)
     summary = Summary(
-        wall_time_s=time.perf_counter() - started,
+        wall_time_s=time.perf_counter() - reporting.started,
         steps=0,
         elements=model.copies * len(model.cells),
         time_step_s=model.step_s,
     )
     message = f"{message}: {status.advice}"
-    return TapResult(status, message, recorder.history(), recorder.forces(), (), summary)
+    tap = TapResult(status, message, recorder.history(), recorder.forces(), (), summary)
+    return _Solved(model, tap)
 
 
 @contextmanager

@@ -146,9 +146,9 @@ def _fields_of(entry: Path) -> Path:
         Something else is there.
     """
     folder = entry / FIELDS
-    paths = sorted(folder.iterdir(), key=lambda p: (p.suffix, p.name)) if folder.exists() else []
-    wanted = ["tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(len(paths) - 1))]
-    if paths and not ([p.name for p in paths] == wanted and all(p.is_file() for p in paths)):
+    paths = list(folder.iterdir()) if folder.exists() else []
+    wanted = {"tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(len(paths) - 1))}
+    if paths and not ({p.name for p in paths} == wanted and all(p.is_file() for p in paths)):
         raise ValueError(f"{FIELDS} holds {len(paths)} files that are no index and its steps")
     return folder
 

@@ -21,7 +21,15 @@ from validation.harness.store import (
     Store,
     key,
 )
-from validation.harness.stored_run import HISTORY, RECORD, keep_run, load_run
+from validation.harness.stored_run import (
+    FIELDS,
+    HISTORY,
+    RECORD,
+    keep_run,
+    load_run,
+    restore_run,
+    write_record,
+)
 
 INPUTS = {"a": 1}
 
@@ -52,6 +60,22 @@ def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> No
     for name, array in odd.items():
         assert found.history[name].dtype == array.dtype
         assert found.history[name].tobytes() == array.tobytes()
+
+
+def test_a_run_with_more_than_a_thousand_fields_is_found_again(
+    make_record: Make, tmp_path: Path
+) -> None:
+    """Their numbers then have four digits: the order of names is not that of numbers."""
+
+    def write(entry: Path) -> None:
+        write_record(entry, make_record())
+        (entry / FIELDS).mkdir()
+        for name in ("tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(1001))):
+            (entry / FIELDS / name).touch()
+
+    store = Store(tmp_path / "store")
+    store.keep(INPUTS, write)
+    assert restore_run(store, INPUTS, tmp_path / "run", fields=False) is not None
 
 
 def test_a_run_that_did_not_complete_is_not_stored(make_record: Make, tmp_path: Path) -> None:

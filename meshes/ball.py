@@ -12,31 +12,30 @@ CORE = 0.5  # half side of the inner cube over the radius
 BULGE = 0.3  # how far the cube is blown up towards a ball: 0 not at all, 1 entirely
 
 
-def graded(length: float, first: float, growth: float, even: float) -> Floats:
-    """Positions from 0 to length: edges `first` up to `even`, then growing, scaled to fit."""
-    grading = Grading(first, growth, even, length)
-    nodes = grading.divide(0.0, length, max(2, grading.count(0.0, length))).nodes
-    return length * np.array([0.0, *nodes, 1.0])
+def graded(first: float, growth: float, even: float) -> Floats:
+    """Positions from 0 to 1: edges `first` up to `even`, then growing, scaled to fit."""
+    grading = Grading(first, growth, even, 1.0)
+    nodes = grading.divide(0.0, 1.0, max(2, grading.count(0.0, 1.0))).nodes
+    return np.array([0.0, *nodes, 1.0])
 
 
 def half_ball(
     radius: float,
     tip_size: float,
     growth: float,
-    everywhere: bool = False,
     patch_size: float = 0.0,
 ) -> FingerMesh:
     """Cubed ball about the origin: an inner cube and blocks out to the sphere.
 
     Edges grow by `growth` from `tip_size` at the lowest point, in all directions; within
-    `patch_size` on the surface they stay. `surface` is the lower half of the sphere, or all of it
-    with `everywhere`.
+    `patch_size` on the surface they stay. `surface` is the lower half of the sphere, `tip` all of
+    it.
     """
     tip = tip_size / radius
     # Tangential coordinate: the angle over 45 degrees; radial: from the sphere inwards.
-    right = graded(1.0, tip / (math.pi / 4), growth, patch_size / radius / (math.pi / 4))
+    right = graded(tip / (math.pi / 4), growth, patch_size / radius / (math.pi / 4))
     across = np.concatenate([-right[:0:-1], right])
-    inwards = 1.0 - graded(1.0, tip / (1.0 - CORE), growth, 0.0)[::-1]
+    inwards = 1.0 - graded(tip / (1.0 - CORE), growth, 0.0)[::-1]
     # The cube's own vertical edges: as long as the widest on its sides.
     upwards = np.linspace(-1.0, 1.0, 2 * max(2, round(0.6 / (right[-1] - right[-2])) // 2) + 1)
     patches = {  # direction, first and second tangential axis (right-handed), their coordinates
@@ -69,7 +68,7 @@ def half_ball(
             "pole": np.array([np.argmin(points[:, 1])]),
         },
         {
-            "surface": facets[on_sphere & ((middle[:, 1] < 0.0) | everywhere)],
+            "surface": facets[on_sphere & (middle[:, 1] < 0.0)],
             "tip": facets[on_sphere],
         },
         {"phalanx_1": np.arange(len(cells))},

@@ -42,10 +42,7 @@ def shortest(
 
 
 def shortest_in_turns(
-    runs: Sequence[Callable[[], Result]],
-    budget_s: float,
-    least: int = LEAST_RUNS,
-    most: int = MOST_RUNS,
+    runs: Sequence[Callable[[], Result]], budget_s: float, most: int = MOST_RUNS
 ) -> list[Timed[Result]]:
     """`shortest` of runs that are compared: they take turns, so that a load hits all of them."""
     for run in runs:
@@ -53,7 +50,7 @@ def shortest_in_turns(
     best = [float("inf")] * len(runs)
     start = time.perf_counter()
     rounds = 0
-    while rounds < least or (time.perf_counter() - start < budget_s and rounds < most):
+    while rounds < LEAST_RUNS or (time.perf_counter() - start < budget_s and rounds < most):
         rounds += 1
         latest = [shortest(run, 0.0, 1, warm_up=False) for run in runs]
         best = [min(old, new.wall_time_s) for old, new in zip(best, latest, strict=True)]

@@ -58,7 +58,6 @@ def _stored() -> dict[str, Truth]:
 
 
 TRUTHS = _stored()
-HCM_TRUTHS = {study: TRUTHS[study] for study in ("tap", "contact")}
 REFERENCE_TRUTHS = {model: TRUTHS[model] for model in ("fem3d", "fem2d")}
 TAP = TRUTHS["tap"]
 

@@ -16,14 +16,13 @@ from validation.harness.record import RunRecord
 from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.cases import friction_case
 from validation.studies.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
+from validation.studies.paper.driven_values import THREE
 from validation.studies.paper.readings import Runs, curve, particle_velocity, window
 
 SCENES = ("hard", "soft")
 TIME = "$t - t_c$ (ms)"
 
-
 Cases = Sequence[tuple[str, str]]  # names and legends
-
 
 MODULI = [("soft E=0.01 GPa", "E = 0.01 GPa"), ("soft E=0.1 GPa", "E = 0.1 GPa"), ("soft", "1 GPa")]
 SLENDER = [
@@ -87,7 +86,6 @@ def figure_12(path: Path, runs: Runs) -> None:
             label(axis, f"({letter}) $e_*$ = 0.8", "deformation (mm)", "$F_n$ (N)")
 
 
-THREE = "driven-3"
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
 SHARE = 0.05
 # Inside the factor's uncertainty case 3 has two kinds of contact: the other one is drawn too.

@@ -114,9 +114,9 @@ def phases(run: CaseRun, share: float = VISIBLE) -> list[int]:
     return [s for i, s in enumerate(kept) if i == 0 or s != kept[i - 1]]
 
 
-def slips(run: CaseRun, share: float = VISIBLE) -> list[int]:
+def slips(run: CaseRun) -> list[int]:
     """Directions of the slip phases in order: +1 to the right, -1 to the left."""
-    return [s for s in phases(run, share) if s != 0]
+    return [s for s in phases(run) if s != 0]
 
 
 def slip_to_stick(run: CaseRun, share: float = VISIBLE) -> int:

@@ -45,7 +45,7 @@ EXACT = TapQuantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
 
 
 def _hcm_point(setting: Setting, solver: Solver = hcm_settings.HCM_SOLVER) -> Point:
-    truth = truths.HCM_TRUTHS[setting.study].values
+    truth = truths.TRUTHS[setting.study].values
     return point_against(truth, setting, measure_setting(setting, solver, budget_s=0.0))
 
 

@@ -23,7 +23,7 @@ exudyn_is_here = importlib.util.find_spec("exudyn") is not None
 
 def test_runs_that_are_compared_take_turns() -> None:
     order: list[str] = []
-    timed = shortest_in_turns([lambda: order.append("a"), lambda: order.append("b")], 0.0, 3)
+    timed = shortest_in_turns([lambda: order.append("a"), lambda: order.append("b")], 0.0)
     assert "".join(order) == "ab" * 4
     assert [t.runs for t in timed] == [3, 3]
 

@@ -20,6 +20,8 @@ from validation.harness.quantities import ESTIMATED
 from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
 
 if TYPE_CHECKING:
+    import xarray
+
     import reference_fem
 
 LONGEST_NAME = 150  # file systems take 255 bytes, of which temporary names and endings need some
@@ -56,6 +58,13 @@ def write_text(path: Path, text: str) -> None:
     """Write text atomically."""
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_dataset(path: Path, dataset: "xarray.Dataset") -> None:
+    """Write netCDF atomically, made in memory: HDF5 crashes the process on a disk that fills up."""
+    content = dataset.to_netcdf(engine="h5netcdf")
+    with atomic(path) as temporary:
+        temporary.write_bytes(content)
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> None:
@@ -127,10 +136,7 @@ def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> 
 def write_history(folder: Path, record: RunRecord) -> None:
     """Write ``history.nc`` of a run that has a history, ``curves.csv`` of one that completed."""
     if record.history:
-        # made in memory: HDF5 crashes the process where a disk fills up under it
-        content = record.to_dataset().to_netcdf(engine="h5netcdf")
-        with atomic(folder / "history.nc") as temporary:
-            temporary.write_bytes(content)
+        write_dataset(folder / "history.nc", record.to_dataset())
     if record.ok:
         _write_curves(folder / "curves.csv", record)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from validation.harness.files import atomic, write_text
+from validation.harness.files import write_dataset, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import (
     COMPONENTS,
@@ -108,9 +108,7 @@ def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> x
 
 def write(folder: Path, dataset: xarray.Dataset) -> None:
     """Write ``sweep.nc``, and ``sweep.csv`` with a line for each scene and model."""
-    content = dataset.to_netcdf(engine="h5netcdf")  # in memory: HDF5 crashes on a full disk
-    with atomic(folder / "sweep.nc") as temporary:
-        temporary.write_bytes(content)
+    write_dataset(folder / "sweep.nc", dataset)
     table = dataset.to_dataframe().reset_index()
     write_text(folder / "sweep.csv", table.to_csv(index=False))
 

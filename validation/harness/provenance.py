@@ -22,6 +22,11 @@ def version(package: str) -> str:
         return "source tree"
 
 
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @cache
 def processor() -> str:
     """The processor's name and how many cores this process may use."""
@@ -32,8 +37,7 @@ def processor() -> str:
             if line.startswith("model name"):
                 name = line.partition(":")[2].strip()
                 break
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return f"{name}, {cores} cores"
+    return f"{name}, {cores()} cores"
 
 
 def provenance(document: dict[str, Any]) -> dict[str, Any]:

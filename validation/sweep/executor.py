@@ -6,7 +6,6 @@ kills its worker by itself is a row that says so. Batches that a lost connection
 sent again.
 """
 
-import os
 import time
 import warnings
 from collections import deque
@@ -19,6 +18,7 @@ from typing import Any
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say
 from validation.harness.processes import workers
+from validation.harness.provenance import cores
 from validation.sweep.runs import CRASHED, Row, Task, check_program, programs, row, solve_tasks
 
 Submit = Callable[..., "Future[list[Row]]"]
@@ -45,7 +45,7 @@ class Crew:
 @contextmanager
 def processes_here(count: int | None) -> Iterator[Crew]:
     """So many processes of this machine, one a core by default."""
-    number = count or len(os.sched_getaffinity(0))
+    number = count or cores()
     with workers(number) as pool:
         yield Crew(pool.submit, lambda: number)
 

@@ -1,12 +1,12 @@
 """Random scenes through hcm on all cores: how many a second, and how they end."""
 
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
 import hcm
+from validation.harness.provenance import cores
 from validation.models.adapter import Progress
 from validation.models.hcm import warm_up
 from validation.studies.random_scenes import random_numbers, random_scene
@@ -29,7 +29,7 @@ def measure_throughput(quick: bool, progress: Progress) -> dict[str, int | float
 
     Scenes solved, the processes that shared them, accepted steps a second, how the scenes ended.
     """
-    count, processes = QUICK_SCENES if quick else SCENES, os.cpu_count() or 1
+    count, processes = QUICK_SCENES if quick else SCENES, cores()
     progress(0.0, "random scenes")
     warm_up()
     given = list(scenes(count))

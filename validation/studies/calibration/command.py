@@ -1,6 +1,5 @@
 """``fingertap calibrate``: the errors that runs state beside those that they have."""
 
-import os
 from pathlib import Path
 from typing import Literal
 
@@ -10,6 +9,7 @@ from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.line_store import LineStore
 from validation.harness.processes import workers
+from validation.harness.provenance import cores
 from validation.harness.quantities import COMPONENTS, QUANTITIES
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.calibration.report import write_report
@@ -65,7 +65,7 @@ def calibrate(
     with progress_bar("calibrate") as progress:
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process((model,))
-        with workers(os.cpu_count() or 1) as pool:
+        with workers(cores()) as pool:
             verdicts = run_cells(cells, finished, pool, progress)
     rows = list(zip(chosen, chosen.values(), verdicts, strict=True))
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}

@@ -1,6 +1,5 @@
 """``fingertap paper``: every number that the paper prints, with a verdict, and its figures."""
 
-import os
 from pathlib import Path
 
 from validation.compare.claims import read_claims
@@ -9,7 +8,7 @@ from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import workers
-from validation.harness.provenance import provenance
+from validation.harness.provenance import cores, provenance
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
@@ -43,7 +42,7 @@ def run_scenes(
 
 def solve_all(progress: Progress, store: Store) -> tuple[Runs, IdentifiedTorque]:
     """Identify the t_3 factor, then run every case of the reduced model that is not stored."""
-    with workers(os.cpu_count() or 1) as pool:
+    with workers(cores()) as pool:
         progress(0.02, "identifying the t_3 factor")
         found = identify_torque(pool, store)
         factors = {name: fit.factor for name, fit in found.by_numerics.items()}

@@ -4,7 +4,6 @@ The kept outcome is what ``fingertap identify ramp --json`` prints.
 """
 
 import json
-import os
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cache, partial
@@ -14,7 +13,7 @@ from itertools import product
 from validation.harness.command_line import AsJson
 from validation.harness.console import output, progress_bar
 from validation.harness.processes import Workers, workers
-from validation.harness.provenance import provenance
+from validation.harness.provenance import cores, provenance
 from validation.models.adapter import Progress
 from validation.studies.paper.ramp_exclusion import GRID, Exclusion, exclude, share, sides
 from validation.studies.paper.ramp_experiment import (
@@ -102,7 +101,7 @@ def run_identify_ramp(*, as_json: AsJson = False) -> None:
     Each of a grid of (ramp, relaxation time, factor) is judged as the ledger judges, and what lies
     between them is searched for boxes in which no choice can agree; some ten minutes.
     """
-    with workers(os.cpu_count() or 1) as pool, progress_bar("ramps") as progress:
+    with workers(cores()) as pool, progress_bar("ramps") as progress:
         outcome = compute(pool, progress)
     if as_json:
         output(json.dumps({"provenance": provenance({}), **asdict(outcome)}, indent=1))

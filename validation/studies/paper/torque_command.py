@@ -1,13 +1,13 @@
 """``fingertap identify torque``: the unit of the paper's printed t_3, from its arrival times."""
 
 import json
-import os
 from dataclasses import asdict
 from typing import Any
 
 from validation.harness.command_line import AsJson
 from validation.harness.console import output
 from validation.harness.processes import workers
+from validation.harness.provenance import cores
 from validation.studies.paper.case_runs import solve_case
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
 from validation.studies.paper.torque_factor import (
@@ -26,7 +26,7 @@ Predictions = dict[str, dict[str, dict[str, Any]]]  # by scene, bound of the fac
 
 def identify_and_predict() -> tuple[IdentifiedTorque, Predictions]:
     """The factors, and what the common one says of quantities that it was not fitted to."""
-    with workers(max(1, min(3, os.cpu_count() or 1))) as pool:
+    with workers(min(3, cores())) as pool:
         found = identify_torque(pool)
         best, uncertainty = found.common.factor, found.common.uncertainty
         bounds = {"low": best - uncertainty, "best": best, "high": best + uncertainty}

@@ -1,7 +1,6 @@
 """``fingertap stress``: stability maps, every cell checked by what did not produce it."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,6 +10,7 @@ from validation.harness.console import output, progress_bar
 from validation.harness.files import output_folder, write_json
 from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
+from validation.harness.provenance import cores
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
 from validation.models.hcm import warm_up_choices
@@ -107,7 +107,7 @@ def run_stress(
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_choices)
-        with workers(os.cpu_count() or 1) as pool:
+        with workers(cores()) as pool:
             verdicts = iter(run_cells(cells, finished, pool, part(progress, 0.0, 0.95)))
         summary = []
         for wanted in maps:

@@ -114,7 +114,7 @@ def identify_contact(
     tables = scene.tables
     angle = float(np.clip(impact_of(scene).touch_angle, -0.5 * np.pi, 0.5 * np.pi))
     material = solid_inputs.inputs(tables)[0][-1]
-    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    radius = tables.tip_radius
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = hertz_contact_radius(material, radius, guess)
     levels: list[Level] = []
@@ -170,7 +170,7 @@ def yields(
     """The tip's own compliance on meshes with these edges over R, by the scene's keys."""
     from reference_fem.statics.yielding import tip_yield
 
-    radius = 0.5 * scene.tables.per_phalanx(scene.tables.finger.diameter)[-1]
+    radius = scene.tables.tip_radius
     found = [
         tip_yield(_end(scene, angle, edge * radius, YIELD_GROWTH, 4.0), material, angle)
         for edge in edges
@@ -232,9 +232,8 @@ def _end(scene: NamedScene, angle: float, edge: float, growth: float, sections: 
     """A mesh of the last phalanx's end, its sections R/`sections` apart."""
     import meshes
 
-    finger = scene.tables.finger
-    length, diameter = (scene.tables.per_phalanx(v)[-1] for v in (finger.length, finger.diameter))
-    radius = 0.5 * diameter
+    tables = scene.tables
+    length, radius = tables.per_phalanx(tables.finger.length)[-1], tables.tip_radius
     sizing = meshes.Sizing(
         section_size=radius / (sections + 2),
         axial_size=radius / sections,

@@ -89,7 +89,7 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
     """The mesh of a coarse flight: even edges; None where it does not fly on one."""
     import meshes
 
-    fem, diameter = tables.solver.fem, min(tables.per_phalanx(tables.finger.diameter))
+    fem, diameter = tables.solver.fem, tables.smallest_diameter
     if fem.flight != "coarse":
         return None
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
@@ -115,7 +115,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     stated = fem.stated(meshes.Sizing)
     base = _scaled(meshes.SIZINGS[fem.preset], tables)
     if sizes is not None:
-        diameter = min(tables.per_phalanx(tables.finger.diameter))
+        diameter = tables.smallest_diameter
         base = meshes.Sizing(
             section_size=sizes.section * diameter,
             axial_size=min(sizes.section * diameter, *tables.per_phalanx(tables.finger.length)),
@@ -130,8 +130,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     touch = predicted_touch(tables, dimension) if refined or sizes is not None else None
     if touch is None or not refined:
         return sizing, touch
-    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-    patch = max(touch.patch_radius, LEAST_PATCH * radius)
+    patch = max(touch.patch_radius, LEAST_PATCH * tables.tip_radius)
     if fem.preset in EVEN_TIPS:
         base = replace(base, patch_size=EVEN_PATCH * patch)
     if fem.preset == "contact":
@@ -179,7 +178,7 @@ def materials_within(tables: Scene, touch: Any, materials: Sequence[Any]) -> Any
 
 def size_scale(tables: Scene) -> float:
     """What the presets' sizes are multiplied by for this finger."""
-    return min(tables.per_phalanx(tables.finger.diameter)) / PRESET_DIAMETER
+    return tables.smallest_diameter / PRESET_DIAMETER
 
 
 def _scaled(sizing: Any, tables: Scene) -> Any:
@@ -212,7 +211,7 @@ def _impact(tables: Scene, mesh: Any) -> Any:
     import reference_fem
 
     materials, surface, drive, settings = inputs(tables)
-    clearance = CLEARANCE * 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
+    clearance = CLEARANCE * tables.tip_radius
     limit = settings.max_flight_time_s
     start = start_of(tables)
     return reference_fem.impact_state(mesh, materials, surface, drive, clearance, limit, start)

@@ -52,6 +52,16 @@ class Scene(Table):
         return self.per_phalanx(self.finger.elements or ELEMENTS)
 
     @property
+    def tip_radius(self) -> float:
+        """R of the last phalanx's round end, m."""
+        return 0.5 * self.per_phalanx(self.finger.diameter)[-1]
+
+    @property
+    def smallest_diameter(self) -> float:
+        """Of all phalanges, m."""
+        return min(self.per_phalanx(self.finger.diameter))
+
+    @property
     def total_length(self) -> float:
         """Length of the stretched finger, m."""
         return sum(self.per_phalanx(self.finger.length))
@@ -124,14 +134,13 @@ class Scene(Table):
                 f"asks for {elements:.0f} beam elements, {_cost(elements)}: "
                 f"at most {MAX_TOTAL_ELEMENTS} are allowed; {ELEMENTS_ADVICE}",
             )
-        radii = [0.5 * d for d in self.per_phalanx(self.finger.diameter)]
         last = self.per_phalanx(self.finger.length)[-1]
-        if last <= radii[-1]:
+        if last <= self.tip_radius:
             raise refuse(
                 "finger.length",
                 self.finger.length,
                 f"leaves the last phalanx {last:g} m, no longer than its round end of "
-                f"{radii[-1]:g} m: lengthen it, or reduce finger.diameter",
+                f"{self.tip_radius:g} m: lengthen it, or reduce finger.diameter",
             )
         if self.surface.height <= (lowest := self._start_depth()):
             raise refuse(

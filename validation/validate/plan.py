@@ -119,7 +119,7 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     fixed, plain = (f"solver.{table}.accuracy={NO_ACCURACY}" for table in ("hcm", "fem"))
     preset, fast = ((plain, f"solver.fem.preset={name}") for name in (REFERENCE[1], FAST[1]))
     tables = load_scene(scene).tables
-    radius = SHAFT_SHARE * min(tables.per_phalanx(tables.finger.diameter))
+    radius = SHAFT_SHARE * tables.smallest_diameter
     holes = f"solver.fem.shaft_radius={radius:g}"
     return [
         [Job(scene, "hcm", by_default(scene, "hcm", estimate))],

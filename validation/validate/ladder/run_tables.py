@@ -120,8 +120,7 @@ def contact_patch(run: RunRecord) -> Row | None:
     force, area = (float(history[k][top]) for k in ("normal_force_N", "contact_area_m2"))
     tables = read_scene(run.provenance["scene_toml"], run.scene)
     materials, *_ = solid_inputs.inputs(tables)
-    radius = 0.5 * tables.per_phalanx(tables.finger.diameter)[-1]
-    hertz = hertz_contact_radius(materials[-1], radius, force)
+    hertz = hertz_contact_radius(materials[-1], tables.tip_radius, force)
     return {
         "scene": run.scene,
         "model": run.label,

@@ -84,7 +84,7 @@ def contact_rung(
     of the reduced model each from its own flight.
     """
     contact = Contact(found.stiffness_N_per_m, 1 / found.eta_squared)
-    diameter = min(scene.tables.per_phalanx(scene.tables.finger.diameter))
+    diameter = scene.tables.smallest_diameter
     meshes = CONTACT_FULL if full else CONTACT
     settings = [mesh_keys(mesh, diameter) for mesh in meshes]
     meshed = [(load_scene(source, overrides), name) for overrides, name in settings]

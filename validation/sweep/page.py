@@ -201,8 +201,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         few = f"Fewer than {LEAST_POINTS} completed points a variable."
         rows = list(sensitivities(columns, found)) or [{"of": few}]
         section("Sobol indices", "sobol", rows, SOBOL_NOTE)
-    machine = {"part": f"{len(points)} scenes, {', '.join(labels)}", "quick": False,
-               "load_average_at_start": None, **provenance(plan.document)}  # fmt: skip
+    part = f"{len(points)} scenes, {', '.join(labels)}"
+    machine = {"part": part, **provenance(plan.document)}
     path = folder / "index.html"
     heading = f"Sweep: {plan.name}"
     context = {"sections": sections, "machines": [machine], "heading": heading, "lead": lead}

@@ -64,7 +64,7 @@ def page(folder: Path) -> Path:
         shown = [path for path in figures if path.is_file()]
         tables = [found for name in section.get("tables", ()) if (found := _table(folder, name))]
         if shown or tables:
-            sections.append({"notes": (), **section, "figures": shown, "tables": tables})
+            sections.append({**section, "figures": shown, "tables": tables})
     machines = [
         {"part": path.stem, **json.loads(path.read_text(encoding="utf-8"))}
         for path in sorted(folder.glob("machine*.json"))

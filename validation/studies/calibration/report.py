@@ -178,7 +178,7 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
     draw(picture, numbers, names)
     sections = [
         {
-            "title": f"{model}: {caption}", "notes": (), "figures": [picture] * (not place),
+            "title": f"{model}: {caption}", "figures": [picture] * (not place),
             "tables": [{"columns": list(found[0]), "rows": found, "name": name}] if found else [],
         }
         for place, (name, (found, caption)) in enumerate(tables.items())
@@ -192,8 +192,7 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
         f" {poor} ({share:.2g} %) more than {TIMES:g} times their stated error off,"
         f" {silent} in {spoilt} scenes more than {100 * WRONG:g} % wrong and silent{within}"
     )
-    machine = {"part": model, "quick": False, "load_average_at_start": None, **provenance({})}
-    page = {"sections": sections, "machines": [machine], "heading": "Stated against true errors",
-            "lead": [line]}  # fmt: skip
+    machine, heading = {"part": model, **provenance({})}, "Stated against true errors"
+    page = {"sections": sections, "machines": [machine], "heading": heading, "lead": [line]}
     write_page(folder / f"{model}.html", "bench.html.j2", page)
     return line

@@ -20,7 +20,6 @@ from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 G = 9.8
 RIGID = hcm.Settings(flight="rigid", flight_step=0.01)
-REST = hcm.RigidStart((0.0,) * 3, (0.0,) * 3)
 
 
 def plan(tolerance: float, step: float = 0.01, end: float = math.inf) -> Plan:

@@ -2,8 +2,8 @@
 
 E = rho = R = 1. In three dimensions a free phalanx takes half a sine of force on a patch at its
 lowest point; from its displacement there those of the reduced model's beam and of the half-space
-are taken away. Axisymmetric: a half-ball on a rod is pressed on a plane, with small strains and by
-St. Venant-Kirchhoff's law, and Hertz's indentation and the rod's shortening are taken away.
+are taken away. Axisymmetric: a half-ball on a rod (`half_ball`) is pressed on a plane, and Hertz's
+indentation and the rod's shortening are taken away.
 """
 
 from typing import Any
@@ -21,10 +21,10 @@ from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 from reference_fem.statics.tip import _stiffness, last_phalanx, touch_frame
 from reference_fem.statics.yielding import facet_quadrature, half_space
+from tests.validation.identify.half_ball import NU, ROD, HalfBall
 
 Numbers = NDArray[np.float64]
-NU, LENGTH, PATCH, STEPS = 0.4, 8.0, 0.25, 30
-ROD = 3.0  # of the axisymmetric body, between the ball's centre and its clamped end
+LENGTH, PATCH, STEPS = 8.0, 0.25, 30
 
 
 def solid(degrees: float, length: float) -> tuple[Any, Numbers, Numbers, Numbers]:
@@ -171,127 +171,6 @@ def test_the_rates_share_grows_with_the_rise_by_the_phalanxs_length(
     """D of a rise of 11 over D of one of 5: no memory of the tip's own has both."""
     early, late = (hertzian(30.0, rise, 4 * STEPS, length)[2][1] for rise in (5.0, 11.0))
     assert late / early == pytest.approx(growth, abs=0.5)
-
-
-class HalfBall:
-    """Quadratic axisymmetric elements of a half-ball on a rod, finer towards the pole."""
-
-    def __init__(self, across: int = 8, edge: float = 0.025) -> None:
-        chords = [*np.arange(0.0, 0.4 + 1e-9, edge)]
-        while chords[-1] < 1.3:
-            chords.append(chords[-1] + 1.25 * (chords[-1] - chords[-2]))
-        chords[-1] = np.sqrt(2.0)
-        rings = len(chords) - 1
-        half = np.interp(np.arange(2 * rings + 1) / 2, np.arange(rings + 1), chords)
-        t = np.linspace(0.0, 1.0, 2 * across + 1)
-        turn = np.outer(np.arccos(half / 2), t)  # arcs about the pole, up to the ball
-        arcs = half[:, None, None] * np.stack([np.sin(turn), np.cos(turn)], axis=-1)
-        top = np.stack([t, np.full_like(t, 1.0 + ROD)], axis=-1)
-        shaft = [arcs[-1] * (1 - s) + top * s for s in np.linspace(0.0, 1.0, 17)[1:]]
-        self.points = points = np.concatenate([*arcs, *shaft])
-        row, n = len(t), len(points)
-        corner = [
-            2 * i * row + 2 * j + a * row + b
-            for i in range(rings + 8) for j in range(across) for a in range(3) for b in range(3)
-        ]  # fmt: skip
-        names = np.arange(n)
-        names[:row] = 0  # the pole is one node
-        self.cells = names[np.array(corner).reshape(-1, 9)]
-        count = round(0.4 / edge)
-        self.outside = names[
-            [[(2 * i + a) * row + row - 1 for a in range(3)] for i in range(count)]
-        ]
-        held = np.zeros((n, 2), dtype=bool)
-        held[n - row :, 1], held[points[:, 0] < 1e-12, 0], held[1:row] = True, True, True
-        self.free = np.flatnonzero(~held.ravel())
-        at, weight = np.polynomial.legendre.leggauss(3)
-        shape, slope = quadratic(at)
-        values = np.einsum("pa,qb->pqab", shape, shape).reshape(9, 9)
-        local = np.stack(
-            [np.einsum("pa,qb->pqab", slope, shape), np.einsum("pa,qb->pqab", shape, slope)], -1
-        ).reshape(9, 9, 2)
-        jacobian = np.einsum("eai,qak->eqik", points[self.cells], local)
-        slopes = np.einsum("qak,eqkj->eqaj", local, np.linalg.inv(jacobian))
-        radius = np.einsum("qa,ea->eq", values, points[self.cells][..., 0])
-        area = np.abs(np.linalg.det(jacobian)) * np.outer(weight, weight).ravel()
-        self.weight = 2 * np.pi * radius * area
-        gradient = np.zeros((*radius.shape, 9, 2, 3, 3))
-        gradient[..., 0, 0, :2], gradient[..., 1, 1, :2] = slopes, slopes
-        gradient[..., 0, 2, 2] = values / radius[..., None]
-        self.gradient = gradient.reshape(*radius.shape, 18, 3, 3)
-        self.places = (2 * self.cells[:, :, None] + np.arange(2)).reshape(-1, 18)
-        at, weight = np.polynomial.legendre.leggauss(5)
-        self.on_edge, slope = quadratic(at)
-        rim = points[self.outside]
-        stretch = np.linalg.norm(np.einsum("qa,eai->eqi", slope, rim), axis=-1)
-        self.rim = 2 * np.pi * weight * stretch * np.einsum("qa,ea->eq", self.on_edge, rim[..., 0])
-
-    def forces(self, u: Numbers, finite: bool) -> tuple[Numbers, Any]:
-        """Internal forces and their tangent, with S = lam tr(E) + 2 mu E."""
-        lam, mu, one = NU / ((1 + NU) * (1 - 2 * NU)), 0.5 / (1 + NU), np.eye(3)
-
-        def stress(strain: Numbers) -> Numbers:
-            trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
-            return np.asarray(lam * trace * one + 2 * mu * strain)
-
-        turned = np.einsum("eqdij,ed->eqij", self.gradient, u[self.places])
-        full = one + turned if finite else np.broadcast_to(one, turned.shape)
-        strain = 0.5 * (turned + turned.swapaxes(-1, -2))
-        if finite:
-            strain = strain + 0.5 * turned.swapaxes(-1, -2) @ turned
-        rate = np.einsum("eqki,eqdkj->eqdij", full, self.gradient)
-        rate = 0.5 * (rate + rate.swapaxes(-1, -2))
-        pressed = stress(strain)
-        out = np.zeros(u.size)
-        np.add.at(out, self.places, np.einsum("eq,eqij,eqdij->ed", self.weight, pressed, rate))
-        tangent = self.product(stress(rate), rate)
-        if finite:
-            tangent += self.product(self.gradient @ pressed[:, :, None], self.gradient)
-        return out, assembled(tangent, self.places, u.size)
-
-    def product(self, left: Numbers, right: Numbers) -> Numbers:
-        """(elements, 18, 18) integrals of the double contraction of two fields of gradients."""
-        weighed = (self.weight[:, :, None, None, None] * left).swapaxes(1, 2)
-        count = len(left)
-        other = right.swapaxes(1, 2).reshape(count, 18, -1)
-        return np.asarray(weighed.reshape(count, 18, -1) @ other.swapaxes(1, 2))
-
-    def press(self, depths: Numbers, finite: bool, stiffness: float = 1000.0) -> Numbers:
-        """(force, approach less the springs' own) of each depth of a plane with stiff springs."""
-        u, found, heights = np.zeros(self.points.size), [], 2 * self.outside + 1
-        for depth in depths:
-            for step in range(40):
-                residual, tangent = self.forces(u, finite)
-                z = self.points[self.outside, 1] + u[heights]
-                gap = depth - z @ self.on_edge.T
-                push = self.rim * stiffness * np.maximum(gap, 0.0)
-                np.add.at(residual, heights, -push @ self.on_edge)
-                springs = np.einsum(
-                    "eq,qa,qb->eab", self.rim * stiffness * (gap > 0), self.on_edge, self.on_edge
-                )
-                tangent = tangent + assembled(springs, heights, u.size)
-                own = residual[self.free]
-                if step and np.abs(own).max() < 1e-9 * push.sum():
-                    break
-                u[self.free] -= sl.spsolve(tangent[self.free][:, self.free].tocsc(), own)
-            assert step < 39
-            found.append((push.sum(), depth - (push * gap).sum() / push.sum()))
-        return np.array(found)
-
-
-def quadratic(x: Numbers) -> tuple[Numbers, Numbers]:
-    """The shapes (points, 3) of an edge, and their slopes."""
-    return (
-        np.stack([x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2], axis=-1),
-        np.stack([x - 0.5, -2 * x, x + 0.5], axis=-1),
-    )
-
-
-def assembled(blocks: Numbers, places: Any, n: int) -> Any:
-    """The sparse sum of elements' matrices."""
-    width = places.shape[1]
-    rows, columns = np.repeat(places, width, axis=1), np.tile(places, (1, width))
-    return sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n)).tocsr()
 
 
 def test_the_law_softens_under_pressure() -> None:

@@ -1,1 +1,1 @@
-"""Other programs on the same problems: Exudyn, SciPy, CalculiX, Akantu, Kratos."""
+"""Other programs on the same problems: Exudyn, SciPy, CalculiX, Akantu, Kratos, PyElastica."""

@@ -4,7 +4,6 @@ The finger of `peers.exudyn_finger`: falls undriven and slides in +X through its
 scenes slide nobody knows beforehand: one that turns back ends as failed, and says so.
 """
 
-import importlib.util
 import time
 
 from validation.errors import RunFailedError
@@ -12,6 +11,7 @@ from validation.models.adapter import Checkpoint, Kind, Outcome, Progress
 from validation.models.curves import Curves, record_of
 from validation.models.hcm import translate
 from validation.models.impact import impact_of
+from validation.peers.exudyn_finger import PeerFailedError, available, tap
 from validation.scenes.load import NamedScene, load_scene
 
 name = "exudyn"
@@ -29,7 +29,7 @@ SHORTLY_BEFORE = 0.98  # of a rigid finger's fall, which tells Exudyn only from 
 def refusal(scene: NamedScene) -> str:
     """Why it can't take this scene, with the remedy; empty if it can."""
     tables = scene.tables
-    if importlib.util.find_spec("exudyn") is None:
+    if not available():
         return "exudyn is not installed: pip install 'fingertap[bench]'"
     for key, value, needed in (
         ("drive.torques", any(map(any, tables.torque_rows)), False),
@@ -53,8 +53,6 @@ def run(
     scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
 ) -> Outcome:
     """Fall and tap; nothing of it can be resumed, and Exudyn tells no progress."""
-    from validation.peers.exudyn_finger import PeerFailedError, tap
-
     del progress, checkpoint
     given = translate(scene, estimate=False)
     until = SHORTLY_BEFORE * impact_of(scene).time_s

@@ -1,1 +1,1 @@
-"""Studies of the models: the paper regenerated, benchmarks, stability maps."""
+"""Studies of the models: the paper, assumptions, benchmarks, stated errors, evidence, stability."""

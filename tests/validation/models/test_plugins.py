@@ -1,6 +1,6 @@
 """Models that come through the entry points: used as the built-in ones, and never trusted."""
 
-import importlib.util
+import importlib
 import json
 import os
 import sys
@@ -18,6 +18,7 @@ from validation import models
 from validation.harness.identity import program
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
+from validation.peers import exudyn_finger
 from validation.scenes.load import load_scene
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example"
@@ -173,7 +174,7 @@ def test_result_is_of_the_code_that_a_model_has_now(
     assert "numpy" in program("its_package")["versions"]
 
 
-@pytest.mark.skipif(importlib.util.find_spec("exudyn") is None, reason="extra bench")
+@pytest.mark.skipif(not exudyn_finger.available(), reason="extra bench")
 def test_exudyn_agrees_on_the_soft_finger(fingertap: Run) -> None:
     found = {
         model: json.loads(fingertap("run", "soft", "--model", model, "--json").out)

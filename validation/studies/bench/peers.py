@@ -1,6 +1,5 @@
 """Exudyn beside hcm on its scene: the settings of either, and the cheapest for an error."""
 
-import importlib.util
 import math
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -9,6 +8,7 @@ from typing import Any
 from validation.compare.tap_errors import TapQuantities
 from validation.harness.timing import Timed
 from validation.models.adapter import Progress
+from validation.peers import exudyn_finger
 from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
 from validation.studies.bench.hcm_truth import soft_arguments
 from validation.studies.bench.truths import TAP, TAP_ELEMENTS
@@ -92,13 +92,10 @@ ERROR_LIMITS = (1e-2, 1e-3, 1e-4, 1e-5)  # relative, at which the cheapest setti
 
 def absent() -> list[str]:
     """Peers that are not installed, with how to get them."""
-    here = importlib.util.find_spec("exudyn") is not None
-    return [] if here else ["Exudyn (pip install 'fingertap[bench]')"]
+    return [] if exudyn_finger.available() else ["Exudyn (pip install 'fingertap[bench]')"]
 
 
 def _prepare(setting: Setting) -> Callable[[], Any]:
-    from validation.peers import exudyn_finger
-
     options: dict[str, Any] = dict(setting.options)
     given = soft_arguments(options.pop("elements"))
     # a helping hand: it is told when to look for contact
@@ -111,8 +108,6 @@ EXUDYN_SOLVER = Solver(_prepare, lambda tap: Solution("COMPLETED", tap.quantitie
 
 def exudyn_points(setting: Setting) -> list[Point]:
     """One timed setting, as a point against hcm's truth and one against Exudyn's own."""
-    from validation.peers import exudyn_finger
-
     try:
         timed = measure_setting(setting, EXUDYN_SOLVER, BUDGET_S)
     except exudyn_finger.PeerFailedError as error:

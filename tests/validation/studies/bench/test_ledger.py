@@ -1,6 +1,5 @@
 """The skip ledger and the peers: what is compared with what, and what happens without a peer."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from tests.validation.commands import Patch, Run
 from tests.validation.peers.test_bar import hide_peers
 from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
+from validation.peers import exudyn_finger
 from validation.peers.bar import Bar
 from validation.studies.bench import bar, hcm_settings, hcm_truth, peers, shortcuts, truths
 from validation.studies.bench.shortcuts import Entry, table
@@ -18,7 +18,6 @@ from validation.studies.bench.work_precision import Point
 CHEAP = hcm_settings.hcm_setting(
     peers.STUDY, "tolerances", 2, hcm_settings.BASE, {"flight_tolerance": 1e-5}
 )
-exudyn_is_here = importlib.util.find_spec("exudyn") is not None
 
 
 def test_runs_that_are_compared_take_turns() -> None:
@@ -102,11 +101,10 @@ def test_absent_peer_is_skipped_by_name(tmp_path: Path, monkeypatch: Patch, fing
     assert "fingertap" in (tmp_path / "bench" / "peers-reference.csv").read_text()
 
 
-@pytest.mark.skipif(not exudyn_is_here, reason="the extra bench is not installed")
+@pytest.mark.skipif(not exudyn_finger.available(), reason="the extra bench is not installed")
 def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
     """Both codes see one tap: 0.1 % of the peak (measured 6e-4 at these steps); a contact that ends
     with a step is off by up to a step (3 us of 232 us)."""
-    from validation.peers import exudyn_finger
 
     given = hcm_truth.soft_arguments(truths.TAP_ELEMENTS)
     truth = truths.TAP.values

@@ -8,7 +8,6 @@ when to look for contact and for how long. The others would need Python code in 
 
 import contextlib
 import importlib
-import importlib.util
 import io
 import time
 from collections.abc import Callable
@@ -20,6 +19,7 @@ import hcm
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import workers
 from validation.models.adapter import Progress
+from validation.peers import exudyn_finger
 from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.stress.hcm.judge import first_tap, tighter
 from validation.studies.stress.hcm.maps import SOFT_SCENE, soft_finger
@@ -97,7 +97,6 @@ def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
     with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
         for name in ("exudyn", "exudyn.itemInterface"):
             importlib.import_module(name)
-        from validation.peers import exudyn_finger
 
     def solve() -> tuple[str, Tap | None]:
         try:
@@ -152,7 +151,7 @@ def peers_table(progress: Progress) -> list[dict[str, Any]]:
             "hcm": _described(own, truth),
             "SciPy RK45, defaults": _described(scipy, truth),
         }
-        if importlib.util.find_spec("exudyn") is not None:
+        if exudyn_finger.available():
             row["Exudyn, adaptive steps"] = _exudyn_cell(scene, result, truth)
         rows.append(row)
     return rows

@@ -40,8 +40,8 @@ def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> S
     """Settings of a repetition: one tap, steps `factor` times as long, not repeated itself.
 
     A step's local error is of order 3 in its length. A flight may last as long as the run did,
-    where an end time lifts the limit. Shorter steps may be more, up to the
-    `most` that fit, so that a completed run is never refused for its repetition.
+    where an end time lifts the limit. Shorter steps may be more, up to the `most` that fit, so that
+    a completed run is never refused for its repetition.
     """
     more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
     return replace(

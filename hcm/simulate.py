@@ -141,10 +141,8 @@ def simulate(
         wall_time_s=time.perf_counter() - started,
     )
     frames, places = model.frames, node_places(model.chain)
-    first, end = (
-        frames.time.searchsorted(model.start_s),
-        frames.time.searchsorted(clock.time, "right"),
-    )
+    first = frames.time.searchsorted(model.start_s)
+    end = frames.time.searchsorted(clock.time, "right")
     result = TapResult(
         status,
         _message(status, clock, statistics) + doubt,

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm.assumptions import PAPER
 from hcm.beam.outline import PARTS, build_outline, depth
+from hcm.flight.rigid_chain import build_rods
+from hcm.model import build_model
 from hcm.posture import Postures, node_places
+from hcm.start import start_beams
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SURFACE, finger, straight_links
 
 R = HARD.diameter / 2
@@ -116,3 +120,16 @@ def test_a_run_ends_where_its_body_reaches_the_surface(
 def test_a_surface_that_cuts_the_finger_at_rest_is_refused(count: int) -> None:
     with pytest.raises(hcm.ParameterError, match=r"height = 0\.001: the surface cuts 0\.0065 m"):
         hcm.simulate(finger(HARD, count), replace(SURFACE, height=0.001), HARD_TIP)
+
+
+def test_rods_that_a_body_stops_have_the_drive_of_that_moment() -> None:
+    """Torques that grow with time from zero: those of a later end would be larger."""
+    body, surface = finger(HARD), hcm.Surface(0.05, 0.5)
+    table = hcm.TorqueTable((0.0, 1.0), ((0.0, 0.0, 0.0), (-2.0, 0.0, 0.2)))
+    drive, settings = hcm.Drive(table=table), hcm.Settings(flight="rigid")
+    model = build_model(body, surface, HARD_TIP, drive, settings, None, PAPER)
+    begun = start_beams(model, build_rods(body, surface, drive))
+    assert begun.status is hcm.Status.BODY_TOUCHES
+    torques, rates = begun.motion.drive
+    assert rates.all()
+    np.testing.assert_allclose(torques, begun.segment.clock.time * rates, rtol=1e-12)

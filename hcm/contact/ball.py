@@ -32,7 +32,7 @@ class BallLaw(NamedTuple):
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
     radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
     growth : s, 1/m. normal, shear : E* and G*, Pa. holding : k_t, N/m.
-    compliance : (5,) of `build`, m/N. radiation : D of `round_tip`, m s/N.
+    compliance : (4,) of `build`, m/N. radiation : D of `round_tip`, m s/N.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
     tap : (12,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C in X and Y,
         C_XX, C_XY, C_YY; F_t, F_n; d.

@@ -290,7 +290,7 @@ def begin_mode(q: Floats, tip: int, before: Contact, contact: Contact, law: Ball
         # alpha from the vertical: cos alpha = -r'_Y/|r'|
         steep = -q[tip + 3] / size
         tap[6] = law.compliance[2] * steep
-        tap[7] = -math.copysign(law.compliance[1] + law.compliance[4] * steep, along)
+        tap[7] = -math.copysign(law.compliance[1], along)
         tap[8] = law.compliance[0] + law.compliance[3] * steep * steep
         law.springs[:] = 0.0
     elif before.tangential == SLIP and contact.tangential == STICK:

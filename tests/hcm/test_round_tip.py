@@ -45,7 +45,7 @@ def test_a_growing_patch_yields_by_its_radius() -> None:
     """u = d + 0.28 (a/R) F_n/(E R) with Hertz's d and a of the same F_n; the work of F_n is
     stored; restitution unloads on e*^-2 of the way, from the force it starts with.
     """
-    tip = touched(law(growing_patch=True, **YIELDING))._replace(compliance=np.zeros(5))
+    tip = touched(law(growing_patch=True, **YIELDING))._replace(compliance=np.zeros(4))
     tip.tap[6:9] = 0.0
     d = np.linspace(0.0, DEEP, 2001)
     force, a = K * d**1.5, np.sqrt(R * d)
@@ -171,7 +171,7 @@ def test_tangents_are_the_forces_differences(
     ("switches", "normal"),
     [
         ({"tip_compliance": True}, lambda c: (-0.205, 0.30)),
-        (YIELDING, lambda c: (-0.205 + 0.22 * c**2, 0.30 - 0.16 * c)),
+        (YIELDING, lambda c: (-0.205 + 0.22 * c**2, 0.30)),
     ],
 )
 def test_the_tip_yields_by_its_compliance(
@@ -317,4 +317,4 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     found = law_of(body, hcm.Surface(0.02, 0.5), given, Assumptions("refined"))
     assert isinstance(found, BallLaw)
     # what is given is that of a/R = 0.28 at rest: the law starts from a patch that has no size
-    assert found.compliance * E * R == pytest.approx([0.44 - 0.28**2, 0.3, 2.0, 0.22, -0.16])
+    assert found.compliance * E * R == pytest.approx([0.44 - 0.28**2, 0.3, 2.0, 0.22])

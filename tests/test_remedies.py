@@ -30,8 +30,8 @@ PARAMETERS = {
     "least_det",
     "flight_mesh",
 }
-# Of the files that a message names, plans of sweeps among them, not of settings.
-CONTENTS = {"phalanx_w", "time_s", "kind"}
+# Of the files that a message names, plans of sweeps and sidecars among them, not of settings.
+CONTENTS = {"phalanx_w", "time_s", "time_offset_s", "kind"}
 FOREIGN = {"--nthreads"}  # an option of another program's
 FILES = {"material.dat"}  # of a peer program
 

@@ -22,7 +22,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from hcm.chosen_flight import Stated, choose_flight, count_elements, driven, hz
+from hcm.beam.drive import acting_joints
+from hcm.chosen_flight import Stated, choose_flight, count_elements, hz
 from hcm.contact.build import law_of
 from hcm.fall import Fall, rods_fall
 from hcm.model import Scene
@@ -115,7 +116,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     if scene.assumptions.has("hertz") and fall is not None:
         hertz = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions).k
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
-    flight = choose_flight(accuracy, scene, fall, frequency, stated)
+    whirls = acting_joints(scene.drive, len(phalanges))[0].size > 0
+    flight = choose_flight(accuracy, scene, fall, frequency, whirls, stated)
     lumped = not scene.assumptions.any
     wave = accuracy**0.25 / ELEMENT_SHARE if lumped else accuracy**0.5 / REFINED_ELEMENT_SHARE
     waves = [*[wave / INNER_SHARE] * (len(phalanges) - 1), wave]
@@ -129,7 +131,6 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
     step = min(min(of_turn * math.sqrt(accuracy), LONGEST_TURN) / frequency, 1.0)
-    whirls = driven(scene)
     share, most = DRIVEN_NEWTON if method == GAUSS and whirls else NEWTON[method]
     fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if method == GAUSS and not whirls else 0.0
     newton = min(max(share * accuracy, fine, 1e-12), most)

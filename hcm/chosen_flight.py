@@ -21,7 +21,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hcm.beam.drive import acting_joints
 from hcm.fall import Fall
 from hcm.model import Scene
 from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx
@@ -69,13 +68,16 @@ class Flown:
 
 
 def choose_flight(
-    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, stated: Stated
+    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, whirls: bool, stated: Stated
 ) -> Flown:
-    """The flight for an accuracy; frequency : w_c of the contact, rad/s."""
+    """The flight for an accuracy.
+
+    frequency : w_c of the contact, rad/s. whirls : whether torques drive the finger.
+    """
     one = (1,) * len(scene.finger.phalanges)
     if fall is None:
         return Flown((), math.inf, one)
-    rung, _ = _ringing(scene, fall)
+    rung, _ = _ringing(fall, whirls)
     skips = max(BEND_SHARE * fall.bending / fall.speed, rung)
     stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
@@ -84,16 +86,16 @@ def choose_flight(
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
         return Flown((), math.inf, one)
     way = fall.largest / _slowest(scene.finger)
-    if fall.sunk > SUNK * way and not (driven(scene) or "flight" in stated):
+    if fall.sunk > SUNK * way and not (whirls or "flight" in stated):
         why = "skipped: the finger meets the surface before its tip does"
         step = min(fall.time / FEW_STEPS, 1.0)
         return Flown(_as_rods(accuracy, why, step, "when it does"), skips, one)
-    return _elastic(accuracy, scene, fall, frequency, skips, stated)
+    return _elastic(accuracy, scene, fall, frequency, skips, whirls, stated)
 
 
-def _ringing(scene: Scene, fall: Fall) -> tuple[float, float]:
+def _ringing(fall: Fall, whirls: bool) -> tuple[float, float]:
     """Share of the tap that the vibration may change, and p."""
-    share, decay = BY_TORQUE if driven(scene) else BY_WEIGHT
+    share, decay = BY_TORQUE if whirls else BY_WEIGHT
     return share * fall.ringing / fall.speed, decay
 
 
@@ -107,14 +109,15 @@ def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Cho
 
 
 def _elastic(
-    accuracy: float, scene: Scene, fall: Fall, frequency: float, skips: float, stated: Stated
-) -> Flown:
+    accuracy: float, scene: Scene, fall: Fall, frequency: float, skips: float, whirls: bool,
+    stated: Stated,
+) -> Flown:  # fmt: skip
     """A flight by collocation, in few steps or, where it matters, with the vibration in phase.
 
     skips : what a flight as rods would change in the tap.
     """
-    phalanges, whirls = scene.finger.phalanges, driven(scene)
-    rung, decay = _ringing(scene, fall)
+    phalanges = scene.finger.phalanges
+    rung, decay = _ringing(fall, whirls)
     elastic = (
         Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
@@ -177,11 +180,6 @@ def count_elements(phalanx: Phalanx, frequency: float, turn: float) -> int:
     """Elements whose length turns a wave of that frequency, rad/s, by kappa l = `turn`."""
     waves = (frequency**2 * phalanx.line_density / phalanx.bending_stiffness) ** 0.25
     return min(max(math.ceil(waves * phalanx.length / turn), 1), MOST_ELEMENTS)
-
-
-def driven(scene: Scene) -> bool:
-    """Whether torques drive the finger."""
-    return acting_joints(scene.drive, len(scene.finger.phalanges))[0].size > 0
 
 
 def hz(frequency: float) -> str:

@@ -21,6 +21,7 @@ from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 from reference_fem.statics.indentation import contact_area
 from reference_fem.statics.tip import last_phalanx, tip_compliance, touch_frame
+from tests.validation.identify.half_ball import assembled
 
 Numbers = NDArray[np.float64]
 LENGTH, PENALTY, EDGES = 2.5, 1500.0, 5  # edges: over the patch
@@ -84,9 +85,7 @@ class SlidingBall:
             g, s = self.gradient, stress
             own = np.einsum("eq,eqai,eqij,eqbj->eab", self.weight, g, s, g)
             blocks += np.einsum("eab,ij->eaibj", own, np.eye(3)).reshape(blocks.shape)
-        rows, columns = np.repeat(self.places, 24, axis=1), np.tile(self.places, (1, 24))
-        places = (rows.ravel(), columns.ravel())
-        return out, sp.coo_matrix((blocks.ravel(), places), (self.size, self.size)).tocsr()
+        return out, assembled(blocks, self.places, self.size)
 
     def approach(self, friction: float, finite: bool) -> float:
         """Of the plane at the whole body's `force`; friction > 0 slides towards the hinge."""

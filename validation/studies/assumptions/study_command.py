@@ -22,6 +22,7 @@ from validation.harness.files import output_folder, write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, Quantity
 from validation.harness.tables import write_table
+from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, cumulative, every, left_out
 from validation.studies.assumptions.command import COMPARED
 from validation.studies.assumptions.points import points
@@ -127,8 +128,8 @@ def _flight(numbers: Numbers, table: pd.DataFrame) -> str:
     """What the reference's rigid flight, which its own errors leave out, is worth."""
     moved = 100.0 * np.abs(numbers[-2] / numbers[len(cumulative()) - 1] - 1.0)
     parts = [
-        f"{entry.title} {np.nanmedian(one):.2g} % ({np.nanpercentile(one, 90):.2g},"
-        f" {np.nanmax(one):.2g})"
+        f"{entry.title} {two_digits(np.nanmedian(one))} % ({two_digits(np.nanpercentile(one, 90))},"
+        f" {two_digits(np.nanmax(one))})"
         for entry, one in zip(COMPARED, moved.T, strict=True)
     ]
     bars = 100.0 * np.array(list(BARS.values()))

@@ -8,6 +8,7 @@ from typing import Any
 
 from validation.compare.tap_errors import tap_errors
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, ORANGE, panels
+from validation.harness.uncertainty import two_digits
 from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.kernels import Speed
 from validation.studies.bench.scaling import Size, exponent
@@ -121,7 +122,7 @@ def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]
             text = (
                 f"{1e3 * difference:.2g} ms"
                 if quantity == "event_s"
-                else f"{100 * difference:.2g} %"
+                else f"{two_digits(100 * difference)} %"
             )
             axis.annotate(f"gap between the models' truths: {text}", (0.01, difference),
                           xycoords=("axes fraction", "data"), ha="left", va="bottom",

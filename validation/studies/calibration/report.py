@@ -13,6 +13,7 @@ from validation.harness.figures import BLACK, GREY, ORANGE, panels
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import write_table
+from validation.harness.uncertainty import two_digits
 from validation.studies.calibration.scenes import KINDS, Case
 from validation.studies.stated_errors import FLOOR, TIMES, WRONG, understated
 
@@ -189,7 +190,7 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
     within = f"; {kept[-1]['within (%)']:.3g} % of {kept[-1]['number']} runs keep" if kept else ""
     line = (
         f"{model}: {len(rows)} scenes, {judged} with a tight solve, {len(numbers)} numbers:"
-        f" {poor} ({share:.2g} %) more than {TIMES:g} times their stated error off,"
+        f" {poor} ({two_digits(share)} %) more than {TIMES:g} times their stated error off,"
         f" {silent} in {spoilt} scenes more than {100 * WRONG:g} % wrong and silent{within}"
     )
     machine, heading = {"part": model, **provenance({})}, "Stated against true errors"

@@ -14,6 +14,7 @@ from validation.harness.command_line import AsJson
 from validation.harness.console import output, progress_bar
 from validation.harness.processes import Workers, workers
 from validation.harness.provenance import cores, provenance
+from validation.harness.uncertainty import two_digits
 from validation.models.adapter import Progress
 from validation.studies.paper.ramp_exclusion import GRID, Exclusion, exclude, share, sides
 from validation.studies.paper.ramp_experiment import (
@@ -111,7 +112,9 @@ def run_identify_ramp(*, as_json: AsJson = False) -> None:
     for ramp in RAMPS:
         late = [p.arrivals_percent for p in points if p.ramp_s == ramp]
         known = [percent for percent in late if percent is not None]
-        output(f"  ramp {1e3 * ramp:g} ms: " + (f"{min(known):.2g} %" if known else "no tap"))
+        output(
+            f"  ramp {1e3 * ramp:g} ms: " + (f"{two_digits(min(known))} %" if known else "no tap")
+        )
     output("points of (ramp, relaxation time, factor) at which a row agrees to 5 %:")
     for id_ in rows:
         own = sum(id_ in point.agreeing for point in points)

@@ -8,6 +8,7 @@ from validation.harness.command_line import AsJson
 from validation.harness.console import output
 from validation.harness.processes import workers
 from validation.harness.provenance import cores
+from validation.harness.uncertainty import two_digits
 from validation.studies.paper.case_runs import solve_case
 from validation.studies.paper.driven_cases import PRINTED_TORQUES, driven
 from validation.studies.paper.torque_factor import (
@@ -64,11 +65,11 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
             f"  {scene}: first contact at {1e3 * time:.3f} ms, printed {1e3 * printed:.3f} ms"
             f" ({100 * (time / printed - 1):+.2f} %)"
         )
-    output(f"  misfit {found.misfit_percent:.2g} % (root mean square)")
+    output(f"  misfit {two_digits(found.misfit_percent)} % (root mean square)")
     for scene, one in identified.by_case.items():
         output(f"  {scene} alone: {_case_text(one)}")
     for name, fit in identified.by_numerics.items():
-        output(f"  with {name}: factor {fit.factor:.4g}, misfit {fit.misfit_percent:.2g} %")
+        output(f"  with {name}: factor {fit.factor:.4g}, misfit {two_digits(fit.misfit_percent)} %")
     output("not fitted, with the factor at its lower bound, best value and upper bound:")
     for scene, by_label in predicted.items():
         for key in by_label["best"]:

@@ -18,6 +18,7 @@ from typing import Any
 import hcm
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import workers
+from validation.harness.uncertainty import two_digits
 from validation.models.adapter import Progress
 from validation.peers import exudyn_finger
 from validation.peers.scipy_ivp import solve_first_tap
@@ -73,7 +74,7 @@ def _described(answer: PeerAnswer, truth: Tap | None) -> str:
     """A cell of the table: how it ended, how far it is from the truth, its time."""
     ending, tap, seconds = answer
     error = largest_difference(tap, truth)
-    off = "" if error is None else f", off by {100 * error:.2g} %"
+    off = "" if error is None else f", off by {two_digits(100 * error)} %"
     return f"{ending}{off} ({seconds:.2g} s)"
 
 

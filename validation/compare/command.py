@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from validation.compare.verdict import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
 from validation.harness.console import output, progress_bar
@@ -21,7 +22,7 @@ SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", "wall_ti
 
 
 def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame":
-    """Both runs' scalars and the change in percent of the scene's own.
+    """Both runs' scalars and the change in percent (`error_percent`) of the scene's own.
 
     Columns: quantity, scene, changed, difference_percent (empty where it has no meaning), and
     error_percent, the sum of what both runs state as their errors.
@@ -31,9 +32,8 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame"
     rows = []
     for entry in SHOWN:
         before, after = entry.value(scene), entry.value(changed)
-        percent = error = None
-        if before and after is not None:
-            percent = 100.0 * (after - before) / abs(before)
+        percent, error = error_percent(after, before), None
+        if before and percent is not None:
             stated = [entry.error(scene), entry.error(changed)]
             if None not in stated:
                 error = 100.0 * sum(filter(None, stated)) / abs(entry.factor * before)
@@ -58,7 +58,7 @@ def compare(
     Parameters
     ----------
     model
-        hcm, fem3d or fem2d.
+        hcm, hcm-refined, fem3d, fem2d, or an installed plug-in.
     out
         Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
 

@@ -3,19 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.compare.verdict import Verdict, judge
+from validation.compare.verdict import Verdict, error_percent, judge
 from validation.harness.quantities import Quantity
 from validation.harness.record import RunRecord
-
-
-def error_percent(reduced: float | None, reference: float | None) -> float | None:
-    """100 (reduced - reference) / reference; None where it has no meaning.
-
-    Negative means smaller in magnitude, for negative quantities (Ft, vy) as for positive ones.
-    """
-    if reduced is None or reference is None or reference == 0:
-        return None
-    return 100 * (reduced - reference) / reference
 
 
 @dataclass(frozen=True)
@@ -38,7 +28,7 @@ class Difference:
 
     @property
     def error_percent(self) -> float | None:
-        """Signed, relative to the reference."""
+        """Of the reference, negative where the model's number is smaller in magnitude."""
         return error_percent(self.reduced, self.reference)
 
     @property

@@ -18,7 +18,7 @@ SLIP = 0.3  # of the ratio's decimal logarithm: models differ by less than a fac
 class Verdict:
     """A comparison of one number.
 
-    difference : E = S - D over |D|, percent.
+    difference : E = S - D over D, percent: negative where S is smaller in magnitude.
     uncertainty : u over |D|, percent; None where a result states no error.
     tolerance : largest difference asked for, percent; None: none was.
     """
@@ -45,6 +45,16 @@ class Verdict:
         return "inside" if abs(self.difference) <= self.tolerance else "outside"
 
 
+def error_percent(value: float | None, target: float | None) -> float | None:
+    """100 E/D = 100 (S - D)/D; None where it has no meaning.
+
+    Negative means smaller in magnitude, for negative numbers (Ft, vy, a stress) as for others.
+    """
+    if value is None or target is None or target == 0.0:
+        return None
+    return 100.0 * (value - target) / target
+
+
 def judge(
     value: float | None,
     target: float | None,
@@ -60,14 +70,15 @@ def judge(
     value_error, target_error : u_S and u_D in that unit; None or infinite: not known.
     tolerance : percent of D.
     """
-    if value is None or target is None or target == 0.0:
+    percent = error_percent(value, target)
+    if percent is None or target is None:
         return None
     u = None
     if value_error is not None and target_error is not None:
         u = 100.0 * math.hypot(value_error, target_error) / abs(target)
     if u is not None and not math.isfinite(u):
         u = None
-    return Verdict(100.0 * (value - target) / abs(target), u, tolerance)
+    return Verdict(percent, u, tolerance)
 
 
 def unit_slip(value: float, target: float) -> int:

@@ -44,6 +44,11 @@ def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
         if names.count(name) != 1 and (name in names or name in ("time", "normal_force")):
             count = names.count(name)
             raise UserError(f"{origin}: {count} columns {name}, must be one; known are {KNOWN}")
+    for name in names:
+        if name.endswith("_sigma") and name.removesuffix("_sigma") not in names:
+            raise UserError(
+                f"{origin}: column {name} has no {name.removesuffix('_sigma')} beside it"
+            )
     table = np.empty((len(rows), len(header)))
     for i, (line, row) in enumerate(rows):
         if len(row) != len(header):

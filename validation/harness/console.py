@@ -112,4 +112,4 @@ def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
 
 def _shown(entry: Quantity, record: "RunRecord") -> str | None:
     value = entry.read(record)
-    return None if value is None else with_error(value, entry.error(record))
+    return None if value is None else with_error(value, entry.error(record), entry.digits)

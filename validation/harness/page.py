@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.harness.files import write_text
-from validation.harness.tables import rounded
+from validation.harness.tables import heading, rounded
 from validation.harness.uncertainty import two_digits, with_error
 
 LARGEST_VECTOR = 1_000_000
@@ -61,5 +61,6 @@ def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
         lstrip_blocks=True,
     )
     environment.filters |= {"inline": inline, "signed": signed, "number": number}
-    environment.filters |= {"with_error": bar, "two_digits": two_digits, "worded": worded}
+    environment.filters |= {"with_error": bar, "two_digits": two_digits}
+    environment.filters |= {"worded": worded, "heading": heading}
     write_text(path, environment.get_template(template).render(context))

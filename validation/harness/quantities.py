@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from validation.harness.uncertainty import DIGITS
+
 UNITS = (  # endings of names, longest first, and the unit that they stand for
     ("_m_per_s", "m/s"),
     ("_N_s", "N s"),
@@ -54,6 +56,7 @@ class Quantity:
     prefix : of the unit that they show, a key of ``FACTORS``.
     component_of : key of the vector in the summary, and the axis; None for a scalar of its own.
     solid : whether the finite-element models alone have it.
+    digits : shown of it where no error is stated.
     """
 
     key: str
@@ -61,6 +64,7 @@ class Quantity:
     prefix: str = ""
     component_of: tuple[str, int] | None = None
     solid: bool = False
+    digits: int = DIGITS
 
     @property
     def unit(self) -> str:
@@ -101,7 +105,7 @@ QUANTITIES = (  # in the order of JSON and of the terminal
     Quantity(TIP_VELOCITY, "tip velocity at contact"),
     Quantity("peak_normal_force_N", "peak Fn"),
     Quantity("peak_normal_force_time_s", "time of peak Fn after contact", "u"),
-    Quantity("first_peak_normal_force_N", "first peak Fn"),
+    Quantity("first_peak_normal_force_N", "first peak Fn", digits=4),
     Quantity("peak_tangential_force_N", "peak Ft"),
     Quantity("contact_duration_s", "contact duration", "u"),
     Quantity("normal_impulse_N_s", "normal impulse", "m"),
@@ -110,9 +114,9 @@ QUANTITIES = (  # in the order of JSON and of the terminal
     Quantity("slip_to_stick", "slip to stick"),
     Quantity("reverse_slip", "reverse slip"),
     Quantity("peak_stress_R_Pa", "peak stress at R", "M"),
-    Quantity("energy_residual", "energy residual"),
-    Quantity("wall_time_s", "solve time"),
-    Quantity("peak_memory_MB", "peak memory"),
+    Quantity("energy_residual", "energy residual", digits=2),
+    Quantity("wall_time_s", "solve time", digits=3),
+    Quantity("peak_memory_MB", "peak memory", digits=3),
     Quantity("steps", "steps"),
     Quantity("elements", "elements", solid=True),
     Quantity("time_step_s", "time step", "n", solid=True),

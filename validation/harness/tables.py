@@ -22,6 +22,11 @@ def rounded(value: Any) -> str:
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
+def heading(column: str) -> str:
+    """A column's name in words; a scene's key, which has a dot, as it is."""
+    return column if "." in column else column.replace("_", " ")
+
+
 def for_people(table: "pd.DataFrame") -> "pd.DataFrame":
     """The table rounded, without columns that are empty throughout."""
     return table.dropna(axis="columns", how="all").map(rounded)
@@ -35,7 +40,7 @@ def write_table(folder: Path, name: str, table: "pd.DataFrame", caption: str) ->
         folder / f"{name}.md",
         f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n",
     )
-    people.columns = [str(column).replace("_", " ") for column in people.columns]
+    people.columns = [heading(str(column)) for column in people.columns]
     latex = people.to_latex(index=False, escape=True, caption=caption, label=f"tab:{name}")
     write_text(folder / f"{name}.tex", latex)
 

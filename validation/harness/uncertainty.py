@@ -5,15 +5,16 @@ import math
 DIGITS = 6  # of a number, however small its error is
 
 
-def with_error(value: float, error: float | None) -> str:
+def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     """``95.2 +- 0.4``: the error to one digit, to two where the first is a 1, upwards.
 
     Parameters
     ----------
     error : absolute; None: none is stated; infinite: nothing is known of it, ``95.1523 +- ?``.
+    digits : where there is none.
     """
     if error is None or error == 0.0:
-        return f"{value:.{DIGITS}g}"
+        return f"{float(f'{value:.{digits}g}'):.{DIGITS}g}"
     if not math.isfinite(error):
         return f"{value:.{DIGITS}g} +- ?"
     place = math.floor(math.log10(error))

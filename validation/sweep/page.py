@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 WORST = 10
 WITHIN = (0.02, 0.05)  # shares that the table counts
+# what a report has for some plans only
+OF_PAIRS = ("differences.*", "distribution.png", "parity-*", "worst-*", "map-*", "sobol.*")
 
 
 def pairs(plan: Plan) -> list[Pair]:
@@ -151,6 +153,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
     labels = [solver.label for solver in plan.solvers]
     found = [o for o in outputs(plan, data, chosen) if np.isfinite(o.values).any()]
     sections: list[dict[str, Any]] = []
+    for old in itertools.chain.from_iterable(map(folder.glob, OF_PAIRS)):  # perhaps of more models
+        old.unlink()
 
     def section(title: str, name: str, rows: Sequence[dict[str, Any]], *notes: str,
                 figures: Sequence[Path] = ()) -> None:  # fmt: skip

@@ -73,8 +73,9 @@ def sentences(rows: list[Difference]) -> list[str]:
             continue
         whose = NAMES.get(row.model, row.model)
         if row.error_percent is None or row.verdict is None:
-            missing = "no comparison, a run is missing"
-            result.append(f"{row.scene.capitalize()} finger: {missing} ({row.model}).")
+            without = row.model if row.reduced is None else f"the reference of {row.model}"
+            missing = f"no comparison, {without} failed or touched nothing"
+            result.append(f"{row.scene.capitalize()} finger: {missing}.")
             continue
         side = "above" if row.error_percent > 0 else "below"
         text = (

@@ -8,9 +8,10 @@ from types import MappingProxyType
 from typing import Any
 
 from validation.compare.claims import Claim, find
-from validation.compare.differences import difference, error_percent, spread
+from validation.compare.differences import difference, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
+from validation.compare.verdict import error_percent
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
 from validation.validate.plan import REDUCED, REFERENCE, Runs

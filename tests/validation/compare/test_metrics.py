@@ -3,8 +3,9 @@ import pytest
 
 from tests.validation.commands import Make
 from validation.compare.claims import find
-from validation.compare.differences import error_percent, spread
+from validation.compare.differences import spread
 from validation.compare.sprague_geers import compare_forces, sprague_geers
+from validation.compare.verdict import error_percent
 from validation.harness.quantities import COMPARED, quantity
 
 TIME = np.linspace(0, 1, 2001)

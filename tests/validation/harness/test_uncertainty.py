@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,15 @@ ERRORS = {
 )
 def test_an_error_decides_the_digits(value: float, error: float | None, text: str) -> None:
     assert with_error(value, error) == text
+
+
+def test_numbers_without_an_error_have_digits_of_their_own(make_record: Make) -> None:
+    assert [with_error(v, None, 3) for v in (0.00130786, 969.167, 2286.4)] == [
+        "0.00131", "969", "2290"
+    ]  # fmt: skip
+    record = make_record()
+    shown = summary_text(replace(record, summary={**record.summary, "wall_time_s": 0.0123456}))
+    assert "  solve time                     0.0123 s\n" in shown
 
 
 def test_how_large_something_is_needs_no_power_of_ten() -> None:

@@ -75,6 +75,19 @@ def test_a_table_shows_what_any_of_its_rows_has(tmp_path: Path) -> None:
     assert "<th>95 of 100 below (%)</th>" in page
 
 
+def test_a_report_of_fewer_models_leaves_no_table_of_more(tmp_path: Path) -> None:
+    plan, points, data = swept(tmp_path)
+    page = write_report(tmp_path, plan, points, data).read_text()
+    assert "<th>surface.friction first</th>" in page or "material.youngs_modulus" in page
+    assert "youngs modulus" not in page
+    assert (tmp_path / "worst-1.csv").exists()
+    fewer = read_plan(written(tmp_path))
+    write_report(tmp_path, fewer, points, data.isel(model=[0]))
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert not {name for name in kept if name.startswith(("parity", "worst", "differences"))}
+    assert "map-0.png" in kept
+
+
 def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:
     _, points, data = swept(tmp_path)
     plan = read_plan(written(tmp_path, PLAN.replace('["hcm"]', MODELS.replace(', "fem3d"', ""))))

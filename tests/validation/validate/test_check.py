@@ -1,6 +1,7 @@
 """What ``fingertap validate`` may be asked for, and what its checks say to a machine."""
 
 import json
+import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
@@ -45,10 +46,11 @@ def test_verdict_is_e_against_u(
     assert judge(1.0, 0.0, *errors) is None
 
 
-def test_negative_numbers_keep_the_sign_of_their_difference() -> None:
+def test_a_smaller_magnitude_is_a_negative_difference_whatever_the_sign() -> None:
     verdict = judge(-30.0, -40.0, 1.0, 1.0)
     assert verdict is not None
-    assert verdict.difference == pytest.approx(25.0)  # S - D = 10 over |D| = 40
+    assert verdict.difference == pytest.approx(-25.0)  # S - D = 10 over D = -40
+    assert verdict.uncertainty == pytest.approx(100.0 * math.sqrt(2.0) / 40.0)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from validation.harness.quantities import OF_A_TAP, Quantity, quantities
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
+from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, cumulative, every
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
@@ -59,6 +60,9 @@ def waterfall(
     _write(folder, named.name, variants, rows, reference)
     for variant, found in zip(variants, rows, strict=True):
         output(f"{variant.name:42}" + "".join(f"{_percent(one):>12}" for one in found))
+    known = [_uncertainty(of, reference) for of in COMPARED]
+    told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>12}" for u in known)
+    output(f"{'the reference is known to':42}{told}")
     output(f"errors (%) of {', '.join(q.title for q in COMPARED)}; files in {folder}")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from validation.compare.claims import read_claims
-from validation.compare.differences import error_percent
+from validation.compare.verdict import error_percent
 from validation.harness.record import RunRecord
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import Runs, curve, scalar, transitions

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from validation.compare.differences import error_percent
 from validation.compare.force_curves import FORCES
 from validation.compare.iso18571 import rate_forces
 from validation.compare.sprague_geers import compare_forces
+from validation.compare.verdict import error_percent
 from validation.harness.quantities import COMPARED, OF_THE_FLIGHT, Quantity
 from validation.harness.record import RunRecord
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from validation.compare.differences import error_percent
+from validation.compare.verdict import error_percent
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs

@@ -44,12 +44,13 @@ def test_skipping_the_search_in_flight_changes_no_bit() -> None:
 
 
 # Reused factors stop at Newton's tolerance too; the error control takes its steps from them (to
-# 1e-9 m). Half a body differs from the whole by where sums are rounded, which a node that leaves
-# the surface in another step makes 1e-4 of the duration: a step is 1.3e-3 of it (measured: 1e-4,
-# 3e-7 and 1e-6).
+# 1e-9 m). Half a body's stable step is 0.9 % shorter than the whole's, whose Lanczos vector starts
+# elsewhere: a node comes or goes in another step, which is 1.3e-3 of the duration (measured: 1e-4
+# to 2.7e-4), and the peak differs by what steps leave of it (3e-7 on one processor, 3e-5 on
+# another).
 @pytest.mark.parametrize(
     ("name", "largest", "peak"),
-    [("factorization reuse", 1e-4, 1e-4), ("half model by symmetry", 1.3e-3, 1e-5)],
+    [("factorization reuse", 1e-4, 1e-4), ("half model by symmetry", 1.3e-3, 1e-4)],
 )
 def test_shortcuts_change_results_by_less_than_steps_do(
     name: str, largest: float, peak: float

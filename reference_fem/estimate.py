@@ -131,6 +131,7 @@ def estimated(
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
     late, of_speed, other = math.inf, 0.0, None
     of_mesh: dict[str, float] = {}
+    of_ends: dict[str, float] = {}
     open_ends: tuple[str, ...] = ()
     if given.mesh.shape is not None:
         late, apart = _of_flight(given, chain, touch, first, given.mesh.shape, speed)
@@ -159,7 +160,8 @@ def estimated(
                 of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
         of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
         of_tap |= rivals(run, of_tap)
-        of_ends, open_ends = other_ends(run, given.model)
+        if given.settings.tap_until_s == 0.0:
+            of_ends, open_ends = other_ends(run, given.model)
         if of_speed != math.inf:  # a companion's tap may have the other end
             alone = tap_errors(run, None, resolution) if open_ends else of_tap
             of_mesh = {"contact_time_s": late, **alone}

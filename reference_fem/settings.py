@@ -188,6 +188,9 @@ class Settings:
     stop nodes before there was a height to place the touch by."""
     end_time_s: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
     """None ends the run when the first tap is over. A time continues through further taps."""
+    tap_until_s: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
+    """A tap's touches are those that begin within this time of its first one: two models are
+    compared over the same touches; 0: the rule decides (`dynamics.tap`)."""
     max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 5e-3
     """Longest contact to follow; beyond it the run ends as STILL_IN_CONTACT."""
     max_flight_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0

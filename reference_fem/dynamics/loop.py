@@ -83,7 +83,7 @@ def explicit_tap(
             if found is not None:
                 status, message = found
                 break
-            tap = tap_after(on, now.tap, state, block, taken.next_touch_s)
+            tap = tap_after(on, now.tap, state, block, taken.next_touch_s, settings.tap_until_s)
             now = replace(now, state=after, tap=tap, audits=now.audits + 1)
             ends = ending(settings, tap, after.time_s, now.start_s)
             if ends is not None:

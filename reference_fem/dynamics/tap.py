@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import math
+
 import numpy as np
 
 from reference_fem.arrays import Array
@@ -30,34 +32,47 @@ class Tap:
     tip_velocity: tuple[float, float] | None = None
 
 
-def tap_after(model: Model, tap: Tap, state: State, block: Block, touch_in_s: float) -> Tap:
+def tap_after(
+    model: Model, tap: Tap, state: State, block: Block, touch_in_s: float, until_s: float = 0.0
+) -> Tap:
     """The tap after a block that started from `state`.
 
     It is over once the surface has not been touched for 10 % of the contact so far, a quarter of
     an axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
     chatter at the start and at the end), and will not be for twice as long as the contact so far.
+    With `until_s` it has the touches that begin within that time of the first one, ten steps apart.
 
     Parameters
     ----------
     touch_in_s : `next_touch_s` of the block's start
+    until_s : `Settings.tap_until_s`
     """
     if tap.over:
         return tap
-    touched = np.flatnonzero(block.log[:, NORMAL] > 0.0)
+    steps = np.flatnonzero(block.log[:, NORMAL] > 0.0)
+    touched = state.time_s + steps * model.step_s
     first, last, velocity = tap.first_touch_s, tap.last_touch_s, tap.tip_velocity
-    if touched.size:
-        if first is None:
-            first = state.time_s + touched[0] * model.step_s
-            # Half a step before, untouched: the block may have begun some fifty steps before.
-            before, _ = advance(model, state, max(int(touched[0]), 1), False)
-            x, y = before.velocity[model.pole, :2]
-            velocity = (float(x), float(y))
-        last = state.time_s + touched[-1] * model.step_s
+    if steps.size and first is None:
+        first = last = float(touched[0])
+        # Half a step before, untouched: the block may have begun some fifty steps before.
+        before, _ = advance(model, state, max(int(steps[0]), 1), False)
+        x, y = before.velocity[model.pole, :2]
+        velocity = (float(x), float(y))
     if first is None or last is None:
         return tap
+    least = LEAST_WAIT * model.step_s
+    if until_s > 0.0:
+        begins = np.diff(touched, prepend=last) > least
+        touched = touched[np.cumsum(begins & (touched - first > until_s)) == 0]
+    if touched.size:
+        last = float(touched[-1])
     now = state.time_s + (len(block.log) - 1) * model.step_s
-    wait, soon = parting_s(model, last - first)
-    return Tap(first, last, bool(now - last > wait and touch_in_s > soon), velocity)
+    if until_s > 0.0:
+        over = now - first > until_s and now - last > least
+    else:
+        wait, soon = parting_s(model, last - first)
+        over = bool(now - last > wait and touch_in_s > soon)
+    return Tap(first, last, over, velocity)
 
 
 def parting_s(model: Model, lasted: Array | float) -> tuple[Array, Array]:

@@ -1,0 +1,61 @@
+"""Taps over the touches that begin within a given time: a soft phalanx touches three times."""
+
+import numpy as np
+import pytest
+
+import meshes
+import reference_fem as rf
+from tests.reference_fem.taps import tap
+
+MESH = meshes.finger_quadrilaterals(
+    meshes.FingerGeometry((0.0933,), (0.015,)), meshes.SIZINGS["fast"]
+)
+
+
+def fallen(until_s: float, end_time_s: float | None = None) -> rf.TapResult:
+    rubber = (rf.Material(4.4e7, 0.44, 1000.0),)
+    return tap(
+        MESH, rubber, rf.Surface(0.0387, 0.27), max_contact_time_s=0.05, estimate=False,
+        tap_until_s=until_s, end_time_s=end_time_s,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def touches() -> list[tuple[float, float]]:
+    """Begin and end of each after the first one's begin, s, more than ten steps apart."""
+    run = fallen(0.0, end_time_s=0.088)
+    time = run.forces.time_s[run.forces.normal_force_N > 0.0]
+    parts = np.split(time, np.flatnonzero(np.diff(time) > 10.5 * run.summary.time_step_s) + 1)
+    return [(part[0] - time[0], part[-1] - time[0]) for part in parts]
+
+
+def test_a_tap_has_the_touches_that_begin_until_then(touches: list[tuple[float, float]]) -> None:
+    assert len(touches) == 3
+    for count, (begin, end) in enumerate(touches, 1):
+        following = touches[count][0] if count < len(touches) else end + 2e-3
+        for until_s in (0.5 * (begin + end), 0.5 * (end + following)):
+            run = fallen(until_s)
+            assert run.status is rf.Status.COMPLETED
+            lasts = run.summary.contact_duration_s
+            # it begins between two steps
+            assert lasts == pytest.approx(end, abs=1.01 * run.summary.time_step_s)
+
+
+def test_within_one_touch_it_is_the_tap_of_the_rule(touches: list[tuple[float, float]]) -> None:
+    rule, held = fallen(0.0).summary, fallen(0.9 * touches[0][1]).summary
+    assert held.contact_duration_s == rule.contact_duration_s
+    assert held.normal_impulse_N_s == rule.normal_impulse_N_s
+
+
+def test_a_tap_whose_touches_are_given_has_no_other_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By the rule this one's next touch is near, and all of its numbers are open."""
+    monkeypatch.setattr(
+        "reference_fem.estimate.other_ends", lambda *_: ({"contact_duration_s": 9.0}, ("open",))
+    )
+    for until_s, told in ((0.0, True), (1e-3, False)):
+        scene = (MESH, (rf.Material(4.4e7, 0.44, 1000.0),), rf.Surface(0.0387, 0.27))
+        run = rf.simulate(*scene, rf.Drive(), rf.Settings(tap_until_s=until_s))
+        assert ("open" in run.cautions) == told
+        assert (run.errors["contact_duration_s"] == 9.0) == told

@@ -12,20 +12,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import OdeSolution, solve_ivp
+from scipy.integrate import solve_ivp
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain, build_chain
 from hcm.beam.drive import Piece, piece_at, set_drive, torques_on_nodes
-from hcm.beam.minimal_coordinates import (
-    Coordinates,
-    bordered_acceleration,
-    expand,
-    minimal_coordinates,
-    rate,
-)
+from hcm.beam.minimal_coordinates import Coordinates, expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, Contact, ContactLaw, contact_force, contact_law
+from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, Contact, ContactLaw, contact_law
 from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
 from hcm.result import EVENT_KINDS, Event
 
@@ -51,28 +45,6 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Phase:
-    """Motion between two transitions; `dense` is None unless it was asked for."""
-
-    begin_s: float
-    end_s: float
-    contact: Contact
-    origin: Floats
-    dense: OdeSolution | None
-
-
-@dataclass(frozen=True)
-class State:
-    """q, q. and (q.., lam), bordered (n,); F_t and F_n on the tip, N."""
-
-    coordinates: Floats
-    velocities: Floats
-    acceleration: Floats
-    tangential_force_N: float
-    normal_force_N: float
-
-
-@dataclass(frozen=True)
 class Truth:
     """A solved tap.
 
@@ -86,33 +58,10 @@ class Truth:
     normal_impulse_N_s: float
     friction_dissipation_J: float
     end: Start
-    phases: tuple[Phase, ...]
-    chain: Chain
-    law: ContactLaw
-    mapping: Coordinates
 
     def time_of(self, kind: str) -> float:
         """Time of the first event of a kind, s."""
         return next(e.time_s for e in self.events if e.kind == kind)
-
-    def at(self, time_s: float) -> State:
-        """State at a time of a dense run.
-
-        Raises
-        ------
-        ValueError
-            The time lies outside the run, or the run was not dense.
-        """
-        for phase in self.phases:
-            if phase.dense is not None and phase.begin_s <= time_s <= phase.end_s:
-                y, m = phase.dense(time_s), self.mapping.place.size
-                q = expand(phase.origin + y[:m], self.mapping.source)
-                v = expand(y[m : 2 * m], self.mapping.source)
-                tip, law = self.chain.tip, self.law
-                ft, fn = contact_force(q[tip], q[tip + 1] + law.height, phase.contact, law)
-                a = bordered_acceleration(q, v, self.mapping, self.chain, phase.contact, law)
-                return State(q, v, a, ft, fn)
-        raise ValueError(f"no dense solution at t = {time_s!r} s: solve with dense=True")
 
 
 def solve(
@@ -125,7 +74,6 @@ def solve(
     start: Start | None = None,
     taps: int = 1,
     end_time: float = 2.0,
-    dense: bool = False,
 ) -> Truth:
     """Solve a tap from rest, or from `start`, until `taps` separations or `end_time`.
 
@@ -136,7 +84,6 @@ def solve(
     atol : m, the same absolutely; slopes in units of 1/l, velocities per sqrt(mass/k).
     start : where to begin; None means at rest along -X.
     taps, end_time : when to stop; s since the start of the motion.
-    dense : keep the interpolant of every phase (megabytes per millisecond).
 
     Raises
     ------
@@ -151,12 +98,12 @@ def solve(
         start = Start(rest, np.zeros_like(rest))
     law = contact_law(surface, tip)
     pieces = torques_on_nodes(drive, len(finger.phalanges))
-    return solve_chain(chain, law, start, rtol, atol, taps, end_time, dense, pieces)
+    return solve_chain(chain, law, start, rtol, atol, taps, end_time, pieces)
 
 
 def solve_chain(
     chain: Chain, law: ContactLaw, start: Start, rtol: float, atol: float, taps: int = 1,
-    end_time: float = 2.0, dense: bool = False, drive: Sequence[Piece] = (),
+    end_time: float = 2.0, drive: Sequence[Piece] = (),
 ) -> Truth:  # fmt: skip
     """`solve` for a chain of elements that is given as arrays; `drive` : torques on its nodes."""
     steady = np.stack([chain.torque, np.zeros_like(chain.torque)])
@@ -167,10 +114,9 @@ def solve_chain(
     y = np.concatenate([start.coordinates[mapping.place], start.velocities[mapping.place], [0, 0]])
     time, contact, kind = start.time_s, start.contact, -1
     events: list[Event] = []
-    phases: list[Phase] = []
-    peak = 0.0
+    peak, phases = 0.0, 0
     while taps > 0 and time < end_time:
-        if len(phases) >= MAX_PHASES:
+        if phases >= MAX_PHASES:
             raise RuntimeError(
                 f"{MAX_PHASES} transitions by t = {time:.9g} s: the contact chatters"
             )
@@ -193,7 +139,7 @@ def solve_chain(
         functions = _event_functions(time, y, soon.y[:, -1], origin, mapping, chain, contact, law)
         solved = solve_ivp(
             slope, (time, until), y, method="DOP853", events=functions,
-            rtol=rtol, atol=tolerance, dense_output=dense, t_eval=[until],
+            rtol=rtol, atol=tolerance, t_eval=[until],
         )  # fmt: skip
         if solved.status < 0:
             raise RuntimeError(f"the integrator failed at t = {time:.9g} s: {solved.message}")
@@ -201,8 +147,7 @@ def solve_chain(
         stop = float(solved.t_events[fired[0]][0]) if fired else until
         y = (solved.y_events[fired[0]][0] if fired else solved.y[:, -1]).copy()
         y[:m] += origin
-        phases.append(Phase(time, stop, contact, origin, solved.sol))
-        time = stop
+        time, phases = stop, phases + 1
         q, v = expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source)
         if not fired:
             continue
@@ -219,10 +164,7 @@ def solve_chain(
     end = Start(
         expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source), time, contact
     )  # fmt: skip
-    return Truth(
-        tuple(events), peak, float(y[-2]), float(y[-1]), end, tuple(phases),
-        chain, law, mapping,
-    )  # fmt: skip
+    return Truth(tuple(events), peak, float(y[-2]), float(y[-1]), end)
 
 
 def _tolerance(mapping: Coordinates, chain: Chain, law: ContactLaw, atol: float) -> Floats:

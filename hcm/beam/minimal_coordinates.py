@@ -4,10 +4,7 @@ Hinges tie positions linearly, so every bordered place either carries an indepen
 (slopes, free positions), repeats one (the first node of phalanx w > 1 sits where phalanx w - 1
 ends), or is zero (the fixed hinge; the places of the multipliers). `source` says which, and then
 
-    N^T M N z.. = N^T (Q + tau + F_c - K q - D v),
-    lam_w = -(M q.. + K q + D v - Q - tau - F_c) at node w.1
-
-since lam_w alone closes the balance of the first node of phalanx w.
+    N^T M N z.. = N^T (Q + tau + F_c - K q - D v).
 """
 
 from typing import NamedTuple
@@ -106,17 +103,3 @@ def rate(
         q[tip + 1] + law.height, v[tip], v[tip + 1], contact, law
     )
     return out
-
-
-@allocating
-def bordered_acceleration(
-    q: Floats, v: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
-) -> Floats:
-    """Bordered (q.., lam), (n,); lam from the balance of the hinges' outer nodes."""
-    full = expand(acceleration(q, v, coordinates, chain, contact, law), coordinates.source)
-    out = np.empty(q.size)
-    residual(q, v, full, chain, contact, law, out)
-    for w in range(chain.hinge.size):
-        for c in range(2):
-            full[chain.hinge[w] + c] = -out[chain.hinge_outer[w] + c]
-    return full

@@ -11,8 +11,8 @@ from hcm import loop
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain, Probe, build_chain
-from hcm.beam.equations import tangent
-from hcm.beam.minimal_coordinates import minimal_coordinates
+from hcm.beam.equations import residual, tangent
+from hcm.beam.minimal_coordinates import acceleration, expand, minimal_coordinates
 from hcm.beam.outline import Outline
 from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw, contact_law
 from hcm.integrators.gauss_tableau import with_collocation
@@ -229,3 +229,15 @@ def point_mass(
     q = np.array([anchor[0] - 1.0, anchor[1], *slope, *position, *slope], dtype=float)
     v = np.array([*anchor_velocity, 0.0, 0.0, *velocity, 0.0, 0.0], dtype=float)
     return chain, Start(q, v)
+
+
+def bordered_acceleration(
+    q: Floats, v: Floats, chain: Chain, contact: Contact, law: ContactLaw
+) -> Floats:
+    """(q.., lam), (n,): lam closes the balance of the hinges' outer nodes."""
+    mapping, out = minimal_coordinates(chain), np.empty(q.size)
+    full = expand(acceleration(q, v, mapping, chain, contact, law), mapping.source)
+    residual(q, v, full, chain, contact, law, out)
+    for axis in range(2):
+        full[chain.hinge + axis] = -out[chain.hinge_outer + axis]
+    return full

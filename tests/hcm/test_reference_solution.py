@@ -7,7 +7,7 @@ import hcm
 from hcm import reference_solution as truth
 from hcm.beam.energy import energies
 from hcm.beam.equations import residual
-from hcm.beam.minimal_coordinates import bordered_acceleration, expand, minimal_coordinates
+from hcm.beam.minimal_coordinates import expand, minimal_coordinates
 from hcm.contact.law import COMPRESSION, STICK, Contact, contact_law
 from tests.hcm.cases import (
     HARD,
@@ -18,6 +18,7 @@ from tests.hcm.cases import (
     SPINS,
     STRIKING,
     SURFACE,
+    bordered_acceleration,
     finger,
     integrate,
     straight_links,
@@ -37,7 +38,7 @@ def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
     q = expand(z, mapping.source)
     v = expand(start.velocities[mapping.place] + rng.standard_normal(z.size), mapping.source)
     contact = Contact(COMPRESSION, STICK, 0.0, 3.0, q[chain.tip + 1] + 0.1, q[chain.tip] + 1e-5)
-    a = bordered_acceleration(q, v, mapping, chain, contact, SOFT_LAW)
+    a = bordered_acceleration(q, v, chain, contact, SOFT_LAW)
     left, forces = np.empty(q.size), np.empty(q.size)
     residual(q, v, a, chain, contact, SOFT_LAW, left)
     residual(q, v, np.zeros(q.size), chain, contact, SOFT_LAW, forces)
@@ -81,13 +82,6 @@ def test_loop_agrees_with_truth_from_one_state() -> None:
     impulse = np.trapezoid(run["normal_force"], run["time"])
     assert impulse == pytest.approx(exact.normal_impulse_N_s, rel=1e-6)
     assert run["friction_loss"][-1] == pytest.approx(exact.friction_dissipation_J, rel=1e-6)
-
-
-def test_dense_states_are_only_kept_on_request() -> None:
-    chain, start = straight_links(finger(SOFT, elements=1))
-    solved = truth.solve_chain(chain, SOFT_LAW, start, 1e-8, 1e-12)
-    with pytest.raises(ValueError, match="dense=True"):
-        solved.at(1e-5)
 
 
 # From rest at 5 elements a phalanx: rtol = 1e-11 (soft), 1e-10 (hard) and tolerances 100 times

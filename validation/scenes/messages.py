@@ -1,29 +1,32 @@
 """Pydantic's errors as one line each: key, value, what is allowed, what to do."""
 
 import difflib
-from collections.abc import Iterator
+from functools import cache
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import SOLVER_TABLES, AccuracyTable, SolverTable
 
 
-def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> Iterator[str]:
-    """All dotted keys of a scene."""
+@cache
+def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, FieldInfo]:
+    """All dotted keys of a scene, and what each is declared as."""
+    found: dict[str, FieldInfo] = {}
     if table is SolverTable:
         for name, solver_table in SOLVER_TABLES.items():
-            yield from known_keys(solver_table(), f"{prefix}{name}.")
-        yield from (f"{prefix}{name}" for name in AccuracyTable.model_fields)
-        return
+            found |= known_keys(solver_table(), f"{prefix}{name}.")
+        table = AccuracyTable
     for name, field in table.model_fields.items():
         kinds = (field.annotation, *get_args(field.annotation))
         inner = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
         if not inner or inner[0] is not kinds[0]:
-            yield prefix + name
+            found[prefix + name] = field
         for kind in inner:
-            yield from known_keys(kind, f"{prefix}{name}.")
+            found |= known_keys(kind, f"{prefix}{name}.")
+    return found
 
 
 def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:

@@ -1,16 +1,14 @@
 """How a key of the scene varies in a sweep: a range, a list, or a distribution of scipy.stats."""
 
 import math
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 from pydantic_core import PydanticCustomError
 
 from validation.errors import UserError
 from validation.scenes.messages import known_keys, nearest_key, show
 from validation.scenes.quantity import Quantity
-from validation.scenes.scene import Scene
-from validation.scenes.solver_tables import SOLVER_TABLES, SolverTable
 from validation.scenes.tables import Table
 
 MOST_POINTS = 10_000_000
@@ -37,16 +35,7 @@ class Axis(Table):
 
 def quantity_of(key: str) -> Quantity | None:
     """The bounds of a scene's key, None of one that is no number."""
-    table: Any = Scene
-    *path, name = key.split(".")
-    for part in path:
-        solver = table is SolverTable
-        kind: Any = SOLVER_TABLES[part]() if solver else table.model_fields[part].annotation
-        # drive.torques is a list or a table
-        kinds = (kind, *get_args(kind))
-        table = next(k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel))
-    found = [q for q in table.model_fields[name].metadata if isinstance(q, Quantity)]
-    return found[0] if found else None
+    return next((q for q in known_keys()[key].metadata if isinstance(q, Quantity)), None)
 
 
 def check_key(key: str, origin: str) -> None:
@@ -57,7 +46,7 @@ def check_key(key: str, origin: str) -> None:
     UserError
         Naming the nearest one.
     """
-    if key not in set(known_keys()):
+    if key not in known_keys():
         raise UserError(f"{origin}: unknown key of a scene; {nearest_key(key)}")
 
 

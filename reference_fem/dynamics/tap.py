@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import math
-
 import numpy as np
 
 from reference_fem.arrays import Array

@@ -54,6 +54,8 @@ def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | N
     CFD applications", J. Fluids Eng. 130 (2008) 078001, eq. 3, solved by bracketing). The right
     side grows with p; 0 is returned where p is not positive.
     """
+    from scipy.optimize import brentq
+
     (h3, h2, h1), (f3, f2, f1) = sizes, values
     e21, e32 = f2 - f1, f3 - f2
     if e21 * e32 <= 0.0:
@@ -69,10 +71,7 @@ def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | N
         return 0.0
     if excess(high) <= 0.0:
         return high
-    while high - low > 1e-12 * high:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
-    return 0.5 * (low + high)
+    return float(brentq(excess, low, high, xtol=1e-12))
 
 
 def convergence(

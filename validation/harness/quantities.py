@@ -147,6 +147,7 @@ def quantities(*keys: str) -> tuple[Quantity, ...]:
 
 
 OF_A_TAP = quantities("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+TAP_AND_STRESS = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 OF_THE_FLIGHT = quantities("contact_time_s", "tip_velocity_x_m_per_s", "tip_velocity_y_m_per_s")
 COMPARED = (  # what two models are compared by
     *quantities("peak_normal_force_N", "peak_tangential_force_N", "normal_impulse_N_s"),

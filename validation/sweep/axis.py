@@ -27,7 +27,7 @@ class Axis(Table):
     """A list, of anything that the key may be."""
     distribution: str | None = None
     """Name in scipy.stats, for example norm."""
-    parameters: dict[str, float] = Field({})
+    parameters: dict[str, float] = Field(default_factory=dict)
     """Of the distribution, by its names: loc, scale, and its shapes."""
     count: Annotated[int, Quantity(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
     """Points of a range or a distribution on a grid."""

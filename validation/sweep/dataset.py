@@ -15,11 +15,9 @@ from validation.harness.files import write_dataset, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import (
     COMPONENTS,
-    OF_A_TAP,
     QUANTITIES,
     TIP_VELOCITY,
     Quantity,
-    quantities,
     unit_of,
 )
 from validation.harness.stored_run import restored
@@ -32,7 +30,6 @@ from validation.sweep.sensitivity import Floats
 if TYPE_CHECKING:
     import xarray
 
-COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 NOT_SOLVED = "NOT_SOLVED"
 WORDS = ("status", "message", "processor")
 NUMBERS = tuple(

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
+from validation.harness.quantities import TAP_AND_STRESS
 from validation.sweep.axis import quantity_of
-from validation.sweep.dataset import COMPARED, Output, Pair, differences, numbers
+from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
 
 if TYPE_CHECKING:
@@ -22,8 +23,8 @@ MOST_MAPPED = 8  # variables of a map: 28 panels
 
 def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
     """Each quantity of one model over the other's, with both stated errors."""
-    with panels(path, 2, len(COMPARED) // 2, height=3.0) as axes:
-        for axis, entry in zip(axes.flat, COMPARED, strict=True):
+    with panels(path, 2, len(TAP_AND_STRESS) // 2, height=3.0) as axes:
+        for axis, entry in zip(axes.flat, TAP_AND_STRESS, strict=True):
             own, base = (np.abs(numbers(data, entry, p)) for p in (pair.own, pair.base))
             bars = [_bars(numbers(data, entry, p, True)) for p in (pair.own, pair.base)]
             known = np.isfinite(own) & np.isfinite(base)
@@ -47,8 +48,8 @@ def _bars(errors: Floats) -> Floats:
 
 def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) -> None:
     """Share of scenes whose difference is no larger, a panel a quantity, a line a pair."""
-    with panels(path, 2, len(COMPARED) // 2, height=2.8, sharey=True) as axes:
-        for axis, entry in zip(axes.flat, COMPARED, strict=True):
+    with panels(path, 2, len(TAP_AND_STRESS) // 2, height=2.8, sharey=True) as axes:
+        for axis, entry in zip(axes.flat, TAP_AND_STRESS, strict=True):
             for number, pair in enumerate(chosen):
                 found = np.abs(differences(data, entry, pair))
                 apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))

@@ -12,13 +12,13 @@ import numpy as np
 
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
-from validation.harness.quantities import OF_A_TAP
+from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
 from validation.models import adapter, default_accuracy
 from validation.scenes.load import changed_scene
 from validation.scenes.solver_tables import NO_ACCURACY
-from validation.sweep.dataset import COMPARED, Output, Pair, differences, numbers
+from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.figures import draw_distribution, draw_map, draw_parity
 from validation.sweep.plan import Plan, assignment
 from validation.sweep.points import PointTable
@@ -48,7 +48,7 @@ def pairs(plan: Plan) -> list[Pair]:
 def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
     """A row a pair and a quantity: how far the models are apart, and what the stated errors say."""
     rows = []
-    for pair, entry in itertools.product(chosen, COMPARED):
+    for pair, entry in itertools.product(chosen, TAP_AND_STRESS):
         found = differences(data, entry, pair)
         apart = np.abs(found[np.isfinite(found)])
         stated = np.hypot(*(numbers(data, entry, p, True) for p in (pair.own, pair.base)))
@@ -115,12 +115,12 @@ def variables(points: PointTable) -> dict[str, Floats]:
 
 def outputs(plan: Plan, data: xarray.Dataset, chosen: Sequence[Pair]) -> Iterator[Output]:
     """Differences of the pairs; of a single model its numbers."""
-    for pair, entry in itertools.product(chosen, COMPARED):
+    for pair, entry in itertools.product(chosen, TAP_AND_STRESS):
         percent = 100 * differences(data, entry, pair)
         yield Output(f"{entry.title}: {pair.title}", "difference (%)", percent, signed=True)
     if not chosen:
         label = plan.solvers[0].label
-        for entry in COMPARED:
+        for entry in TAP_AND_STRESS:
             values = numbers(data, entry, 0)
             yield Output(f"{entry.title}: {label}", f"{entry.title} ({entry.unit})", values, False)
 
@@ -180,7 +180,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
             f"{row['models']}, {row['quantity']}: {two_digits(row['median (%)'])} % apart in the"
             f" median of {row['scenes']} scenes, {two_digits(row['largest (%)'])} % at most."
             for row in apart
-            if "median (%)" in row and row["quantity"] == COMPARED[0].title
+            if "median (%)" in row and row["quantity"] == TAP_AND_STRESS[0].title
         ]
         distribution = folder / "distribution.png"
         draw_distribution(distribution, data, chosen)

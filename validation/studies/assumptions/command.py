@@ -10,7 +10,7 @@ from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import GREY, panels
 from validation.harness.files import output_folder, safe_name
-from validation.harness.quantities import OF_A_TAP, Quantity, quantities
+from validation.harness.quantities import TAP_AND_STRESS, Quantity
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
@@ -20,7 +20,6 @@ from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
 from validation.validate.plan import by_assumption
 
-COMPARED = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 REFERENCE = "fem3d"
 
 
@@ -54,16 +53,19 @@ def waterfall(
     if not reference.ok:
         raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
     rows = [
-        [difference(named.name, v.name, q, run if run.ok else None, reference) for q in COMPARED]
+        [
+            difference(named.name, v.name, q, run if run.ok else None, reference)
+            for q in TAP_AND_STRESS
+        ]
         for v, run in zip(variants, runs, strict=True)
     ]
     _write(folder, named.name, variants, rows, reference)
     for variant, found in zip(variants, rows, strict=True):
         output(f"{variant.name:42}" + "".join(f"{_percent(one):>12}" for one in found))
-    known = [_uncertainty(of, reference) for of in COMPARED]
+    known = [_uncertainty(of, reference) for of in TAP_AND_STRESS]
     told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>12}" for u in known)
     output(f"{'the reference is known to':42}{told}")
-    output(f"errors (%) of {', '.join(q.title for q in COMPARED)}; files in {folder}")
+    output(f"errors (%) of {', '.join(q.title for q in TAP_AND_STRESS)}; files in {folder}")
 
 
 def _percent(one: Difference) -> str:
@@ -94,11 +96,11 @@ def _write(
     )
     caption = f"{scene}: the reduced model against {reference.label}, assumption by assumption"
     write_table(folder, "waterfall", table, caption)
-    with panels(folder / "waterfall.png", len(COMPARED), width=2.8, height=4.4) as axes:
+    with panels(folder / "waterfall.png", len(TAP_AND_STRESS), width=2.8, height=4.4) as axes:
         errors = [[one.error_percent or 0.0 for one in found] for found in rows]
-        titles, names = [of.title for of in COMPARED], [variant.name for variant in variants]
+        titles, names = [of.title for of in TAP_AND_STRESS], [variant.name for variant in variants]
         assumption_bars(axes[0], titles, names, errors, len(cumulative()))
-        for axis, of in zip(axes[0], COMPARED, strict=True):
+        for axis, of in zip(axes[0], TAP_AND_STRESS, strict=True):
             if (u := _uncertainty(of, reference)) is not None:
                 axis.axvspan(-u, u, color=GREY, alpha=0.3, linewidth=0)
             axis.axvline(0, color="black", linewidth=0.6)

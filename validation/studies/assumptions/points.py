@@ -17,21 +17,23 @@ from hcm.flight.rigid_chain import build_rods, rates
 from validation.models import solid_mesh
 from validation.scenes.load import load_scene
 from validation.scenes.scene import Scene
+from validation.sweep.axis import Axis
 from validation.sweep.plan import assignment
+from validation.sweep.points import values_of
 
 Numbers = NDArray[np.float64]
 
 DIAMETER = 0.015  # m: other sizes are other densities, for gravity alone has a length
 LONGEST_FALL_S = 1.0
-# keys of a scene, or the angle in degrees: low, high, whether even in the logarithm
-RANGES: dict[str, tuple[float, float, bool]] = {
-    "finger.phalanges": (1.0, 5.0, False),
-    "finger.length": (2 * DIAMETER, 10 * DIAMETER, False),
-    "material.youngs_modulus": (1e7, 1e11, True),
-    "material.density": (800.0, 8000.0, True),
-    "material.poisson_ratio": (0.3, 0.49, False),
-    "surface.friction": (0.0, 1.2, False),
-    "angle_deg": (15.0, 62.0, False),
+# keys of a scene, or the angle in degrees
+RANGES = {
+    "finger.phalanges": Axis(low=1.0, high=5.0),
+    "finger.length": Axis(low=2 * DIAMETER, high=10 * DIAMETER),
+    "material.youngs_modulus": Axis(low=1e7, high=1e11, log=True),
+    "material.density": Axis(low=800.0, high=8000.0, log=True),
+    "material.poisson_ratio": Axis(low=0.3, high=0.49),
+    "surface.friction": Axis(low=0.0, high=1.2),
+    "angle_deg": Axis(low=15.0, high=62.0),
 }
 
 
@@ -42,14 +44,14 @@ def points(number: int, seed: int = 0) -> list[dict[str, Any]]:
     cube = qmc.Sobol(len(RANGES), rng=np.random.default_rng(seed)).random_base2(
         math.ceil(math.log2(number))
     )
-    return [_point(shares) for shares in cube[:number]]
+    values = [values_of(*pair) for pair in zip(RANGES.values(), cube[:number].T, strict=True)]
+    return [
+        _point(dict(zip(RANGES, map(six, row), strict=True))) for row in zip(*values, strict=True)
+    ]
 
 
-def _point(shares: Numbers) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for (name, (low, high, log)), share in zip(RANGES.items(), shares, strict=True):
-        value = low * (high / low) ** share if log else low + (high - low) * share
-        found[name] = six(value)
+def _point(found: dict[str, Any]) -> dict[str, Any]:
+    """With what follows from the ranges' values."""
     found["finger.phalanges"] = int(found["finger.phalanges"])
     found["surface.height"] = six(_height(found))
     touch = solid_mesh.predicted_touch(tables_of(found), 3)

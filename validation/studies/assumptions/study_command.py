@@ -20,11 +20,10 @@ from validation.harness.console import output
 from validation.harness.figures import BLACK, GREY, ORANGE, panels
 from validation.harness.files import output_folder, write_json, write_text
 from validation.harness.provenance import provenance
-from validation.harness.quantities import OF_A_TAP, Quantity
+from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS, Quantity
 from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, cumulative, every, left_out
-from validation.studies.assumptions.command import COMPARED
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import Numbers, rules
 from validation.studies.assumptions.study import (
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray
 
-WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in COMPARED}  # percent
+WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in TAP_AND_STRESS}  # percent
 OUTER = 5.0  # percent, that no number of any scene may be beyond
 APART = 1e-3  # of durations over the same touches, whose steps' errors are 1e-4
 DRAWN, EDGE = (0.1, 100.0), 8.0  # percent: what the waterfall shows, and the map
@@ -101,10 +100,10 @@ def study(
         numbers = numbers_of(runs)
         ended = (table[STATUS] == "COMPLETED").to_numpy()
         solid = table[ended]
-        given = solid[[e.key for e in COMPARED]].to_numpy()
+        given = solid[[e.key for e in TAP_AND_STRESS]].to_numpy()
         errors = 100.0 * (numbers[:, ended] / given - 1.0)
         names = [*(variant.name for variant in variants), ELASTIC, OWN]
-        bars = 100.0 * (solid[[f"{e.key}_error" for e in COMPARED]].to_numpy() / given)
+        bars = 100.0 * (solid[[f"{e.key}_error" for e in TAP_AND_STRESS]].to_numpy() / given)
         shares, chosen = shares_of(errors, names, bars), _rules(table, numbers[:-2], runs)
         title = f"The reduced model over {ended.sum()} scenes, assumption by assumption"
         write_table(folder, "study", shares, title)
@@ -118,7 +117,7 @@ def study(
             f" bars; files in {folder}"
         )
         output(_flight(numbers, table))
-        lasts = numbers[..., [entry.key for entry in COMPARED].index("contact_duration_s")]
+        lasts = numbers[..., [entry.key for entry in TAP_AND_STRESS].index("contact_duration_s")]
         apart = np.abs(lasts[-1] / lasts[len(cumulative()) - 1] - 1.0)
         others = int((apart > APART).sum())
         output(f"in {others} scenes the refined model's own tap has other touches")
@@ -130,7 +129,7 @@ def _flight(numbers: Numbers, table: pd.DataFrame) -> str:
     parts = [
         f"{entry.title} {two_digits(np.nanmedian(one))} % ({two_digits(np.nanpercentile(one, 90))},"
         f" {two_digits(np.nanmax(one))})"
-        for entry, one in zip(COMPARED, moved.T, strict=True)
+        for entry, one in zip(TAP_AND_STRESS, moved.T, strict=True)
     ]
     bars = 100.0 * np.array(list(BARS.values()))
     both = known(table).to_numpy() & (moved <= bars).all(axis=1)
@@ -143,7 +142,7 @@ def _flight(numbers: Numbers, table: pd.DataFrame) -> str:
 def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
     """Solve scenes again; raises RunFailedError where a number is beyond its stored error."""
     found = by_reference(stored, "again", workers, out)
-    keys = [entry.key for entry in COMPARED]
+    keys = [entry.key for entry in TAP_AND_STRESS]
     bars = stored[[f"{key}_error" for key in keys]].to_numpy()
     shares = ((found[keys] - stored[keys]).abs() / bars).max(axis=1, skipna=False)
     for scene, share in shares.items():
@@ -154,12 +153,12 @@ def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
 
 
 def numbers_of(runs: xarray.Dataset) -> Numbers:
-    """`COMPARED` of (variant, scene, quantity); nan where a run did not complete.
+    """`TAP_AND_STRESS` of (variant, scene, quantity); nan where a run did not complete.
 
     A finger that is too flexible for a rigid flight is one for the reference's as well.
     """
     ended = np.isin(runs["status"].to_numpy().T, ("COMPLETED", "TOO_FLEXIBLE"))
-    found = np.stack([runs[entry.key].to_numpy().T for entry in COMPARED], axis=-1)
+    found = np.stack([runs[entry.key].to_numpy().T for entry in TAP_AND_STRESS], axis=-1)
     return np.where(ended[..., None], found, np.nan)
 
 
@@ -186,7 +185,7 @@ def shares_of(errors: Numbers, names: Sequence[str], bars: Numbers) -> pd.DataFr
     rows = []
     for name, one in zip(names, size, strict=True):
         row: dict[str, Any] = {"assumptions": name}
-        for n, entry in enumerate(COMPARED):
+        for n, entry in enumerate(TAP_AND_STRESS):
             row[f"{entry.title} (%)"] = float(np.median(one[:, n]))
             row[f"{entry.title} in {limits[n]:g} %"] = _share(one[:, n] <= limits[n])
         row["all four"] = _share((one <= limits).all(axis=1))
@@ -203,10 +202,13 @@ def _share(inside: NDArray[np.bool_]) -> float:
 def _draw(path: Path, table: pd.DataFrame, errors: Numbers, variants: tuple[Variant, ...]) -> None:
     """Above the waterfall of medians and 90th percentiles, below the refined model's errors."""
     size, steps = np.abs(errors), len(cumulative())
-    with panels(path, len(COMPARED), 2, width=3.2, height=3.9) as axes:
-        names, titles = [_short(v.name) for v in variants], [entry.title for entry in COMPARED]
+    with panels(path, len(TAP_AND_STRESS), 2, width=3.2, height=3.9) as axes:
+        names, titles = (
+            [_short(v.name) for v in variants],
+            [entry.title for entry in TAP_AND_STRESS],
+        )
         places = assumption_bars(axes[0], titles, names, np.nanmedian(size, axis=1), steps)
-        for n, entry in enumerate(COMPARED):
+        for n, entry in enumerate(TAP_AND_STRESS):
             axis = axes[0][n]
             axis.plot(np.nanpercentile(size[:, :, n], 90, axis=1), places, "|", color=ORANGE)
             axis.axvline(WANTED[entry.key], color=BLACK, linewidth=0.6)

@@ -6,8 +6,10 @@ prints a line a run, then every quantity beside the stored one. On one thread hc
 minute (`contact`) and minutes (`tap`), 2D half a minute, 3D a quarter of an hour and 2 GB.
 """
 
-import argparse
 from dataclasses import asdict
+from typing import Literal
+
+import cyclopts
 
 from validation.compare.tap_errors import TapQuantities
 from validation.harness.console import output
@@ -82,12 +84,9 @@ def solve_truth(model: str) -> TapQuantities:
     return TapQuantities(**{**values, "contact_time_s": contact_time(model)})
 
 
-def main() -> None:
-    """Read the command line; print the truth and what is stored."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else "")
-    parser.add_argument("truth", choices=sorted(TRUTHS))
-    which = parser.parse_args().truth
-    found, stored = asdict(solve_truth(which)), asdict(TRUTHS[which].values)
+def main(truth: Literal["tap", "contact", "fem2d", "fem3d"], /) -> None:
+    """Print a truth and what is stored."""
+    found, stored = asdict(solve_truth(truth)), asdict(TRUTHS[truth].values)
     for name, value in found.items():
         output(
             f"{name}: {value:.6g}, stored {stored[name]:.6g}, off {value / stored[name] - 1:.1e}"
@@ -95,4 +94,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    cyclopts.run(main)

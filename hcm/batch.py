@@ -162,7 +162,7 @@ def simulate_many(
 ) -> xarray.Dataset:
     """`simulate_each` as one table over a dimension ``scene``, units in the attributes.
 
-    Numbers that a scene has not are NaN, counts 0. Estimated errors, where a scene's settings ask
+    Numbers that a scene has not are NaN. Estimated errors, where a scene's settings ask
     for them, are ``error_`` and the number's name.
     """
     return table(list(simulate_each(scenes, workers, accuracy)))

@@ -54,7 +54,7 @@ _ADVICE = {
     " the steps (1e-11 does by default)",
     Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
     " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
-    " drive.torques or the flight (surface.height); the message says what is not decided",
+    " drive.torques or the flight (surface.height)",
     Status.TOO_FLEXIBLE: "set solver.hcm.flight to 'elastic': the finger's bending on its way to"
     " the surface matters",
     Status.UNBALANCED: "the steps are too long for this motion: reduce"

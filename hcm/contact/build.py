@@ -119,7 +119,7 @@ def beyond_checks(
     if assumptions.has("lowest_point"):
         radius = last.diameter / 2
         depth = (3 * peak * (1 - nu**2) / (4 * last.youngs_modulus * math.sqrt(radius))) ** (2 / 3)
-        patch, strain = math.sqrt(depth / radius), stress / last.youngs_modulus
+        patch, strain = math.sqrt(depth / radius), abs(stress) / last.youngs_modulus
         if patch > LARGEST_PATCH:
             found.append(
                 f"the patch's radius reaches {patch:.2f} of the tip's, and the tip's statics were"

@@ -46,7 +46,7 @@ def radiates(law: ContactLaw) -> bool:
 
 @kernel
 def radiated_force(
-    gap: float, fn: float, vn: float, contact: Contact, law: ContactLaw
+    gap: float, ft: float, fn: float, vn: float, contact: Contact, law: ContactLaw
 ) -> tuple[float, float]:
     """What a tip that radiates adds to the element's force, N."""
     return 0.0, 0.0

@@ -19,7 +19,8 @@ radiates yields by -D F_n. on top of it: to first order in D, and without fricti
 
     F_n += -D k^2 g.,      k = k_n/(1 + C_nn k_n),   k_n of `ball.normal_slope`,
 
-which takes the power D (k g.)^2, but no more than makes F_n vanish.
+which takes the power D (k g.)^2, but no more than makes F_n vanish. Springs that stick hold
+mu times the whole F_n at most.
 """
 
 import math
@@ -134,15 +135,18 @@ def normal_stiffness(gap: float, contact: Contact, law: BallLaw) -> float:
 
 @kernel
 def radiated_force(
-    gap: float, fn: float, vn: float, contact: Contact, law: BallLaw
+    gap: float, ft: float, fn: float, vn: float, contact: Contact, law: BallLaw
 ) -> tuple[float, float]:
-    """What a tip that radiates and moves up with vn = g. adds to the springs' force, of which fn is
-    the normal part at u_Y = gap, N.
+    """What a tip that radiates and moves up with vn = g. adds to the force (ft, fn) of its springs
+    at u_Y = gap, N.
     """
     if contact.normal == FLIGHT or not radiates(law):
         return 0.0, 0.0
     more = max(-law.radiation * normal_stiffness(gap, contact, law) ** 2 * vn, -fn)
-    return (-contact.slip_sign * law.mu if contact.tangential == SLIP else 0.0) * more, more
+    if contact.tangential == SLIP:
+        return -contact.slip_sign * law.mu * more, more
+    held = law.mu * (fn + more)
+    return min(max(ft, -held), held) - ft, more
 
 
 @kernel
@@ -152,7 +156,7 @@ def tip_force(
     """(F_t, F_n) of the surface on the tip, N."""
     x, y = place(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = radiated_force(y, fn, v[tip + 1], contact, law)
+    more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
     return ft + more_t, fn + more_n
 
 
@@ -160,8 +164,8 @@ def tip_force(
 def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> float:
     """What the tip radiates, W; friction's work, F_t V_P, is not of it."""
     x, y = place(q, tip, contact, law)
-    _, fn = contact_force(x, y, contact, law)
-    more_t, more_n = radiated_force(y, fn, v[tip + 1], contact, law)
+    ft, fn = contact_force(x, y, contact, law)
+    more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
         vt, vn = velocity(q, v, tip, contact, law)

@@ -46,10 +46,10 @@ def plain_friction(
     x1, y1 = place(new.q, tip, contact, law)
     loss = friction_loss(loss, x0, y0, x1, y1, contact, law)
     if radiates(law) and contact.tangential == SLIP:
-        _, fn0 = contact_force(x0, y0, contact, law)
-        _, fn1 = contact_force(x1, y1, contact, law)
-        more, _ = radiated_force(y0, fn0, old.v[tip + 1], contact, law)
-        more += radiated_force(y1, fn1, new.v[tip + 1], contact, law)[0]
+        ft0, fn0 = contact_force(x0, y0, contact, law)
+        ft1, fn1 = contact_force(x1, y1, contact, law)
+        more, _ = radiated_force(y0, ft0, fn0, old.v[tip + 1], contact, law)
+        more += radiated_force(y1, ft1, fn1, new.v[tip + 1], contact, law)[0]
         slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
         loss -= 0.5 * more * slid
     return loss

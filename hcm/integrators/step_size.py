@@ -6,7 +6,7 @@ import numpy as np
 
 from hcm.compiled import kernel
 from hcm.contact.contract import Law, normal_slope
-from hcm.contact.events import SlotValues
+from hcm.contact.events import SEPARATION, SlotValues
 from hcm.contact.law import FLIGHT, STICK, Contact
 from hcm.integrators.event_search import NO_EVENT, overshot
 from hcm.integrators.stages import find_event
@@ -49,7 +49,8 @@ def accepted_step(
 ) -> tuple[float, int, int, int, float]:  # fmt: skip
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
-    Through chatter the step is whole, and what it has passed fires at its end.
+    Through chatter the step is whole, and what it has passed fires at its end, but for a tip that
+    leaves: held until then, the surface would pull.
 
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.
@@ -77,9 +78,13 @@ def accepted_step(
                 growth = GROW if growth > UNDAMPED_MARGIN else 1.0
             else:
                 growth = min(growth, GROW) if growth > LEAST_CHANGE or growth < 1.0 else 1.0
+        located = tolerance
         if chatter:
-            return h, overshot(tolerance, new, contact, integrator), trials, repeats, growth
-        length, slot, used = find_event(h, tolerance, contact, old, new, integrator)
+            slot = overshot(tolerance, new, contact, integrator)
+            if slot != SEPARATION:
+                return h, slot, trials, repeats, growth
+            located = math.inf, tolerance[SEPARATION], math.inf
+        length, slot, used = find_event(h, located, contact, old, new, integrator)
         trials += used
         if math.isfinite(length):
             return length, slot, trials, repeats, growth

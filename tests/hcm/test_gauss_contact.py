@@ -194,3 +194,27 @@ def test_whole_tap_in_a_few_steps(step: float, bound: float, stages: int) -> Non
     plain = np.sum((0.5 * (force[1:] + force[:-1]) * steps)[held[:-1]])
     assert found.normal_impulse_N_s == pytest.approx(plain, rel=3e-3)
     assert found.normal_impulse_N_s != plain
+
+
+@pytest.mark.parametrize("friction", [1e-9, 1e-6, 1e-4])
+def test_a_tip_that_chatters_is_not_held_by_the_surface(friction: float) -> None:
+    """Where stick and slip follow each other in one instant steps are whole, and the surface pulled
+    with a twelfth of the peak until the end of the one in which the tip left. The limit is mu = 0.
+    """
+
+    def tap(mu: float) -> hcm.TapResult:
+        return hcm.simulate(
+            hcm.Finger((hcm.Phalanx(0.0328, 0.00774, 2.6e9, 1124.0, 4, 2.28e-7),)),
+            hcm.Surface(0.01316, mu), hcm.Tip(5.317e6, 0.8, 0.8013),
+            hcm.Drive((-7.66e-5,), reaction=True, incline=-0.182),
+            hcm.Settings(flight_integrator="gauss", contact_integrator="gauss", estimate=False),
+            start=hcm.RigidStart((0.1147,), (7.981,)),
+        )  # fmt: skip
+
+    smooth, rough = tap(0.0).summary, tap(friction)
+    assert rough.statistics.chatter_steps > 0
+    assert rough.history.normal_force_N.min() >= -1e-9 * (smooth.peak_normal_force_N or 0.0)
+    for name in ("contact_duration_s", "normal_impulse_N_s", "peak_normal_force_N"):
+        # friction moves them by a share of its own size
+        wanted = pytest.approx(getattr(smooth, name), rel=friction + 1e-7)
+        assert getattr(rough.summary, name) == wanted

@@ -8,7 +8,7 @@ from validation.errors import UserError
 from validation.models.curves import Curves
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
-FEW = 20  # samples of a tap: a half sine's peak is then known to (pi/2/20)^2/2 = 0.3 %
+FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 
 
 def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, list[str]]:
@@ -89,6 +89,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
         most = int(np.argmax(np.abs(tangential[tap])))
         errors["peak_tangential_force_N"] = float(deviation[tap][most])
+    if touch <= 0.0 and errors:
+        errors["contact_time_s"] = np.inf
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if not errors:
         notes.append(f"no uncertainty is known, so no verdict: give sigma columns, or {beside}")
@@ -108,18 +110,22 @@ def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
 def _errors(time: Floats, normal: Floats, sigma: Floats, least: float) -> dict[str, float]:
     """What one standard deviation means for the numbers of a tap, correlated all along it.
 
-    - peak: sigma there; its time: how far away the force is as high within sigma
-    - impulse: the integral of sigma
+    - peak: sigma there, and what n samples of a half sine may miss of it, 1/cos(pi/2/n) - 1; its
+      time: how far away the force is as high within sigma
+    - impulse: the integral of sigma, and the trapezoid's (pi/n)^2/12
     - start, end: how long the force is no more than sigma and the threshold (for a linear rise,
       sigma over the slope)
     """
     top, seen = int(np.argmax(normal)), np.flatnonzero(normal > least + sigma)
     ends = (time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else (np.inf, np.inf)
     high = np.abs(time[normal + sigma >= normal[top]] - time[top]).max()
+    samples = time.size - 2
+    missed = (1.0 / np.cos(0.5 * np.pi / max(samples, 2)) - 1.0) * normal[top]
+    rule = (np.pi / samples) ** 2 / 12.0 * np.trapezoid(normal, time)
     return {
         "contact_time_s": float(ends[0]),
         "contact_duration_s": float(sum(ends)),
-        "peak_normal_force_N": float(sigma[top]),
+        "peak_normal_force_N": float(np.hypot(sigma[top], missed)),
         "peak_normal_force_time_s": float(high + ends[0]),
-        "normal_impulse_N_s": float(np.trapezoid(sigma, time)),
+        "normal_impulse_N_s": float(np.hypot(np.trapezoid(sigma, time), rule)),
     }

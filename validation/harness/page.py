@@ -26,6 +26,11 @@ def signed(value: float | None, digits: int = 1) -> str:
     return "–" if value is None else f"{value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
 
 
+def opening(name: str) -> str:
+    """A scene's name at the beginning of a sentence, its other letters as they are."""
+    return name[:1].upper() + name[1:]
+
+
 def number(value: Any) -> str:
     """A rounded number, a dash for nothing."""
     return rounded(value) or "–"

@@ -64,7 +64,7 @@ class Quantity:
     prefix: str = ""
     component_of: tuple[str, int] | None = None
     solid: bool = False
-    digits: int = DIGITS
+    digits: int = 4
 
     @property
     def unit(self) -> str:
@@ -105,20 +105,20 @@ QUANTITIES = (  # in the order of JSON and of the terminal
     Quantity(TIP_VELOCITY, "tip velocity at contact"),
     Quantity("peak_normal_force_N", "peak Fn"),
     Quantity("peak_normal_force_time_s", "time of peak Fn after contact", "u"),
-    Quantity("first_peak_normal_force_N", "first peak Fn", digits=4),
+    Quantity("first_peak_normal_force_N", "first peak Fn"),
     Quantity("peak_tangential_force_N", "peak Ft"),
     Quantity("contact_duration_s", "contact duration", "u"),
     Quantity("normal_impulse_N_s", "normal impulse", "m"),
-    Quantity("compression_to_restitution", "compression to restitution"),
-    Quantity("stick_to_slip", "stick to slip"),
-    Quantity("slip_to_stick", "slip to stick"),
+    Quantity("compression_to_restitution", "compression to restitution", digits=DIGITS),
+    Quantity("stick_to_slip", "stick to slip", digits=DIGITS),
+    Quantity("slip_to_stick", "slip to stick", digits=DIGITS),
     Quantity("reverse_slip", "reverse slip"),
     Quantity("peak_stress_R_Pa", "peak stress at R", "M"),
     Quantity("energy_residual", "energy residual", digits=2),
     Quantity("wall_time_s", "solve time", digits=3),
     Quantity("peak_memory_MB", "peak memory", digits=3),
-    Quantity("steps", "steps"),
-    Quantity("elements", "elements", solid=True),
+    Quantity("steps", "steps", digits=DIGITS),
+    Quantity("elements", "elements", solid=True, digits=DIGITS),
     Quantity("time_step_s", "time step", "n", solid=True),
 )
 COMPONENTS = (

@@ -12,6 +12,11 @@ from validation.scenes.quantity import Quantity
 from validation.scenes.tables import Table
 
 MOST_POINTS = 10_000_000
+WAYS = {  # by what marks each, what may stand beside it
+    "low": {"low", "high", "log"},
+    "values": {"values"},
+    "distribution": {"distribution", "parameters"},
+}
 
 
 class Axis(Table):
@@ -46,8 +51,11 @@ def check_key(key: str, origin: str) -> None:
     UserError
         Naming the nearest one.
     """
-    if key not in known_keys():
-        raise UserError(f"{origin}: unknown key of a scene; {nearest_key(key)}")
+    if key in known_keys():
+        return
+    if any(known.startswith(f"{key}.") for known in known_keys()):
+        raise UserError(f'{origin}: is a table of keys; write each in quotes, "{key}.NAME" = ...')
+    raise UserError(f"{origin}: unknown key of a scene; {nearest_key(key)}")
 
 
 def check_value(key: str, value: Any, origin: str) -> None:
@@ -76,6 +84,9 @@ def check_axis(key: str, axis: Axis, origin: str) -> None:
         raise UserError(
             f"{origin}: must have low and high, or values, or distribution; give one of the three"
         )
+    way = next(way for way, given in zip(WAYS, ways, strict=True) if given)
+    for name in axis.model_fields_set - {*WAYS[way], "count"}:
+        raise UserError(f"{origin}.{name}: has no meaning beside {way}; leave it out")
     if axis.values is not None:
         if not axis.values:
             raise UserError(f"{origin}.values = []: must hold at least one value")

@@ -61,6 +61,8 @@ def run_sweep(
     counts = Counter(whole["status"].to_numpy().ravel().tolist())
     output(", ".join(f"{n} {status.lower().replace('_', ' ')}" for status, n in counts.items()))
     output(f"files in {folder}")
+    if set(counts) == {"REFUSED"}:
+        raise RunFailedError(f"every run was refused, the first: {whole['message'].values.flat[0]}")
     if passing:
         raise RunFailedError(
             f"{len(passing)} runs failed or crashed, the first: {passing[0]}; the same"

@@ -81,7 +81,7 @@ def worst(
         entry = OF_A_TAP[int(np.nanargmax(apart[:, place]))]
         yield {
             "scene": place,
-            "largest difference (%)": 100 * float(largest[place]),
+            "largest of force, impulse, duration (%)": 100 * float(largest[place]),
             "in": entry.title,
             "models": pair.title,
             "run again": " && ".join(

@@ -17,7 +17,7 @@ from validation.scenes.load import load_scene, read_toml
 from validation.scenes.messages import one_line, show
 from validation.scenes.quantity import Quantity
 from validation.scenes.tables import Table
-from validation.sweep.axis import MOST_POINTS, Axis, check_axis, check_key
+from validation.sweep.axis import MOST_POINTS, Axis, check_axis, check_key, check_value
 
 Kind = Literal["sobol", "latin-hypercube", "random", "grid", "file"]
 
@@ -133,6 +133,8 @@ def _one_line(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     place = [str(part) for part in first["loc"]]
     if first["type"] == "extra_forbidden":
+        if place[0] == "vary":
+            check_key(place[1], f"vary.{place[1]}")
         inner: Any = {"points": Points, "vary": Axis}.get(place[0], _Plan)
         names = ", ".join((inner if len(place) > 1 else _Plan).model_fields)
         return f"{'.'.join(place)} = {show(first['input'])}: unknown key; known are {names}"
@@ -155,6 +157,8 @@ def _check_points(given: _Plan, origin: str) -> None:
         raise UserError(f"{origin}: vary is missing: nothing varies; add a table [vary]")
     elif points.kind != "grid" and points.number is None:
         raise UserError(f"{origin}: points.number is missing: say how many points")
+    if points.kind != "file" and "columns" in points.model_fields_set:
+        raise UserError(f"{origin}: points.columns: are a file's; write kind = 'file' beside it")
     if points.kind in ("grid", "file") and points.number is not None:
         raise UserError(
             f"{origin}: points.number = {points.number}: follows from the"
@@ -177,8 +181,9 @@ def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:
         ) from error
     for solver in solvers:
         adapter(solver.model)
-        for key in solver.set:
+        for key, value in solver.set.items():
             check_key(key, f"{origin}: models.set.{key}")
+            check_value(key, value, f"{origin}: models.set.{key}")
             if key in given.vary:
                 raise UserError(f"{origin}: models.set.{key} is varied too; leave one of both out")
     labels = [solver.label for solver in solvers]

@@ -72,6 +72,8 @@ def sobol(columns: Floats, values: Floats) -> Indices | None:
     q2, smoothing = max((cross_validated(x, y, s), s) for s in SMOOTHINGS)
     if q2 < LEAST_Q2:
         return Indices(np.full(d, np.nan), np.full(d, np.nan), q2)
+    if d == 1:  # which scipy can't take
+        return Indices(np.ones(1), np.ones(1), q2)
     fitted = _surrogate(x, y, smoothing)
 
     def function(points: Floats) -> Floats:

@@ -44,14 +44,16 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     for source in scenes or PAPER.scenes.values():
         scene = load_scene(source)
         if scene.name in named or (scene.name in BUILT_IN and source not in BUILT_IN):
+            other = "another" if scene.name in named else "a built-in"
             raise UserError(
-                f"scene {source}: another scene is called {scene.name} as well; rename the file"
+                f"scene {source}: {other} scene is called {scene.name} as well; rename the file"
             )
         named[scene.name] = scene
     wanted = [name.strip() for name in models.split(",")]
     if len(set(wanted)) < len(wanted) or reference in wanted:
         raise UserError(f"--models {models}: a model is named twice, or is the reference as well")
-    files = [] if reference in model_names() else [part.strip() for part in reference.split(",")]
+    files = [reference] if Path(reference).is_file() else reference.split(",")
+    files = [] if reference in model_names() else [part.strip() for part in files]
     data = _data(files, named) if any(map(is_curve_file, files)) else {}
     for name in (*wanted, *([] if data else [reference])):
         model = adapter(name)
@@ -96,6 +98,8 @@ def read_tolerances(text: str) -> Mapping[str, float]:
         if key not in KEYS:
             known = ", ".join((*NAMES, *KEYS))
             raise UserError(f"--tolerance {show(part)}: unknown quantity; known are {known}")
+        if key in found:
+            raise UserError(f"--tolerance {show(text)}: {key} is there twice; leave one out")
         try:
             percent = float(number)
         except ValueError:

@@ -2,7 +2,7 @@
 
 from validation.compare.differences import Difference, difference
 from validation.compare.verdict import unit_slip
-from validation.harness.page import signed
+from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, left_out
@@ -75,13 +75,13 @@ def sentences(rows: list[Difference]) -> list[str]:
         if row.error_percent is None or row.verdict is None:
             without = row.model if row.reduced is None else f"the reference of {row.model}"
             missing = f"no comparison, {without} failed or touched nothing"
-            result.append(f"{row.scene.capitalize()} finger: {missing}.")
+            result.append(f"{opening(row.scene)} finger: {missing}.")
             continue
         side = "above" if row.error_percent > 0 else "below"
-        text = (
-            f"{row.scene.capitalize()} finger: {whose}'s peak force lies "
-            f"{abs(row.error_percent):.1f} % {side} the reference's"
-        )
+        apart = f"{abs(row.error_percent):.1f} % {side}"
+        if apart.startswith("0.0 "):
+            apart = "within 0.05 % of"
+        text = f"{opening(row.scene)} finger: {whose}'s peak force lies {apart} the reference's"
         u = row.verdict.uncertainty
         if u is not None:
             text += f" (known to {two_digits(u)} %: {row.verdict.judgement})"
@@ -110,7 +110,7 @@ def what_matters(runs: Runs) -> list[str]:
             f"{name} {signed(moved[name], 0)}" for name in ranked if abs(moved[name]) > MATTERS
         ]
         small = [name for name in ranked if abs(moved[name]) <= MATTERS]
-        text = f"{scene.capitalize()} finger: the refined model without one of its assumptions"
+        text = f"{opening(scene)} finger: the refined model without one of its assumptions"
         text += f" moves by {', '.join(large) or 'less than a percent'} (peak, impulse or duration,"
         text += " the largest)"
         text += f"; within {MATTERS:g} %: {', '.join(small)}." if small and large else "."

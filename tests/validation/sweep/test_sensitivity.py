@@ -49,3 +49,11 @@ def test_points_in_one_place_are_fitted_too() -> None:
     found = sobol(x, x[:, 0] + 1e-3 * np.tile([1, -1], 32))
     assert found is not None
     assert found.first[0] > 0.9
+
+
+def test_a_single_variable_has_all_of_the_variance() -> None:
+    x = cube(16, 1)
+    found = sobol(x, np.exp(x[:, 0]))
+    assert found is not None
+    assert (found.first.tolist(), found.total.tolist()) == ([1.0], [1.0])
+    assert found.q2 > 0.9

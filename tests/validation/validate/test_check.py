@@ -72,6 +72,7 @@ def test_unit_slips_are_powers_of_a_thousand(value: float, power: int) -> None:
         (("--models", ""), "--model '': unknown"),
         (("--reference", "ls-dyna"), "--model 'ls-dyna': unknown"),
         (("driven-1", "--models", "exudyn"), "scene driven-1, model exudyn: exudyn "),
+        (("--tolerance", "peak=5,peak=1"), "is there twice"),
         (("--tolerance", "peak"), "must be NAME=PERCENT"),
         (("--tolerance", "peak=0"), "must be NAME=PERCENT"),
         (("--tolerance", "peak=-5"), "must be NAME=PERCENT"),

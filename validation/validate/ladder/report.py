@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from validation.harness.page import opening
 from validation.harness.quantities import quantity
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
@@ -83,7 +84,7 @@ def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
 def check_sentences(checks: Sequence[Row]) -> list[str]:
     """What each check of the reference against itself changes."""
     return [
-        f"{row['scene'].capitalize()} finger, reference ({row['mesh']}) with {row['change']}: "
+        f"{opening(row['scene'])} finger, reference ({row['mesh']}) with {row['change']}: "
         f"peak force {row['peak_percent']:+.2f} %, impulse {row['impulse_percent']:+.2f} %."
         for row in checks
         if row["peak_percent"] is not None and row["impulse_percent"] is not None
@@ -115,7 +116,7 @@ def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
         own_flight = own.get((row.rung, row.scene))
         end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
         result.append(
-            f"{row.scene.capitalize()} finger, rung {row.rung}: {what[row.rung]} {abs(error):.1f} "
+            f"{opening(row.scene)} finger, rung {row.rung}: {what[row.rung]} {abs(error):.1f} "
             f"% {'above' if error > 0 else 'below'} {whose[row.rung]}{band}{end}"
         )
     return result
@@ -131,7 +132,7 @@ def cause_sentences(causes: Sequence[Row]) -> list[str]:
         largest = sorted(changes.items(), key=lambda item: -abs(item[1]))
         parts = [f"{change:+.1f} N with {step}" for step, change in largest]
         result.append(
-            f"{scene.capitalize()} finger: from the blind prediction's {first:.1f} N to "
+            f"{opening(scene)} finger: from the blind prediction's {first:.1f} N to "
             f"the reference's {last:.1f} N it is {last - first:+.1f} N: {', '.join(parts)}."
         )
     return result

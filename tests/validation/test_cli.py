@@ -1,11 +1,13 @@
 import json
+import os
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.processes import COMMAND, ROOT, python
+from tests.processes import COMMAND, ROOT, python, started
 from tests.validation.commands import Capture, Make, Patch, Run, Use
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say_error
@@ -185,3 +187,12 @@ finally:
     done = python("-c", code, env={"COLUMNS": "100"})
     assert "HEAVY []" in done.stdout
     assert "validate" in done.stdout
+
+
+def test_a_reader_that_has_seen_enough_ends_a_command_quietly() -> None:
+    """As ``| head`` does: nothing is lost, and nothing is wrong."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = started("-c", COMMAND, "schema", stdout=writing, stderr=subprocess.PIPE)
+    os.close(writing)
+    assert (command.communicate(timeout=60)[1], command.returncode) == ("", 0)

@@ -175,6 +175,8 @@ def _write_summary(folder: Path, record: RunRecord) -> None:
         {
             **record.to_json(),
             "variant": record.variant,
+            "status": record.status,
+            "message": record.message,
             "events": [[event.time_s, event.kind] for event in record.events],
             "statistics": record.statistics,
             "provenance": record.provenance,

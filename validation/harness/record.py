@@ -94,8 +94,6 @@ class RunRecord:
         return {
             "scene": self.scene,
             "model": self.model,
-            "status": self.status,
-            "message": self.message,
             **{k: v for k, v in values.items() if v is not None or k not in SOLID_KEYS},
             "error_estimates": plain(self.errors),
             **({"accuracy": plain(self.accuracy)} if self.accuracy else {}),

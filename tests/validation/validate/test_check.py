@@ -10,7 +10,9 @@ import pytest
 import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
+from validation.compare.differences import difference
 from validation.compare.verdict import judge, unit_slip
+from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.models.hcm import translate
 from validation.models.solid_mesh import sizes_of
@@ -18,7 +20,7 @@ from validation.scenes.load import load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 from validation.validate import command as validate_command
 from validation.validate.check import plan_of, read_tolerances
-from validation.validate.headline import unit_notes
+from validation.validate.headline import sentences, unit_notes
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.plan import REDUCED, Plan, Runs, groups, work
 
@@ -51,6 +53,16 @@ def test_a_smaller_magnitude_is_a_negative_difference_whatever_the_sign() -> Non
     assert verdict is not None
     assert verdict.difference == pytest.approx(-25.0)  # S - D = 10 over D = -40
     assert verdict.uncertainty == pytest.approx(100.0 * math.sqrt(2.0) / 40.0)
+
+
+def test_a_scene_keeps_its_letters_and_equal_models_are_said_so(make_record: Make) -> None:
+    entry = OF_A_TAP[0]
+    same, off = make_record(peak=64.0), make_record(peak=64.64)
+    rows = [difference("PLA_v2", "hcm", entry, run, same) for run in (same, off)]
+    assert sentences(rows) == [
+        "PLA_v2 finger: the reduced model's peak force lies within 0.05 % of the reference's.",
+        "PLA_v2 finger: the reduced model's peak force lies 1.0 % above the reference's.",
+    ]
 
 
 @pytest.mark.parametrize(

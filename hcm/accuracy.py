@@ -121,12 +121,11 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     left_out = chosen.flight_error if chosen.flight_error < math.inf else 0.0
     settings = chosen.scene.settings
     rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
-    unseen = COMPANION * left_out if rods else left_out
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
     of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION - 1)
     errors: dict[str, float | tuple[float, float]] = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
-        for name, e in compare(result, coarse, of_stress, unseen, rods, located).items()
+        for name, e in compare(result, coarse, of_stress, left_out, rods, located).items()
     }
     cautions = (
         *result.cautions,

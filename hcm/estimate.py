@@ -105,6 +105,27 @@ def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Float
     return rival
 
 
+def turn_band(own: TapResult, other: TapResult) -> float:
+    """How far apart two taps turn back, s: F_n is flat at its peak, and the times of two largest
+    values may agree by chance.
+
+    Root mean square of what the tip's velocities across the surface differ by within an eighth of
+    the tap of own's peak, over their slope.
+    """
+    s, theirs = own.summary, other.summary.contact_time_s
+    if s.contact_time_s is None or s.contact_duration_s is None or theirs is None:
+        return 0.0
+    a, b = own.history, other.history
+    since = a.time_s - s.contact_time_s
+    near = np.abs(since - (s.peak_normal_force_time_s or 0.0)) < s.contact_duration_s / 8
+    time, velocity = since[near], a.tip_velocity_m_per_s[near, 1]
+    if time.size < 2 or velocity[-1] == velocity[0]:
+        return 0.0
+    apart = velocity - np.interp(time, b.time_s - theirs, b.tip_velocity_m_per_s[:, 1])
+    slope = (velocity[-1] - velocity[0]) / (time[-1] - time[0])
+    return math.sqrt(float(np.mean(apart * apart))) / abs(float(slope))
+
+
 def compare(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0,
     rods: bool = False, located: bool = False,
@@ -151,6 +172,7 @@ def compare(
         of["peak_normal_force_time_s"],
         float(np.abs(rivals - at).max(initial=0.0)),
         0.0 if located else VERTEX_SHARE * float(since[-1]) / max(since.size - 1, 1),
+        turn_band(own, other),
     )
     return {**errors, **of}
 

@@ -14,6 +14,7 @@ from hcm.estimate import (
     rival_peaks,
     signed_error,
     tap_peaks,
+    turn_band,
 )
 from hcm.flight_band import flight_band
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
@@ -137,6 +138,15 @@ def test_peaks_that_an_error_may_raise_are_rivals() -> None:
     force, time = np.array([0.0, 9.0, 5.0, 10.0, 5.0, 8.0, 0.0]), np.arange(7.0)
     assert rival_peaks(force, time, 10.0, 0.4).tolist() == [3.0]
     assert rival_peaks(force, time, 10.0, 0.5).tolist() == [1.0, 3.0]
+
+
+def test_a_peaks_time_is_known_as_the_tip_turns(one: hcm.TapResult) -> None:
+    """A tap that is late by d turns late by d, by the mean slope, which waves make a fifth less."""
+    late, velocity = 1e-6, one.history.tip_velocity_m_per_s
+    shifted = np.interp(one.history.time_s - late, one.history.time_s, velocity[:, 1])
+    history = replace(one.history, tip_velocity_m_per_s=np.stack([velocity[:, 0], shifted], axis=1))
+    assert turn_band(one, one) == 0.0
+    assert turn_band(one, replace(one, history=history)) == pytest.approx(late, rel=0.25)
 
 
 def test_a_companion_that_fails_gives_way_to_a_damped_one(one: hcm.TapResult) -> None:

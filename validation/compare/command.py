@@ -1,16 +1,19 @@
 """``fingertap compare``: what a setting changes, by one model on one scene with and without it."""
 
+import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from validation.compare.verdict import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
-from validation.harness.console import output, progress_bar
+from validation.harness.console import WIDTH, output, progress_bar, shown
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
-from validation.harness.quantities import COMPARED, quantities
+from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
+from validation.harness.uncertainty import with_error
 from validation.models import without_estimate
 from validation.runs.execute import keep, solve
 from validation.scenes.load import NamedScene, load_scene
@@ -18,7 +21,8 @@ from validation.scenes.load import NamedScene, load_scene
 if TYPE_CHECKING:
     import pandas
 
-SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", "wall_time_s"))
+MEASURED = "wall_time_s"
+SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", MEASURED))
 
 
 def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame":
@@ -42,6 +46,24 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame"
     table = pandas.DataFrame(rows, columns=columns)
     table = table.dropna(subset=["scene", "changed"], how="all")
     return table if table.error_percent.notna().any() else table.drop(columns="error_percent")
+
+
+def difference_lines(
+    scene: RunRecord, changed: RunRecord, table: "pandas.DataFrame"
+) -> Iterator[str]:
+    """The table's rows for people, with as many digits as the errors leave."""
+    yield f"  {'':<{WIDTH}}{'as it is':<26}{'changed':<26}change"
+    for row in table.to_dict("records"):
+        entry, percent = quantity(row["quantity"]), row["difference_percent"]
+        both = [shown(entry, record) for record in (scene, changed)]
+        texts = ["-" if text is None else f"{text} {entry.unit}" for text in both]
+        error = row.get("error_percent", math.nan)
+        known = None if math.isnan(error) else error
+        change = "" if math.isnan(percent) else f"{with_error(percent, known, 2)} %"
+        yield f"  {entry.title:<{WIDTH}}{texts[0]:<26}{texts[1]:<26}{change}".rstrip()
+    numbers = table[table.quantity != MEASURED]
+    if numbers.scene.equals(numbers.changed):
+        yield f"  no number differs: {scene.label} may not read what was changed"
 
 
 def compare(
@@ -82,7 +104,8 @@ def compare(
     table = difference_table(records["scene"], records["changed"])
     write_text(folder / "differences.csv", table.to_csv(index=False))
     output(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
-    output(table.to_string(index=False, float_format=lambda value: f"{value:.7g}", na_rep=""))
+    for line in difference_lines(records["scene"], records["changed"], table):
+        output(line)
     for which, record in records.items():
         if not record.ok:
             raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")

@@ -23,9 +23,10 @@ from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.files import output_folder, safe_name
-from validation.harness.quantities import OF_A_TAP, quantity
+from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
+from validation.harness.uncertainty import with_error
 from validation.models.adapter import Progress
 from validation.models.solid_mesh import size_scale
 
@@ -122,16 +123,25 @@ def run_converge(
     draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     for (refined, entry), found in verdicts.items():
+        error = abs(found.finest) * found.uncertainty
+        limit = _told(entry, found.limit, error).partition(" ")[0]
         output(
-            f"  {refined:<11} {entry.title:<16} finest {found.finest:<10.5g} "
-            f"limit {found.limit:<10.5g} {found.verdict}"
+            f"  {refined:<11} {entry.title:<16} finest {_told(entry, found.finest, error):<20}"
+            f" limit {limit:<8} {found.verdict}"
         )
     for row in of_preset:
+        entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
+        error = abs(row["finest"]) * percent / 100
         output(
-            f"  {PRESET:<11} {quantity(row['quantity']).title:<16} {row['finest']:<10.5g} "
-            f"{row['from_limit_percent']:+.2f} % from the tip's limit, "
-            f"known to {row['uncertainty_percent']:.1f} % in all"
+            f"  {PRESET:<11} {entry.title:<16} {_told(entry, row['finest'], error):<20}"
+            f" {row['from_limit_percent']:+.2f} % from the tip's limit,"
+            f" known to {percent:.1f} % in all"
         )
     output(f"  files in {folder}")
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
+
+
+def _told(entry: Quantity, value: float, error: float) -> str:
+    """In the shown unit, with the digits that its error leaves."""
+    return f"{with_error(entry.factor * value, entry.factor * error)} {entry.unit}"

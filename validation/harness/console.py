@@ -88,8 +88,8 @@ def summary_text(record: "RunRecord") -> str:
         parts = COMPONENTS if entry.key == TIP_VELOCITY else (entry,)
         if isinstance(value, bool):
             text = "yes" if value else "no"
-        elif value is not None and None not in (shown := [_shown(part, record) for part in parts]):
-            text = ", ".join(map(str, shown))
+        elif value is not None and None not in (texts := [shown(part, record) for part in parts]):
+            text = ", ".join(map(str, texts))
         else:
             continue
         lines.append(f"  {entry.title:<{WIDTH}}{text} {entry.unit}".rstrip())
@@ -110,6 +110,7 @@ def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
         yield f"    {choice['setting']:<{WIDTH - 2}}{choice['value']} ({choice['reason']})"
 
 
-def _shown(entry: Quantity, record: "RunRecord") -> str | None:
+def shown(entry: Quantity, record: "RunRecord") -> str | None:
+    """A run's number in its shown unit with its error, without the unit; None where it has none."""
     value = entry.read(record)
     return None if value is None else with_error(value, entry.error(record), entry.digits)

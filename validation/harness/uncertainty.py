@@ -23,7 +23,7 @@ def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     places = -max(place, least)
     up = math.ceil(error * 10.0**places * (1.0 - 1e-9)) / 10.0**places
     digits = max(places, 0)
-    return f"{round(value, places):.{digits}f} +- {up:.{digits}f}"
+    return f"{round(value, places) + 0.0:.{digits}f} +- {up:.{digits}f}"  # no -0.0
 
 
 def two_digits(value: float) -> str:

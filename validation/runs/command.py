@@ -76,6 +76,11 @@ def run_scene(
     wanted = () if accuracy is None else (f"solver.{module.settings}.accuracy={accuracy}",)
     if wanted and not module.settings:
         raise UserError(f"--accuracy {accuracy}: {model} takes none; leave it out")
+    keys = ("solver.accuracy", f"solver.{module.settings}.accuracy")
+    if wanted and (twice := [one for one in overrides if one.partition("=")[0].strip() in keys]):
+        raise UserError(
+            f"--accuracy {accuracy} and --set {twice[0]}: two accuracies; leave one out"
+        )
     asked = (*overrides, *wanted, *without_estimate(model, no_estimate))
     named = load_scene(scene, asked)
     if by_default := default_accuracy(model, named.tables):

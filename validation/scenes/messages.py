@@ -32,18 +32,20 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, Fi
 def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:
     """The remedy for an unknown key: the nearest known one, or the list of its table's."""
     keys = list(known_keys(of))
-    by_name = {known.rsplit(".", 1)[-1]: known for known in keys}
-    last = key.rsplit(".", 1)[-1]
-    near = [known for known in keys if known.rsplit(".", 1)[-1] == last] or [
-        by_name[name] for name in difflib.get_close_matches(last, by_name, n=1)
-    ]
+    table, _, last = key.rpartition(".")
+    siblings = [known for known in keys if known.rpartition(".")[0] == table]
+    same = [known for known in keys if known.rpartition(".")[2] == last]
+    near = _nearest(last, siblings) or same or _nearest(last, keys)
     if near:
         return f"did you mean {near[0]}?"
-    table = key.rsplit(".", 1)[0] + "."
-    siblings = [known for known in keys if known.startswith(table)] or sorted(
-        {known.split(".")[0] for known in keys}
-    )
-    return "known are " + ", ".join(siblings)
+    inside = [known for known in keys if known.startswith(f"{table}.")]
+    known = inside or sorted({known.split(".")[0] for known in keys})
+    return "known are " + ", ".join(known)
+
+
+def _nearest(last: str, keys: list[str]) -> list[str]:
+    by_name = {known.rpartition(".")[2]: known for known in keys}
+    return [by_name[name] for name in difflib.get_close_matches(last, by_name, n=1)]
 
 
 def show(value: object) -> str:

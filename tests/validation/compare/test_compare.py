@@ -1,5 +1,6 @@
 """``fingertap compare``: the differences a setting makes; what skipping the flight adds (slow)."""
 
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 from tests.validation.commands import Make, Patch, Run, call
 from validation.compare import command as compare_command
-from validation.compare.command import difference_table
+from validation.compare.command import difference_lines, difference_table
 from validation.models.adapter import Outcome
 
 HCM = ("compare", "soft", "--model", "hcm")
@@ -64,12 +65,27 @@ def fake_runs(monkeypatch: Patch, make_record: Make) -> None:
 def test_both_runs_and_the_table_are_kept(tmp_path: Path, fingertap: Run) -> None:
     ended = fingertap(*HCM, "--set", "surface.friction=0.6", "--out", tmp_path)
     assert ended.code == 0
-    assert "peak_normal_force_N" in ended.out
+    assert re.search(r"peak Fn +50 N +60 N +20 %", ended.out)
+    assert "no number differs" not in ended.out
     (folder,) = (tmp_path / "compare").iterdir()
     assert folder.name == "soft-hcm-surface.friction_0.6"
     table = pd.read_csv(folder / "differences.csv")
     assert column(table)["peak_normal_force_N"] == pytest.approx(20.0)
     assert all((folder / which / "summary.json").is_file() for which in ("scene", "changed"))
+
+
+@pytest.mark.usefixtures("fake_runs")
+def test_a_key_that_the_model_does_not_read_is_told(tmp_path: Path, fingertap: Run) -> None:
+    ended = fingertap(*HCM, "--set", "material.poisson_ratio=0.41", "--out", tmp_path)
+    assert (ended.code, "no number differs: hcm may not read" in ended.out) == (0, True)
+
+
+def test_no_number_has_more_digits_than_its_error_leaves(make_record: Make) -> None:
+    errors = {"peak_normal_force_N": 0.5}
+    runs = make_record(peak=50.123, errors=errors), make_record(peak=50.1, errors=errors)
+    lines = difference_lines(*runs, difference_table(*runs))
+    (line,) = (one.strip() for one in lines if "peak Fn  " in one)
+    assert re.split(" {2,}", line) == ["peak Fn", "50.1 +- 0.5 N", "50.1 +- 0.5 N", "0.0 +- 2.0 %"]
 
 
 @pytest.mark.usefixtures("fake_runs")

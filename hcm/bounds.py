@@ -58,7 +58,7 @@ def check_fields(owner: Any) -> None:
     ParameterError
         Naming the field, its value and what is allowed.
     """
-    for name, default, bounds, names in _declared(owner.__class__):
+    for name, default, bounds, names, many in _declared(owner.__class__):
         value = getattr(owner, name)
         if value is None and default is None:
             continue
@@ -66,6 +66,8 @@ def check_fields(owner: Any) -> None:
             allowed = " or ".join(map(repr, names))
             raise ParameterError(f"{name} = {value!r}: must be {allowed}")
         for bound in bounds:
+            if many and not isinstance(value, tuple):
+                raise ParameterError(f"{name} = {value!r}: must be a tuple; each {bound.allowed()}")
             for number in value if isinstance(value, tuple) else (value,):
                 if not bound.holds(number):
                     raise ParameterError(f"{name} = {number!r}: must be {bound.allowed()}")
@@ -74,12 +76,15 @@ def check_fields(owner: Any) -> None:
 
 
 @cache
-def _declared(kind: type) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...]], ...]:
-    """Name, default, bounds and allowed values of the fields that declare any."""
+def _declared(
+    kind: type,
+) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...], bool], ...]:
+    """Name, default, bounds and allowed values of the fields that declare any; whether a tuple."""
     found = []
     for field in fields(kind):
         names = get_args(field.type) if get_origin(field.type) is Literal else ()
         bounds = getattr(field.type, "__metadata__", ())
         if names or bounds:
-            found.append((field.name, field.default, bounds, names))
+            many = get_origin(getattr(field.type, "__origin__", None)) is tuple
+            found.append((field.name, field.default, bounds, names, many))
     return tuple(found)

@@ -23,6 +23,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hcm.beam.drive import acting_joints
+from hcm.bounds import Bound
 from hcm.chosen_flight import Stated, choose_flight, count_elements, hz
 from hcm.contact.build import law_of
 from hcm.fall import Fall, rods_fall
@@ -87,7 +88,7 @@ class Chosen:
 
 def check_accuracy(accuracy: float) -> None:
     """Raise `ParameterError` where no settings are known for so small or large an accuracy."""
-    if not SMALLEST <= accuracy <= LARGEST:
+    if not Bound(at_least=SMALLEST, at_most=LARGEST).holds(accuracy):
         raise ParameterError(
             f"accuracy = {accuracy!r}: must be {SMALLEST:g} to {LARGEST:g}, the largest relative"
             " error wanted"

@@ -1,5 +1,6 @@
 """A run as a notebook shows it: how it ended, its force, its numbers with errors, cautions."""
 
+import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
@@ -17,9 +18,14 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
     is left out. time, force : (n,), s and N; drawn from the first to the last contact.
     """
 
-    def cell(value: Any) -> str:
-        parts = value if isinstance(value, tuple | list) else [value]
-        return "<td>" + ", ".join(f"{p:.5g}" if isinstance(p, float) else str(p) for p in parts)
+    def parts(value: Any) -> list[Any]:
+        return list(value) if isinstance(value, tuple | list) else [value]
+
+    def cells(name: str, value: Any) -> str:
+        stated = parts(errors[name]) if name in errors else [0.0] * len(parts(value))
+        texts = [_told(part, error) for part, error in zip(parts(value), stated, strict=True)]
+        known = ", ".join(f"{error:.2g}" for error in stated) if name in errors else ""
+        return f"<td>{', '.join(texts)}<td>{known}"
 
     shown = "".join(f"<p>{escape(note)}</p>" for note in notes if note)
     touched = np.flatnonzero(force > 0.0)
@@ -33,5 +39,14 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
         shown += f"<svg role='img' aria-label='{said}' {box}><polyline points='{line}' fill='none'"
         shown += f" stroke='#0072b2'/></svg><p>{said}</p>"
     known = [(name, value) for name, value in numbers.items() if value is not None]
-    rows = (f"<tr><th>{name}{cell(value)}{cell(errors.get(name, ''))}" for name, value in known)
+    rows = (f"<tr><th>{name}{cells(name, value)}" for name, value in known)
     return f"{shown}<table><tr><th><th>value<th>± error{''.join(rows)}</table>"
+
+
+def _told(value: Any, error: float) -> str:
+    """With a digit more than its error leaves, five where none is stated."""
+    if not isinstance(value, float):
+        return str(value)
+    share = abs(value) / error if error > 0.0 else 0.0
+    digits = min(max(math.ceil(math.log10(share)) + 1, 2), 6) if 0.0 < share < math.inf else 5
+    return f"{value:.{digits}g}"

@@ -83,6 +83,8 @@ def test_an_accuracy_chooses_each_scenes_settings() -> None:
         assert outcome.summary != hcm.simulate(**scene.arguments()).summary
     with pytest.raises(hcm.ParameterError, match="accuracy = 2"):
         list(hcm.simulate_each(given, accuracy=2.0))
+    with pytest.raises(hcm.ParameterError, match="accuracy = 'none'"):
+        hcm.simulate_many(given, accuracy="none")  # type: ignore[arg-type]
 
 
 def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -78,6 +78,11 @@ def tap(surface: hcm.Surface = SURFACE, **drive: Any) -> hcm.TapResult:
             {"torques": (0.0, math.nan, 1.0)},
             "torques = nan: must be a finite number in N m",
         ),
+        (
+            hcm.Drive,
+            {"torques": 0.1},
+            r"torques = 0\.1: must be a tuple; each a f",
+        ),
         (hcm.Settings, {"frame_times": (-0.1, 0.2)}, r"frame_times = -0\.1: .* in s, >= 0"),
         (hcm.Settings, {"frame_times": (0.2, 0.1)}, r"frame_times = 0\.1: must be in rising order"),
         (hcm.Finger, {"phalanges": ()}, "at least one phalanx"),

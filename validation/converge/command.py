@@ -123,17 +123,17 @@ def run_converge(
     draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     for (refined, entry), found in verdicts.items():
-        error = abs(found.finest) * found.uncertainty
-        limit = _told(entry, found.limit, error).partition(" ")[0]
+        known = abs(found.finest) * found.uncertainty
+        limit = _told(entry, found.limit, known).partition(" ")[0]
         output(
-            f"  {refined:<11} {entry.title:<16} finest {_told(entry, found.finest, error):<20}"
+            f"  {refined:<11} {entry.title:<16} finest {_told(entry, found.finest, known):<20}"
             f" limit {limit:<8} {found.verdict}"
         )
     for row in of_preset:
         entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
-        error = abs(row["finest"]) * percent / 100
+        known = abs(row["finest"]) * percent / 100
         output(
-            f"  {PRESET:<11} {entry.title:<16} {_told(entry, row['finest'], error):<20}"
+            f"  {PRESET:<11} {entry.title:<16} {_told(entry, row['finest'], known):<20}"
             f" {row['from_limit_percent']:+.2f} % from the tip's limit,"
             f" known to {percent:.1f} % in all"
         )

@@ -30,8 +30,11 @@ class NamedScene:
 
 
 def scene_name(source: str) -> str:
-    """What a scene is called: a built-in one by its name, a file by its stem."""
-    return source if source in BUILT_IN else file_name(Path(source).stem)
+    """What a scene is called: a built-in one by its name, a file by its stem; soft.toml, which is
+    another scene than the built-in soft, with its ending.
+    """
+    stem = Path(source).stem
+    return source if source in BUILT_IN else file_name(f"{stem}.toml" if stem in BUILT_IN else stem)
 
 
 def file_name(name: str) -> str:

@@ -107,13 +107,15 @@ def test_a_page_holds_small_vectors_and_large_ones_as_pixels(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("module", [hcm.notebook, reference_fem.notebook])
 def test_a_notebook_shows_numbers_curve_and_cautions(make_record: Make, module: ModuleType) -> None:
-    record = replace(make_record(peak=60.0), errors={"peak_normal_force_N": 0.5})
+    errors = {"peak_normal_force_N": 0.5, "contact_duration_s": 1e-6}
+    record = replace(make_record(peak=60.0, duration=2.0123e-4), errors=errors)
     forces = record.contact_forces
     shown = module.run_html(
         ("COMPLETED", "a < b"), record.summary, record.errors,
         forces["time_s"], forces["normal_force_N"],
     )  # fmt: skip
     assert "<th>peak_normal_force_N<td>60<td>0.5<" in shown
+    assert "<th>contact_duration_s<td>0.0002012<td>1e-06<" in shown
     assert "<p>a &lt; b</p>" in shown
     assert "elements" not in shown  # hcm has none
     assert "peak 60 N" in shown

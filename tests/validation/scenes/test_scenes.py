@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 
+import validation.scenes
 from tests.processes import printed
 from validation.errors import UserError
 from validation.scenes.load import BUILT_IN, MAX_BYTES, load_scene, parse_value
@@ -48,6 +49,12 @@ def test_built_in_scenes_are_the_papers(
     assert scene.per_phalanx(scene.finger.length) == (0.04,) * 3
     assert scene.per_phalanx(scene.finger.diameter) == (0.015,) * 3
     assert sum(scene.elements) == 60
+
+
+def test_a_file_that_is_called_as_a_built_in_scene_is_not_that_one(tmp_path: Path) -> None:
+    own = tmp_path / "soft.toml"
+    own.write_text((Path(validation.scenes.__file__).parent / "soft.toml").read_text())
+    assert (load_scene(str(own)).name, load_scene("soft").name) == ("soft.toml", "soft")
 
 
 def test_tangential_ratio_defaults_to_mindlin(tmp_path: Path) -> None:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from hcm.assumptions import Assumptions
 from validation.compare.differences import Difference, difference
 from validation.compare.figures import assumption_bars
 from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
-from validation.harness.console import output, progress_bar
+from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import GREY, panels
 from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import TAP_AND_STRESS, Quantity
@@ -60,16 +61,19 @@ def waterfall(
         for v, run in zip(variants, runs, strict=True)
     ]
     _write(folder, named.name, variants, rows, reference)
+    output("".join(f"{of.title:>18}" for of in TAP_AND_STRESS))
     for variant, found in zip(variants, rows, strict=True):
-        output(f"{variant.name:42}" + "".join(f"{_percent(one):>12}" for one in found))
+        output("".join(f"{_percent(one):>18}" for one in found) + f"  {variant.name}")
     known = [_uncertainty(of, reference) for of in TAP_AND_STRESS]
-    told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>12}" for u in known)
-    output(f"{'the reference is known to':42}{told}")
-    output(f"errors (%) of {', '.join(q.title for q in TAP_AND_STRESS)}; files in {folder}")
+    told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>18}" for u in known)
+    output(f"{told}  the reference is known to")
+    output(f"errors in %; files in {folder}")
+    if own := sorted(named.tables.solver.hcm.stated(Assumptions)):
+        say(f"caution: solver.hcm: {', '.join(own)} left out: each switch is set here in its turn")
 
 
 def _percent(one: Difference) -> str:
-    return "-" if one.error_percent is None else f"{one.error_percent:+.1f}"
+    return "-" if one.error_percent is None else f"{round(one.error_percent, 1) + 0.0:+.1f}"
 
 
 def _uncertainty(of: Quantity, reference: RunRecord) -> float | None:

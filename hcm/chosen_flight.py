@@ -24,6 +24,7 @@ from typing import Any
 from hcm.fall import Fall
 from hcm.model import Scene
 from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx
+from hcm.resolution import over_phase
 from hcm.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
 
@@ -152,8 +153,7 @@ def _elastic(
 
 def _in_phase(stages: int, turn: float) -> float:
     """Turn w h of a step at which that many stages are out of phase by the share `turn` of it."""
-    over_phase = math.comb(2 * stages, stages) * math.factorial(2 * stages + 1)
-    return (turn * over_phase) ** (1 / (2 * stages))
+    return (turn * over_phase(stages)) ** (1 / (2 * stages))
 
 
 def followed_frequency(finger: Finger, contact: float, share: float, decay: float) -> float:

@@ -1,13 +1,14 @@
 """Whether a completed run has its first tap whole and resolved, seen from the run itself.
 
 A tip that swings at omega is integrated with a time scale that is wrong by (omega h)^2/12 (the
-trapezoidal rule; 1.04 times that at the default xi). Two readings of omega h:
+trapezoidal rule; 1.04 times that at the default xi), by (s!)^2/((2s)! (2s + 1)!) (omega h)^(2s) in
+collocation by s stages. Two readings of omega h:
 
-- the second difference of F_n over three rows, over the peak, is (omega h)^2 for a half sine;
+- the second difference of F_n over three rows, over the peak, is (omega h)^2 for a half sine.
+  Collocation has rows at its stages, at least h/(s + 1) apart where they are furthest;
 - a phase of n steps between two reversals of v_n, or two changes between stick and slip, is half a
-  swing: omega h = pi/n. One of too few steps may be spurious, or hide others. Collocation by s
-  stages takes it in one step, its time wrong by (s!)^2/((2s)! (2s + 1)!) pi^(2s): by 0.0095 at 3,
-  1e-5 at 5.
+  swing: omega h = pi/n. One of too few steps may be spurious, or hide others. Collocation takes it
+  in one step, wrong by 0.0095 with 3 stages, by 1e-5 with 5.
 """
 
 import math
@@ -49,6 +50,16 @@ def second_difference(time: Floats, force: Floats, first: int, end: int) -> floa
     return largest / peak if peak > 0.0 else math.inf
 
 
+def collocation_error(stages: int, swing: float) -> float:
+    """Of the time scale of s stages, at most; swing : (omega d)^2, rows d apart, h <= (s + 1) d."""
+    return ((stages + 1) ** 2 * swing) ** stages / over_phase(stages)
+
+
+def over_phase(stages: int) -> int:
+    """(omega h)^(2s) over the relative error of the phase."""
+    return math.comb(2 * stages, stages) * math.factorial(2 * stages + 1)
+
+
 def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, ...]) -> int:
     """Phases between two events of `kinds` that take fewer than `FEW` steps."""
     rows = history.time_s.searchsorted([e.time_s for e in events if e.kind in kinds])
@@ -69,7 +80,9 @@ def judge_steps(
         return Status.STILL_IN_CONTACT, "; end_time cuts the first tap", ()
     time, over = history.time_s, contact + duration
     first, end = int(time.searchsorted(contact)), int(time.searchsorted(over, side="right"))
-    error = second_difference(time, history.normal_force_N, first, end) / 12
+    swing = second_difference(time, history.normal_force_N, first, end)
+    in_one = settings.contact_integrator == GAUSS and settings.stages >= ENOUGH
+    error = collocation_error(settings.stages, swing) if in_one else swing / 12
     controlled = settings.contact_tolerance > 0.0
     remedy = f"reduce solver.hcm.contact_{'tolerance' if controlled else 'step'}"
     cautions = []
@@ -82,7 +95,6 @@ def judge_steps(
             return Status.UNRESOLVED, f"; {long}", ()
         cautions.append(f"{long}; {remedy}")
     tap = tuple([e for e in events if e.time_s <= over])
-    in_one = settings.contact_integrator == GAUSS and settings.stages >= ENOUGH
     for kinds in () if in_one else (REVERSALS, CHANGES):
         if short := short_phases(history, tap, kinds):
             counts = ", ".join(f"{kind} {sum(e.kind == kind for e in tap)}" for kind in kinds)

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import pade
 
 import hcm
-from hcm.resolution import LARGEST, NOTED, second_difference
+from hcm.resolution import LARGEST, NOTED, collocation_error, over_phase, second_difference
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, TRUTH, finger
 
 
@@ -32,6 +33,33 @@ def test_second_difference_of_a_half_sine(steps: int) -> None:
 def test_two_rows_resolve_nothing() -> None:
     assert second_difference(np.array([0.0, 1.0]), np.array([0.0, 1.0]), 0, 2) == np.inf
     assert second_difference(np.arange(3.0), np.zeros(3), 0, 3) == np.inf
+
+
+@pytest.mark.parametrize("stages", [1, 2, 3])
+def test_collocation_is_out_of_phase_as_pades_approximant(stages: int) -> None:
+    """Of e^z at i omega h (Hairer and Wanner 1996, section IV.3); the next term is 0.04 of it."""
+    above, below = pade([1 / math.factorial(n) for n in range(2 * stages + 1)], stages)
+    turn = 0.5
+    late = abs(np.angle(above(1j * turn) / below(1j * turn)) / turn - 1.0)
+    assert late == pytest.approx(turn ** (2 * stages) / over_phase(stages), rel=0.06)
+    assert collocation_error(stages, (turn / (stages + 1)) ** 2) == pytest.approx(late, rel=0.06)
+
+
+def test_a_tap_in_few_long_steps_of_collocation_has_no_caution_of_their_number() -> None:
+    """Its rows are stages: as steps of order 2 they would leave 1.4 % where 0.1 % is left."""
+    modulus, bounce = 4.146e10, replace(SOFT_TIP, restitution=0.933)
+    scene = hcm.Scene(finger(SOFT, youngs_modulus=modulus), hcm.Surface(0.09, 1.095), bounce)
+    result = hcm.simulate_within(1e-2, scene)
+    exact = hcm.simulate_within(1e-4, scene).summary.contact_duration_s
+    assert result.summary.contact_duration_s == pytest.approx(exact, rel=2e-3)
+    tap = result.history.normal_force_N.nonzero()[0]
+    rows = second_difference(*_force(result), tap[0] - 1, tap[-1] + 2) / 12
+    assert rows > NOTED
+    assert not [caution for caution in result.cautions if "steps" in caution]
+
+
+def _force(result: hcm.TapResult) -> tuple[np.ndarray, np.ndarray]:
+    return result.history.time_s, result.history.normal_force_N
 
 
 @pytest.mark.parametrize("step", [1.0, 1e-4, 2e-5, 1e-5])

@@ -20,99 +20,53 @@ app = cyclopts.App(
     version="0.1.0",
     suppress_keyboard_interrupt=False,
 )
-app.command(
-    "validation.runs.command:run_scene",
-    name="run",
-    help="Run one model on one scene.",
-)
-app.command(
-    "validation.compare.command:compare",
-    help="Run one model on a scene with and without a change, and say what it changes.",
-)
-app.command(
-    "validation.render.command:render",
-    help="Draw stress, velocity, contact pressure, deformation, a sequence and an animation.",
-)
-app.command(
-    "validation.validate.command:run_validation",
-    name="validate",
-    help="Compare models on scenes, by default the paper's: tables, figures, renders, one page.",
-)
-app.command(
-    "validation.scenes.command:new_scene",
-    name="new",
-    help="Write a commented scene to start from.",
-)
-app.command(
-    "validation.scenes.command:print_schema",
-    name="schema",
-    help="Print the JSON Schema of a scene: keys, units, bounds, defaults.",
-)
-app.command(
-    "validation.studies.paper.command:run_paper",
-    name="paper",
-    help="Compute every number and figure of the article, and judge each one.",
-)
-app.command(
-    "validation.studies.assumptions.command:waterfall",
-    help="Say what each assumption of the reduced model is worth on a scene.",
-)
-app.command(
-    "validation.studies.assumptions.study_command:study",
-    help="Say what each assumption is worth over many fingers, and how often the model is right.",
-)
-app.command(
-    "validation.converge.command:run_converge",
-    name="converge",
-    help="""Refine mesh, penalty and step of the reference, each alone; state its error bar.
-
-    All runs start from one impact state. Runs are kept: a study that was stopped goes on.""",
-)
-app.command(
-    "validation.studies.evidence.command:evidence",
-    help="Set others' numbers, computed or measured, beside ours, element to tap; judge each.",
-)
-app.command(
-    "validation.studies.bench.command:bench",
-    help="Measure time against error; with --skips what each shortcut saves; with --peers others.",
-)
-app.command(
-    "validation.studies.stress.command:run_stress",
-    name="stress",
-    help="""Map where the models are right, refuse, or stop; no cell may be silently wrong.
-
-    Finished cells are kept: a campaign that was stopped goes on.""",
-)
-app.command(
-    "validation.studies.calibration.command:calibrate",
-    help="""Solve random scenes tightly too: are the errors that runs state those that they have?
-
-    Finished scenes are kept: a campaign that was stopped goes on.""",
-)
-app.command(
-    "validation.sweep.command:run_sweep",
-    name="sweep",
-    help="""Solve many scenes by models: a dataset, a page; here or on a Dask cluster.
-
-    Finished runs are kept: a sweep that was stopped goes on.""",
-)
+COMMANDS = {  # by name: the function below `validation` that each calls, and what it does
+    "run": ("runs.command:run_scene", "Run one model on one scene."),
+    "compare": ("compare.command:compare",
+        "Run one model on a scene with and without a change, and say what it changes."),
+    "render": ("render.command:render",
+        "Draw stress, velocity, contact pressure, deformation, a sequence and an animation."),
+    "validate": ("validate.command:run_validation",
+        "Compare models on scenes, by default the paper's: tables, figures, renders, one page."),
+    "new": ("scenes.command:new_scene", "Write a commented scene to start from."),
+    "schema": ("scenes.command:print_schema",
+        "Print the JSON Schema of a scene: keys, units, bounds, defaults."),
+    "paper": ("studies.paper.command:run_paper",
+        "Compute every number and figure of the article, and judge each one."),
+    "waterfall": ("studies.assumptions.command:waterfall",
+        "Say what each assumption of the reduced model is worth on a scene."),
+    "study": ("studies.assumptions.study_command:study",
+        "Say what each assumption is worth over many fingers, and how often the model is right."),
+    "converge": ("converge.command:run_converge",
+        "Refine mesh, penalty and step of the reference, each alone; state its error bar.\n\n"
+        "All runs start from one impact state. Runs are kept: a study that was stopped goes on."),
+    "evidence": ("studies.evidence.command:evidence",
+        "Set others' numbers, computed or measured, beside ours, element to tap; judge each."),
+    "bench": ("studies.bench.command:bench",
+        "Measure time against error; with --skips what each shortcut saves; with --peers others."),
+    "stress": ("studies.stress.command:run_stress",
+        "Map where the models are right, refuse, or stop; no cell may be silently wrong.\n\n"
+        "Finished cells are kept: a campaign that was stopped goes on."),
+    "calibrate": ("studies.calibration.command:calibrate",
+        "Solve random scenes tightly too: are the errors that runs state those that they have?\n\n"
+        "Finished scenes are kept: a campaign that was stopped goes on."),
+    "sweep": ("sweep.command:run_sweep",
+        "Solve many scenes by models: a dataset, a page; here or on a Dask cluster.\n\n"
+        "Finished runs are kept: a sweep that was stopped goes on."),
+}  # fmt: skip
+IDENTIFY = {
+    "contact": ("identify.contact_command:run_identify_contact",
+        "Press the meshed tip on the surface: k and eta^2, beside Hertz, Mindlin and the paper."),
+    "torque": ("studies.paper.torque_command:run_identify_torque",
+        "Find the unit of the paper's printed t_3 from its three arrival times."),
+    "ramp": ("studies.paper.ramp_outcome:run_identify_ramp",
+        "Drive the paper's fingers by a damped ramp: do figs. 13 to 16 agree together?"),
+}  # fmt: skip
 identify = cyclopts.App(name="identify", help="Parameters that the reduced model needs.")
+for group, commands in ((app, COMMANDS), (identify, IDENTIFY)):
+    for name, (function, what) in commands.items():
+        group.command(f"validation.{function}", name=name, help=what)
 app.command(identify)
-identify.command(
-    "validation.identify.contact_command:run_identify_contact",
-    name="contact",
-    help="Press the meshed tip on the surface: k and eta^2, beside Hertz, Mindlin and the paper.",
-)
-identify.command(
-    "validation.studies.paper.torque_command:run_identify_torque",
-    name="torque",
-    help="Find the unit of the paper's printed t_3 from its three arrival times.",
-)
-identify.command(
-    "validation.studies.paper.ramp_outcome:run_identify_ramp",
-    name="ramp",
-    help="Drive the paper's fingers by a damped ramp: do figs. 13 to 16 agree together?",
-)
 app.register_install_completion_command(help="Let the shell complete commands and options.")
 
 

@@ -15,7 +15,7 @@ BULGE = 0.3  # how far the cube is blown up towards a ball: 0 not at all, 1 enti
 def graded(first: float, growth: float, even: float) -> Floats:
     """Positions from 0 to 1: edges `first` up to `even`, then growing, scaled to fit."""
     grading = Grading(first, growth, even, 1.0)
-    nodes = grading.divide(0.0, 1.0, max(2, grading.count(0.0, 1.0))).nodes
+    nodes = grading.divide(0.0, 1.0, least=2).nodes
     return np.array([0.0, *nodes, 1.0])
 
 

@@ -86,8 +86,9 @@ class Grading:
         """Fewest edges between two positions that are nowhere longer than asked."""
         return max(1, math.ceil(abs(self.edges(stop) - self.edges(start)) - 1e-9))
 
-    def divide(self, start: float, stop: float, count: int) -> Division:
-        """`count` edges between two positions, in the proportions asked."""
+    def divide(self, start: float, stop: float, least: int = 1) -> Division:
+        """As many edges as asked between two positions, in these proportions; at least `least`."""
+        count = max(least, self.count(start, stop))
         first = self.edges(start)
         step = (self.edges(stop) - first) / count
         shares = (

@@ -146,18 +146,12 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
     shank = replace(fine, coarse=axial_size)
     return replace(
         even,
-        across=fine.divide(0.0, arc, max(n, fine.count(0.0, arc))),
+        across=fine.divide(0.0, arc, n),
         lower=fine.divide(edge, pole, n_along),
         upper=fine.divide(upper, pole, n_along),
-        inwards=down.divide(0.0, depth, max(even.inwards.count, down.count(0.0, depth))),
-        meridian=meridian.divide(
-            edge, equator, max(even.meridian.count, meridian.count(edge, equator))
-        ),
-        axial=shank.divide(
-            equator,
-            equator + shaft,
-            max(even.axial.count, shank.count(equator, equator + shaft)),
-        ),
+        inwards=down.divide(0.0, depth, even.inwards.count),
+        meridian=meridian.divide(edge, equator, even.meridian.count),
+        axial=shank.divide(equator, equator + shaft, even.axial.count),
         beside=contact > angle,
         halvings=sizing.halvings,
         contact_angle=contact,
@@ -177,18 +171,16 @@ def _graded_along(
     middle, end = 0.5 * even.shaft, even.radius * (0.5 * math.pi - even.block_angle)
     down, shank = replace(fine, even=0.0), replace(fine, coarse=axial_size)
     meridian = replace(fine, coarse=along_size)
-    along = fine.divide(arc, 2.0 * arc, max(even.lower.count, fine.count(arc, 2.0 * arc)))
-    half = shank.divide(
-        0.0, middle, max(math.ceil(0.5 * even.axial.count), shank.count(0.0, middle))
-    )
+    along = fine.divide(arc, 2.0 * arc, even.lower.count)
+    half = shank.divide(0.0, middle, math.ceil(0.5 * even.axial.count))
     near = [0.5 * share for share in half.nodes]
     return replace(
         even,
-        across=fine.divide(0.0, arc, max(even.across.count, fine.count(0.0, arc))),
+        across=fine.divide(0.0, arc, even.across.count),
         lower=along,
         upper=along,
-        inwards=down.divide(0.0, depth, max(even.inwards.count, down.count(0.0, depth))),
-        meridian=meridian.divide(-end, 0.0, max(even.meridian.count, meridian.count(-end, 0.0))),
+        inwards=down.divide(0.0, depth, even.inwards.count),
+        meridian=meridian.divide(-end, 0.0, even.meridian.count),
         axial=Division(2 * half.count, (*near, 0.5, *(1.0 - share for share in near[::-1]))),
         lies=True,
         fine=fine,

@@ -87,10 +87,10 @@ class _Body:
         x, y = mesh.points[:, 0], mesh.points[:, 1]
         far = np.full_like(x, math.inf)
         hole = geometry.shaft_radius
-        rounded = w == geometry.phalanges - 1 and geometry.tip == "hemisphere"
+        rounded = geometry.rounded(w)
         to_hole = far
         if hole is not None:
-            axes = [first] if w == geometry.phalanges - 1 else [first, last]
+            axes = [first, last][: geometry.shaft_holes(w)]
             to_hole = np.min([np.abs(np.hypot(x - axis, y) - hole) for axis in axes], axis=0)
         surfaces = np.array(
             [
@@ -171,8 +171,7 @@ def _arms(points: Floats, geometry: FingerGeometry, w: int) -> Floats:
     """Points from the axis, or from the sphere's centre beyond it, (n, dim) m."""
     arms = points.copy()
     centre = geometry.end + geometry.radii[-1]
-    rounded = w == geometry.phalanges - 1 and geometry.tip == "hemisphere"
-    arms[:, 0] = np.minimum(points[:, 0] - centre, 0.0) if rounded else 0.0
+    arms[:, 0] = np.minimum(points[:, 0] - centre, 0.0) if geometry.rounded(w) else 0.0
     return arms
 
 
@@ -189,8 +188,7 @@ def _parts(cells: Ints) -> int:
 def _volume(geometry: FingerGeometry, w: int, dim: int) -> tuple[float, float]:
     """A phalanx's volume (3D: of its half; 2D: area) and that of the holes left out of it."""
     radius = geometry.radii[w]
-    last = w == geometry.phalanges - 1
-    rounded = last and geometry.tip == "hemisphere"
+    rounded = geometry.rounded(w)
     length = geometry.lengths[w] - (radius if rounded else 0.0)
     section = 0.5 * math.pi * radius**2 if dim == 3 else 2.0 * radius
     ball = math.pi * radius**3 / 3.0 if dim == 3 else 0.5 * math.pi * radius**2
@@ -200,7 +198,7 @@ def _volume(geometry: FingerGeometry, w: int, dim: int) -> tuple[float, float]:
         turn = math.pi * np.arange(1, 33) / 33
         thickness = np.sqrt(radius**2 - (r * np.cos(turn)) ** 2) if dim == 3 else 1.0
         hole = float(np.sum(math.pi / 33 * np.sin(turn) ** 2 * thickness) * r**2)
-        hole *= 1 if last else 2
+        hole *= geometry.shaft_holes(w)
     return section * length + (ball if rounded else 0.0) - hole, hole
 
 

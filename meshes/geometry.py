@@ -70,6 +70,16 @@ class FingerGeometry:
         """Number of phalanges."""
         return len(self.lengths)
 
+    def rounded(self, w: int) -> bool:
+        """Whether phalanx `w`, from 0, ends in the hemisphere."""
+        return self.tip == "hemisphere" and w == self.phalanges - 1
+
+    def shaft_holes(self, w: int) -> int:
+        """How many ends of phalanx `w` have a hole: those at a hinge, if there are shafts."""
+        if self.shaft_radius is None:
+            return 0
+        return 1 if w == self.phalanges - 1 else 2
+
     @property
     def hinges(self) -> tuple[float, ...]:
         """X of each phalanx's proximal hinge axis, m: 0, -L1, -(L1 + L2), ..."""

@@ -208,7 +208,6 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
                     f"{key} = {getattr(sizing, key):g} m is larger than the {what} of phalanx "
                     f"{w} ({limit:g} m): give a smaller size"
                 )
-    last = geometry.phalanges - 1
     hole = _MM * (geometry.shaft_radius or 0.0)
     if hole:
         _require_room(geometry)
@@ -216,10 +215,10 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
         plan_phalanx(
             _MM * geometry.radii[w],
             _MM * geometry.lengths[w],
-            w == last and geometry.tip == "hemisphere",
+            geometry.rounded(w),
             sizing,
             hole,
-            _holed_ends(geometry, w) if hole else 0,
+            geometry.shaft_holes(w),
         )
         for w in range(geometry.phalanges)
     )
@@ -228,15 +227,10 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
     return plans
 
 
-def _holed_ends(geometry: FingerGeometry, w: int) -> int:
-    """How many ends of phalanx w (from 0) are at a hinge: the last one's far end is free."""
-    return 1 if w == geometry.phalanges - 1 else 2
-
-
 def _require_room(geometry: FingerGeometry) -> None:
     for w, (length, radius) in enumerate(zip(geometry.lengths, geometry.radii, strict=True)):
-        rounded = w == geometry.phalanges - 1 and geometry.tip == "hemisphere"
-        needed = (_holed_ends(geometry, w) * HINGE_DEPTH + rounded) * radius
+        rounded = geometry.rounded(w)
+        needed = (geometry.shaft_holes(w) * HINGE_DEPTH + rounded) * radius
         if length <= needed:
             raise MeshError(
                 f"phalanx {w + 1} is {length:g} m long, but its ends with holes for shafts"

@@ -32,7 +32,7 @@ def true_chain(
     for w, (hinge, length, radius) in enumerate(
         zip(geometry.hinges, geometry.lengths, geometry.radii, strict=True)
     ):
-        rounded = w == last and geometry.tip == "hemisphere"
+        rounded = geometry.rounded(w)
         end = hinge - length + radius * rounded
         parts = [_round(*_gauss(end, hinge), np.full(POINTS, radius))]
         if rounded:

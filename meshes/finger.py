@@ -109,8 +109,7 @@ def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
             if role in cut.roles:
                 _make_symmetric(cut.points, cut.roles[role], 0.01 * plan.radius)
     order, cells = renumber(cut.cells, len(cut.points))
-    new = np.empty_like(order)
-    new[order] = np.arange(len(order))
+    new = np.argsort(order)  # a permutation's inverse
     roles = {role: np.sort(new[nodes]) for role, nodes in cut.roles.items()}
     return PhalanxBlocks(cut.points[order], cells, roles, new[cut.facets], new[cut.ties])
 
@@ -165,10 +164,7 @@ def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
         points[roles["symmetry"], 2] = 0.0
     for hole, x in (("proximal_hole", 0.0), ("distal_hole", -plan.shaft)):
         if hole in roles:
-            axis = np.array([x, 0.0])
-            arm = points[roles[hole], :2] - axis
-            arm *= plan.hole / np.linalg.norm(arm, axis=1, keepdims=True)
-            points[roles[hole], :2] = axis + arm
+            points[roles[hole], :2] = _pushed(points[roles[hole], :2], x, plan.hole)
     points[roles["proximal_face"], 0] = 0.0
     _make_symmetric(points, roles["proximal_face"], _TOLERANCE * plan.radius)
     if plan.rounded:
@@ -183,16 +179,18 @@ def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
     if rim.size:  # on both cylinders: the hole fixes x and y
         points[rim, 2] = np.sqrt(plan.radius**2 - points[rim, 1] ** 2)
     if plan.rounded:
-        sphere = roles["sphere"]
-        centre = np.zeros(points.shape[1])
-        centre[0] = -plan.shaft
-        arm = points[sphere] - centre
-        arm *= plan.radius / np.linalg.norm(arm, axis=1, keepdims=True)
-        points[sphere] = centre + arm
+        points[roles["sphere"]] = _pushed(points[roles["sphere"]], -plan.shaft, plan.radius)
     if "pole" in roles:
         points[roles["pole"]] = 0.0
         points[roles["pole"], 0] = end
     return points
+
+
+def _pushed(points: Floats, x: float, radius: float) -> Floats:
+    """Points pushed along rays onto the circle or sphere of `radius` about `x` on the axis."""
+    centre = np.eye(1, points.shape[1])[0] * x
+    arm = points - centre
+    return centre + arm * (radius / np.linalg.norm(arm, axis=1, keepdims=True))
 
 
 def _make_symmetric(points: Floats, face: Ints, tolerance: float) -> None:

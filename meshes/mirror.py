@@ -46,8 +46,7 @@ def mirrored(half: FingerMesh) -> FingerMesh:
         cell_sets[name] = np.arange(first_cell, first_cell + len(body))
         first_node, first_cell = first_node + len(nodes), first_cell + len(body)
     old = np.concatenate(node_order)
-    new = np.empty_like(old)
-    new[old] = np.arange(len(old))
+    new = np.argsort(old)  # a permutation's inverse
 
     def with_image(nodes: Ints) -> Ints:
         return np.unique(new[np.concatenate([nodes, image[nodes]])])

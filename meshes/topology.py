@@ -55,9 +55,7 @@ def renumber(cells: Ints, n_points: int) -> tuple[Ints, Ints]:
     columns = np.tile(cells, (1, per_cell)).ravel()
     graph = coo_matrix((np.ones(rows.size, dtype=np.int8), (rows, columns)), (n_points, n_points))
     order = np.asarray(reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True), dtype=np.int64)
-    new = np.empty(n_points, dtype=np.int64)
-    new[order] = np.arange(n_points)
-    renumbered = new[cells]
+    renumbered = np.argsort(order)[cells]  # by the permutation's inverse
     by_mean = np.argsort(renumbered.sum(axis=1), kind="stable")
     return order, renumbered[by_mean]
 

@@ -51,25 +51,16 @@ def implement(
     det: Callable[[Blocks, Array, int, Array], float],
 ) -> None:
     """Let these compiled functions stand for the above, in their order, with blocks of `kind`."""
+    for asked, compiled in ((add_force, force), (least_det, det)):
+        overload(asked, strict=False)(_for_blocks_of(kind, compiled))
 
-    def asked(blocks: Any) -> bool:
-        return getattr(blocks, "instance_class", None) is kind
 
-    @overload(add_force, strict=False)  # annotations would count as a difference
-    def _force(
-        blocks: Any, u: Any, block: Any, share: Any, t: Any, out: Any, stored: Any, moving: Any
-    ) -> Any:
-        if asked(blocks):
-            return lambda blocks, u, block, share, t, out, stored, moving: force(
-                blocks, u, block, share, t, out, stored, moving
-            )
-        return None
+def _for_blocks_of(kind: type[Blocks], compiled: Callable[..., Any]) -> Callable[..., Any]:
+    def choose(blocks: Any, *rest: Any) -> Any:
+        is_kind = getattr(blocks, "instance_class", None) is kind
+        return (lambda *args: compiled(*args)) if is_kind else None
 
-    @overload(least_det, strict=False)
-    def _det(blocks: Any, u: Any, block: Any, s: Any) -> Any:
-        if asked(blocks):
-            return lambda blocks, u, block, s: det(blocks, u, block, s)
-        return None
+    return choose
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)

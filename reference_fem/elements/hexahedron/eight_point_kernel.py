@@ -58,13 +58,24 @@ SCRATCH_ROWS = POWER + 1
 
 
 @inlined
+def point_bases(
+    s: Array, row: int, lane: int, values: tuple[int, int, int]
+) -> tuple[Three, Three, Three]:
+    """Rows of [g_1 g_2 g_3] at one point, from the 36 rows of s that `store_bases` filled."""
+    a, b, c = values
+    o = row * LANES + lane
+    return (
+        (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
+        (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
+        (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
+    )
+
+
+@inlined
 def add_dilatation(s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
     """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
     for lane in range(LANES):
-        o = BASES * LANES + lane
-        gx = (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES])
-        gy = (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES])
-        gz = (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES])
+        gx, gy, gz = point_bases(s, BASES, lane, (a, b, c))
         p = lane + q * POINT_ROWS * LANES
         s[DILATATION * LANES + lane] += dilatation(gx, gy, gz, r, p)
 
@@ -129,20 +140,6 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
     else:
         for lane in range(LANES):
             s[RESULT * LANES + lane] = lane_force(s, r, lane)
-
-
-@inlined
-def point_bases(
-    s: Array, row: int, lane: int, values: tuple[int, int, int]
-) -> tuple[Three, Three, Three]:
-    """Rows of [g_1 g_2 g_3] at one point, from the 36 rows of s that `store_bases` filled."""
-    a, b, c = values
-    o = row * LANES + lane
-    return (
-        (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
-        (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
-        (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
-    )
 
 
 @inlined

@@ -5,11 +5,7 @@ Gauss collocation. The choice is made by the type, while the loop is compiled: a
 use collocation neither compiles it nor hands its arrays around.
 """
 
-from collections.abc import Callable
-from typing import Any
-
-from numba.extending import overload
-
+from hcm.compiled import by_type, kernel
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import gauss, generalized_alpha
 from hcm.integrators.gauss_tableau import GaussIntegrator
@@ -19,101 +15,71 @@ from hcm.state import Motion
 AnyIntegrator = Integrator | GaussIntegrator
 
 
-def take_step(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator
+@kernel
+def collocated(contact: Contact, integrator: GaussIntegrator) -> bool:
+    """Whether the contact's mode is one of collocation's."""
+    return integrator.flight if contact.normal == FLIGHT else integrator.contact
+
+
+@kernel
+def plain(of: GaussIntegrator) -> Integrator:
+    """Of the other modes."""
+    return Integrator(of.co, of.chain, of.law, of.work)
+
+
+@kernel
+def step_by_mode(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> bool:
-    """Advance `old` by h into `new`, the contact staying in its mode; whether that converged.
-
-    For compiled callers only, as are the others here.
-    """
-    raise NotImplementedError
-
-
-def with_coefficients(co: Coefficients, of: AnyIntegrator) -> AnyIntegrator:
-    """The integrator with other coefficients of generalized-alpha."""
-    raise NotImplementedError
+    """Advance `old` by h into `new`, the contact staying in its mode; whether that converged."""
+    if collocated(contact, integrator):
+        return gauss.step(h, contact, old, new, integrator)
+    return generalized_alpha.step(h, contact, old, new, plain(integrator))
 
 
-def error_of_step(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator
+@kernel
+def error_by_alpha(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator
 ) -> tuple[float, float]:
     """The latest step's estimated error in q, m, and the power of h that it goes with."""
-    raise NotImplementedError
+    return generalized_alpha.local_error(h, old, new, integrator), 3.0
 
 
-def loss_of_step(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator
+@kernel
+def error_by_mode(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+) -> tuple[float, float]:
+    """The same."""
+    if collocated(contact, integrator):
+        return gauss.local_error(h, integrator), integrator.tableau.c.size + 1.0
+    return error_by_alpha(h, contact, old, new, plain(integrator))
+
+
+@kernel
+def loss_by_mode(
+    h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> float:
     """What the material has dissipated in the latest step, J."""
-    raise NotImplementedError
+    if collocated(contact, integrator):
+        return gauss.material_loss(h, contact, integrator)
+    return generalized_alpha.material_loss(h, contact, old, new, plain(integrator))
 
 
-def _with_collocation(integrator: Any) -> bool:
-    return getattr(integrator, "instance_class", None) is GaussIntegrator
+@kernel
+def alpha_with(co: Coefficients, of: Integrator) -> Integrator:
+    """The integrator with other coefficients of generalized-alpha."""
+    return Integrator(co, of.chain, of.law, of.work)
 
 
-@overload(take_step, inline="always")
-def _take_step(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> Callable[..., bool]:
-    plain, collocation = generalized_alpha.step, gauss.step
-
-    def by_generalized_alpha(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
-        return plain(h, contact, old, new, integrator)
-
-    def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> bool:
-        if integrator.flight if contact.normal == FLIGHT else integrator.contact:
-            return collocation(h, contact, old, new, integrator)
-        parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
-        return plain(h, contact, old, new, parts)
-
-    return by_mode if _with_collocation(integrator) else by_generalized_alpha
+@kernel
+def gauss_with(co: Coefficients, of: GaussIntegrator) -> GaussIntegrator:
+    """The same."""
+    return GaussIntegrator(
+        co, of.chain, of.law, of.work, of.tableau, of.gauss, of.flight, of.contact
+    )
 
 
-@overload(with_coefficients)
-def _with_coefficients(co: Any, of: Any) -> Callable[..., Any]:
-    def plain(co: Any, of: Any) -> Any:
-        return Integrator(co, of.chain, of.law, of.work)
-
-    def collocation(co: Any, of: Any) -> Any:
-        return GaussIntegrator(
-            co, of.chain, of.law, of.work, of.tableau, of.gauss, of.flight, of.contact
-        )
-
-    return collocation if _with_collocation(of) else plain
-
-
-@overload(error_of_step, inline="always")
-def _error_of_step(
-    h: Any, contact: Any, old: Any, new: Any, integrator: Any
-) -> Callable[..., tuple[float, float]]:
-    plain, collocation = generalized_alpha.local_error, gauss.local_error
-
-    def by_generalized_alpha(
-        h: Any, contact: Any, old: Any, new: Any, integrator: Any
-    ) -> tuple[float, float]:
-        return plain(h, old, new, integrator), 3.0
-
-    def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> tuple[float, float]:
-        if integrator.flight if contact.normal == FLIGHT else integrator.contact:
-            return collocation(h, integrator), integrator.tableau.c.size + 1.0
-        parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
-        return plain(h, old, new, parts), 3.0
-
-    return by_mode if _with_collocation(integrator) else by_generalized_alpha
-
-
-@overload(loss_of_step)
-def _loss_of_step(
-    h: Any, contact: Any, old: Any, new: Any, integrator: Any
-) -> Callable[..., float]:
-    plain, collocation = generalized_alpha.material_loss, gauss.material_loss
-
-    def by_generalized_alpha(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
-        return plain(h, contact, old, new, integrator)
-
-    def by_mode(h: Any, contact: Any, old: Any, new: Any, integrator: Any) -> float:
-        if integrator.flight if contact.normal == FLIGHT else integrator.contact:
-            return collocation(h, contact, integrator)
-        parts = Integrator(integrator.co, integrator.chain, integrator.law, integrator.work)
-        return plain(h, contact, old, new, parts)
-
-    return by_mode if _with_collocation(integrator) else by_generalized_alpha
+take_step = by_type(GaussIntegrator, step_by_mode, generalized_alpha.step)
+error_of_step = by_type(GaussIntegrator, error_by_mode, error_by_alpha)
+loss_of_step = by_type(GaussIntegrator, loss_by_mode, generalized_alpha.material_loss)
+with_coefficients = by_type(GaussIntegrator, gauss_with, alpha_with)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import signal
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcm.accuracy import simulate_within
+from hcm.bounds import Bound
 from hcm.chosen import check_accuracy
 from hcm.dataset import unit_of
 from hcm.estimate import NAMES
@@ -72,6 +73,9 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
         A column has no such field, or not as many rows as the others.
     """
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
+    for name, column in columns.items():
+        if not isinstance(column, Sized):
+            raise ParameterError(f"column {name!r}: must be a list, one value a scene")
     size = {len(column) for column in columns.values()}
     for name in columns:
         part, _, of = name.partition(".")
@@ -84,7 +88,8 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
         changes: dict[str, dict[str, Any]] = {}
         for name, value in zip(columns, row, strict=True):
             part, _, of = name.partition(".")
-            changes.setdefault(part, {})[of] = value.item() if hasattr(value, "item") else value
+            plain = value.tolist() if hasattr(value, "tolist") else value
+            changes.setdefault(part, {})[of] = tuple(plain) if isinstance(plain, list) else plain
         try:
             given = {
                 part: replace(getattr(scene, part), **changed)
@@ -119,10 +124,12 @@ def simulate_each(
     Raises
     ------
     ParameterError
-        The accuracy is none that settings are known for.
+        The accuracy is none that settings are known for, or the workers are no number of them.
     """
     if accuracy is not None:
         check_accuracy(accuracy)
+    if workers is not None and not (some := Bound(integer=True, at_least=1)).holds(workers):
+        raise ParameterError(f"workers = {workers!r}: must be {some.allowed()}")
     count = workers or len(os.sched_getaffinity(0))
     given, stop = iter(scenes), _FORKED.Event()
     yield from (_tap(scene, accuracy) for scene in islice(given, 1))

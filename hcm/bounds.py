@@ -68,7 +68,7 @@ def check_fields(owner: Any) -> None:
         for bound in bounds:
             if many and not isinstance(value, tuple):
                 raise ParameterError(f"{name} = {value!r}: must be a tuple; each {bound.allowed()}")
-            for number in value if isinstance(value, tuple) else (value,):
+            for number in value if many else (value,):
                 if not bound.holds(number):
                     raise ParameterError(f"{name} = {number!r}: must be {bound.allowed()}")
             if bound.integer:

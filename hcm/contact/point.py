@@ -1,7 +1,7 @@
 """A contact that acts at the tip node itself (paper, fig. 2b): what the tip's motion is to its law,
 and what the law's force is to the tip's coordinates (r, r').
 
-The contract of a contact's kinematics, whose other side is `hcm.contact.sphere`.
+The contract of a contact's kinematics, whose other side is `hcm.contact.round_tip`.
 """
 
 from hcm.arrays import Floats

@@ -202,6 +202,18 @@ def test_arrays_make_scenes() -> None:
     (refused,) = hcm.vary(SCENE, {"tip.restitution": [2.0]})
     assert "restitution = 2.0" in str(refused)
     assert [o.status for o in hcm.simulate_each([refused, one])] == ["REFUSED", "COMPLETED"]
+    uneven = np.array([[1000.0, 2000.0], [1000.0, 1000.0]])
+    (why, _) = hcm.vary(SCENE, {"phalanx.density": uneven})
+    assert "density = (1000.0, 2000.0): must be a finite number" in str(why)
+    (driven,) = hcm.vary(SCENE, {"drive.torques": np.array([[0.1, 0.2]])})
+    assert isinstance(driven, hcm.Scene)
+    assert driven.drive.torques == (0.1, 0.2)
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5])
+def test_workers_are_a_number_of_them(workers: float) -> None:
+    with pytest.raises(hcm.ParameterError, match=f"workers = {workers}: must be a whole number"):
+        hcm.simulate_many([SCENE], workers=workers)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -210,6 +222,7 @@ def test_arrays_make_scenes() -> None:
         ({"surface.slope": [1.0]}, "'surface.slope'"),
         ({"finger.phalanges": [1.0]}, "'finger.phalanges'"),
         ({"friction": [1.0]}, "'friction'"),
+        ({"surface.friction": 0.5}, "'surface.friction': must be a list"),
         ({"surface.friction": [1.0], "tip.restitution": [1.0, 0.5]}, r"\[1, 2\] rows"),
     ],
 )

@@ -1,6 +1,7 @@
 """``fingertap schema`` and ``fingertap new``: what a scene may hold, and a scene to start from."""
 
 import json
+import shlex
 from pathlib import Path
 
 from validation.errors import UserError
@@ -50,4 +51,6 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
         why = getattr(error, "strerror", None) or error
         raise UserError(f"{show(str(path))}: cannot be written ({why}); check the path") from error
     write_text(path, scene_text(values))
-    output(f"{path}: a scene like {like}; run it: fingertap run {path} --model hcm")
+    output(
+        f"{path}: a scene like {like}; run it: fingertap run {shlex.quote(str(path))} --model hcm"
+    )

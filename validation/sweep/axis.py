@@ -13,9 +13,9 @@ from validation.scenes.tables import Table
 
 MOST_POINTS = 10_000_000
 WAYS = {  # by what marks each, what may stand beside it
-    "low": {"low", "high", "log"},
+    "low": {"low", "high", "log", "count"},
     "values": {"values"},
-    "distribution": {"distribution", "parameters"},
+    "distribution": {"distribution", "parameters", "count"},
 }
 
 
@@ -85,7 +85,7 @@ def check_axis(key: str, axis: Axis, origin: str) -> None:
             f"{origin}: must have low and high, or values, or distribution; give one of the three"
         )
     way = next(way for way, given in zip(WAYS, ways, strict=True) if given)
-    for name in axis.model_fields_set - {*WAYS[way], "count"}:
+    for name in axis.model_fields_set - WAYS[way]:
         raise UserError(f"{origin}.{name}: has no meaning beside {way}; leave it out")
     if axis.values is not None:
         if not axis.values:

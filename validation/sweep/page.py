@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -22,7 +23,7 @@ from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.figures import draw_distribution, draw_map, draw_parity
 from validation.sweep.plan import Plan, assignment
 from validation.sweep.points import PointTable
-from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, Floats, sobol
+from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, MOST_MISSING, Floats, sobol
 
 if TYPE_CHECKING:
     import xarray
@@ -85,7 +86,8 @@ def worst(
             "in": entry.title,
             "models": pair.title,
             "run again": " && ".join(
-                command(plan, points, place, solver) for solver in (pair.own, pair.base)
+                f"{command(plan, points, place, solver)} --out out/{which}"
+                for which, solver in (("own", pair.own), ("base", pair.base))
             ),
         }
 
@@ -104,12 +106,24 @@ def command(plan: Plan, points: PointTable, point: int, solver: int) -> str:
 
 
 def variables(points: PointTable) -> dict[str, Floats]:
-    """Values by key of what varies and is a number; of a list of numbers its last one."""
+    """Values by key of what varies: numbers, of lists the component that tells them apart; of other
+    lists and of words which of them it is, in the order of the points.
+    """
     found = {}
     for key, values in points.columns.items():
-        flat = [v[-1] if isinstance(v, list) and v else v for v in values]
-        if all(isinstance(v, int | float) for v in flat) and len(set(flat)) > 1:
-            found[key] = np.array(flat, dtype=float)
+        names = [json.dumps(value) for value in values]
+        distinct = list(dict.fromkeys(names))
+        if len(distinct) < 2:
+            continue
+        numbers = [[v] if isinstance(v, int | float) else v for v in values]
+        telling = (
+            column
+            for column in zip(*numbers, strict=False)
+            if all(isinstance(v, int | float) for v in column) and len(set(column)) == len(distinct)
+        )
+        of_values = next(telling, None)
+        title = key if of_values else f"{key}, by its place in the list"
+        found[title] = np.array(of_values or [distinct.index(n) + 1 for n in names], dtype=float)
     return found
 
 
@@ -132,7 +146,9 @@ def sensitivities(columns: dict[str, Floats], found: Sequence[Output]) -> Iterat
         indices = sobol(table, output.values)
         if indices is None:
             continue
-        row: dict[str, Any] = {"of": output.title, "Q2": indices.q2}
+        count = int(np.isfinite(output.values).sum())
+        scenes = f"{count} of {output.values.size}"
+        row: dict[str, Any] = {"of": output.title, "scenes": scenes, "Q2": indices.q2}
         for place, name in enumerate(columns):
             row[f"{name} first"] = float(indices.first[place])
             row[f"{name} total"] = float(indices.total[place])
@@ -142,8 +158,9 @@ def sensitivities(columns: dict[str, Floats], found: Sequence[Output]) -> Iterat
 SOBOL_NOTE = (
     "First-order and total indices by scipy.stats.sobol_indices, of a thin-plate spline fitted to"
     " the sweep's points over the variables' ranks. Q2 is the share of the variance of points left"
-    f" out of the fit that it explains: below {LEAST_Q2:g} no index is shown. Differences are"
-    " signed."
+    f" out of the fit that it explains: below {LEAST_Q2:g} no index is shown, nor where more than"
+    f" {100 * MOST_MISSING:g} % of the scenes have no number, as the variables of the rest may"
+    " depend on each other. Differences are signed."
 )
 
 

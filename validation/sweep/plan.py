@@ -164,6 +164,9 @@ def _check_points(given: _Plan, origin: str) -> None:
             f"{origin}: points.number = {points.number}: follows from the"
             f" {points.kind}; leave it out"
         )
+    counted = [key for key, axis in given.vary.items() if "count" in axis.model_fields_set]
+    if points.kind != "grid" and counted:
+        raise UserError(f"{origin}: vary.{counted[0]}.count: is a grid's; leave it out")
 
 
 def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:

@@ -100,12 +100,33 @@ def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:
     assert set(variables(points)) == {"surface.friction", "material.youngs_modulus"}
 
 
+def test_lists_and_words_are_variables_too() -> None:
+    """Lists were told apart by their last component: others vanished, the rest took their share."""
+    found = variables(
+        PointTable(
+            {
+                "drive.torques": [[0, 0, 0], [0.01, 0, 0], [0, 0, 0]],
+                "finger.length": [[1, 2], [2, 1], [2, 2]],
+                "solver.hcm.assumptions": ["paper", "refined", "paper"],
+                "material.youngs_modulus": [1e8, 2e8, 1e8],
+                "surface.friction": [0.5, 0.5, 0.5],
+            }
+        )
+    )
+    assert {name: column.tolist() for name, column in found.items()} == {
+        "drive.torques": [0.0, 0.01, 0.0],
+        "finger.length, by its place in the list": [1, 2, 3],
+        "solver.hcm.assumptions, by its place in the list": [1, 2, 1],
+        "material.youngs_modulus": [1e8, 2e8, 1e8],
+    }
+
+
 def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
     plan, points, data = swept(tmp_path)
     rows = list(worst(plan, points, data, Pair(0, 2, "")))
     assert [row["scene"] for row in rows] == [1, 0, 2]
     own, base = rows[0]["run again"].split(" && ")
-    assert own == command(plan, points, 1, 0)
+    assert own == f"{command(plan, points, 1, 0)} --out out/own"
     words = shlex.split(base)
     assert words[:5] == ["fingertap", "run", "soft", "--model", "fem3d"]
     # a sweep has fixed settings where its plan asks for no accuracy, `run` does not

@@ -53,6 +53,8 @@ HEAD = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nnumber = 4\n'
         (PLAN.replace("surface.friction", "surface.fricton"), "did you mean surface.friction?"),
         (HEAD + VARY + "0.5", "vary.surface.friction"),
         (HEAD + VARY + "{ low = 0.1 }", "high is missing"),
+        (HEAD + VARY + "{ values = [0.5, 1.0], count = 9 }", "count: has no meaning beside values"),
+        (HEAD + VARY + "{ low = 0.1, high = 0.5, count = 9 }", "count: is a grid's; leave it out"),
         (HEAD + VARY + "{ low = 0.5, high = 0.1 }", "must be below high = 0.1"),
         (HEAD + VARY + "{ low = 0.5, high = 0.5 }", "must be below high"),
         (HEAD + VARY + "{ low = -1.0, high = 0.5 }", ">= 0"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from validation.sweep.sensitivity import LEAST_Q2, sobol
+from validation.sweep.sensitivity import LEAST_Q2, MOST_MISSING, sobol
 
 
 def cube(number: int, size: int) -> np.ndarray:
@@ -26,6 +26,28 @@ def test_indices_are_those_of_the_function() -> None:
     assert found.first == pytest.approx(parts / whole, abs=0.03)
     assert found.total == pytest.approx((parts + both * np.array([1, 1, 0])) / whole, abs=0.03)
     assert found.q2 > 0.99
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_levels_count_as_often_as_they_are_drawn(share: float) -> None:
+    """y = x1 + x2, x1 of two levels, p and 1 - p: V1 = p (1 - p), V2 = 1/12."""
+    x = cube(256, 2)
+    level = (x[:, 0] > share).astype(float)
+    found = sobol(np.column_stack([level, x[:, 1]]), level + x[:, 1])
+    assert found is not None
+    parts = np.array([share * (1 - share), 1 / 12])
+    assert found.first == pytest.approx(parts / parts.sum(), abs=0.03)
+
+
+def test_points_that_miss_leave_no_independent_variables() -> None:
+    x = cube(256, 2)
+    y = x.sum(axis=1)
+    found = sobol(x, np.where(y > 1.0, np.nan, y))
+    assert found is not None
+    assert np.isnan([*found.first, *found.total, found.q2]).all()
+    few = sobol(x, np.where(np.arange(256) < 0.9 * MOST_MISSING * 256, np.nan, y))
+    assert few is not None
+    assert few.first == pytest.approx([0.5, 0.5], abs=0.03)
 
 
 def test_noise_has_no_indices() -> None:

@@ -57,7 +57,7 @@ def unit_notes(runs: Runs) -> list[str]:
     """Numbers that seem to be in another unit than their name says."""
     return [
         f"{row.scene}, {row.model}: {row.quantity.key} = {row.reduced:.4g} {row.quantity.unit} is "
-        f"some {1000.0**power:g} times the reference's: is it in the unit of its name?"
+        f"some {1000.0**power:g} times the reference's: is either in another unit than its name's?"
         for row in differences(runs, COMPARED)
         if row.reduced is not None
         and row.reference is not None
@@ -85,6 +85,8 @@ def sentences(rows: list[Difference]) -> list[str]:
         u = row.verdict.uncertainty
         if u is not None:
             text += f" (known to {two_digits(u)} %: {row.verdict.judgement})"
+        else:
+            text += " (no error is stated: not judged)"
         result.append(text + ".")
     return result
 

@@ -209,6 +209,7 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
     [
         ("", "", "column|must be one"),
         ("time_s,normal_force_N,tangential_force_sigma_N\n0,0,0", "", "has no tangential_force"),
+        ("time_s;normal_force_N\n0,0;0,1", "", "has no comma: columns are separated by commas"),
         ("time_s,force\n0,0", "", "'force' is unknown; known are time_s|ms|us"),
         ("time_s\n0", "", "0 columns normal_force"),
         ("time_s,normal_force_N,normal_force_kN", "", "2 columns normal_force"),

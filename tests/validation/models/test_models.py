@@ -255,6 +255,16 @@ def test_what_an_accuracy_chooses_is_compiled_before_it_is_timed(
     assert compiled[1] == ("elastic", "gauss", "generalized-alpha", True)
 
 
+def test_an_element_that_is_not_the_default_is_compiled_before_it_is_timed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    warmed: list[tuple[object, ...]] = []
+    monkeypatch.setattr(solid, "_warm_up_element", lambda *given: warmed.append(given))
+    for keys in ((), ("solver.fem.element=hex8-one-point",)):
+        assert solid.FEM3D.run(load_scene("soft", (*solid.WARM_UP, *keys))).record.ok
+    assert warmed == [(solid.FEM3D, "hex8-one-point", False)]
+
+
 LOW = (
     "solver.fem.preset=fast", "finger.phalanges=1", "surface.height=0.02",
     "solver.fem.flight=coarse",

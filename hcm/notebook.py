@@ -21,10 +21,10 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
     def parts(value: Any) -> list[Any]:
         return list(value) if isinstance(value, tuple | list) else [value]
 
-    def cells(name: str, value: Any) -> str:
-        stated = parts(errors[name]) if name in errors else [0.0] * len(parts(value))
-        texts = [_told(part, error) for part, error in zip(parts(value), stated, strict=True)]
-        known = ", ".join(f"{error:.2g}" for error in stated) if name in errors else ""
+    def cells(value: Any, error: Any) -> str:
+        stated = parts(error) if error is not None else [0.0] * len(parts(value))
+        texts = [_told(*of) for of in zip(parts(value), stated, strict=True)]
+        known = ", ".join(f"{one:.2g}" for one in stated) if error is not None else ""
         return f"<td>{', '.join(texts)}<td>{known}"
 
     shown = "".join(f"<p>{escape(note)}</p>" for note in notes if note)
@@ -39,7 +39,7 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
         shown += f"<svg role='img' aria-label='{said}' {box}><polyline points='{line}' fill='none'"
         shown += f" stroke='#0072b2'/></svg><p>{said}</p>"
     known = [(name, value) for name, value in numbers.items() if value is not None]
-    rows = (f"<tr><th>{name}{cells(name, value)}" for name, value in known)
+    rows = (f"<tr><th>{name}{cells(value, errors.get(name))}" for name, value in known)
     return f"{shown}<table><tr><th><th>value<th>± error{''.join(rows)}</table>"
 
 

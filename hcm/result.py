@@ -47,7 +47,7 @@ _ADVICE = {
     Status.NEWTON_FAILED: "reduce solver.hcm.flight_step and solver.hcm.contact_step, or raise"
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
-    Status.INTERRUPTED: "run again; what was computed so far is kept",
+    Status.INTERRUPTED: "run again, from the beginning; what was computed so far is in the result",
     Status.BODY_TOUCHES: "in this model only the tip can touch: raise surface.height, or turn the"
     " torques (drive.torques) so that the tip arrives first",
     Status.UNRESOLVED: "reduce solver.hcm.contact_step, or let solver.hcm.contact_tolerance control"

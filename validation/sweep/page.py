@@ -112,18 +112,18 @@ def variables(points: PointTable) -> dict[str, Floats]:
     found = {}
     for key, values in points.columns.items():
         names = [json.dumps(value) for value in values]
-        distinct = list(dict.fromkeys(names))
-        if len(distinct) < 2:
+        place = {name: n for n, name in enumerate(dict.fromkeys(names), 1)}
+        if len(place) < 2:
             continue
         numbers = [[v] if isinstance(v, int | float) else v for v in values]
         telling = (
             column
             for column in zip(*numbers, strict=False)
-            if all(isinstance(v, int | float) for v in column) and len(set(column)) == len(distinct)
+            if all(isinstance(v, int | float) for v in column) and len(set(column)) == len(place)
         )
         of_values = next(telling, None)
         title = key if of_values else f"{key}, by its place in the list"
-        found[title] = np.array(of_values or [distinct.index(n) + 1 for n in names], dtype=float)
+        found[title] = np.array(of_values or [place[name] for name in names], dtype=float)
     return found
 
 

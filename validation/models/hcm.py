@@ -93,17 +93,23 @@ def warm_up() -> None:
 @cache
 def warm_up_kernels(
     flight: str = "elastic", in_flight: str = "generalized-alpha",
-    in_contact: str = "generalized-alpha", refined: bool = False,
+    in_contact: str = "generalized-alpha", refined: bool = False, within: bool = False,
 ) -> None:  # fmt: skip
     """The same with that flight, those integrators and assumptions, once a process: each has
     kernels of its own.
+
+    within : whether by way of `hcm.simulate_within`, which hands on the fall of its rods.
     """
     import hcm
 
     keys = ("flight", flight), ("flight_integrator", in_flight), ("contact_integrator", in_contact)
     chosen = [f"solver.hcm.{key}={value!r}" for key, value in keys]
     scene = load_scene("soft", (*WARM_UP, *chosen, *([REFINED] if refined else [])))
-    unless_interrupted(hcm.simulate(**translate(scene, estimate=False)))
+    arguments = translate(scene, estimate=False)
+    simulate = partial(hcm.simulate, **arguments)
+    if within:
+        simulate = partial(hcm.simulate_within, 1e-2, hcm.Scene(**arguments), dict(keys))
+    unless_interrupted(simulate())
 
 
 def warm_up_refined() -> None:
@@ -147,7 +153,8 @@ def run(
         """Whether they are by now, and were not before."""
         known = warm_up_kernels.cache_info().misses
         in_flight, in_contact = settings.flight_integrator, settings.contact_integrator
-        warm_up_kernels(settings.flight, in_flight, in_contact, refined)
+        within = accuracy is not None
+        warm_up_kernels(settings.flight, in_flight, in_contact, refined, within)
         return warm_up_kernels.cache_info().misses > known
 
     try:

@@ -259,8 +259,8 @@ def test_what_an_accuracy_chooses_is_compiled_before_it_is_timed(
         hcm_adapter.run(scene)
         assert len(solved) == times
     assert compiled == [
-        ("rigid", "generalized-alpha", "gauss", False),
-        ("elastic", "gauss", "gauss", False),
+        ("rigid", "generalized-alpha", "gauss", False, True),
+        ("elastic", "gauss", "gauss", False, True),
     ]
 
 

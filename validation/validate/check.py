@@ -15,7 +15,7 @@ from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
 from validation.harness.uncertainty import two_digits
 from validation.models import adapter, model_names
-from validation.scenes.load import BUILT_IN, NamedScene, load_scene
+from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.messages import show
 from validation.validate.headline import differences
 from validation.validate.plan import PAPER, Plan, Runs
@@ -43,10 +43,9 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     named = {}
     for source in scenes or PAPER.scenes.values():
         scene = load_scene(source)
-        if scene.name in named or (scene.name in BUILT_IN and source not in BUILT_IN):
-            other = "another" if scene.name in named else "a built-in"
+        if scene.name in named:
             raise UserError(
-                f"scene {source}: {other} scene is called {scene.name} as well; rename the file"
+                f"scene {source}: another scene is called {scene.name} as well; rename the file"
             )
         named[scene.name] = scene
     wanted = [name.strip() for name in models.split(",")]

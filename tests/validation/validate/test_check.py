@@ -76,7 +76,7 @@ def test_unit_slips_are_powers_of_a_thousand(value: float, power: int) -> None:
     [
         (("nosuch",), "scene 'nosuch': unknown"),
         (("soft", "soft"), "another scene is called soft"),
-        (("own/soft.toml",), "a built-in scene is called soft"),
+        (("own/soft.toml", "own/soft.toml"), "another scene is called soft.toml"),
         (("--models", "hcm,nosuch"), "--model 'nosuch': unknown"),
         (("--models", "hcm,hcm"), "named twice"),
         (("--models", "fem3d"), "is the reference as well"),

@@ -76,12 +76,11 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     for name, column in columns.items():
         if not isinstance(column, Sized):
             raise ParameterError(f"column {name!r}: must be a list, one value a scene")
-    size = {len(column) for column in columns.values()}
-    for name in columns:
         part, _, of = name.partition(".")
         owner = scene.finger.phalanges[0] if part == "phalanx" else getattr(scene, part, None)
         if part not in parts or of not in {f.name for f in fields(owner)}:  # type: ignore[arg-type]
             raise ParameterError(f"column {name!r}: must be a field of {', '.join(sorted(parts))}")
+    size = {len(column) for column in columns.values()}
     if len(size) > 1:
         raise ParameterError(f"columns have {sorted(size)} rows: must be of one length")
     for row in zip(*columns.values(), strict=True):

@@ -97,7 +97,7 @@ class Solid:
     ) -> Outcome:
         """One solve, compared with the last of `taps`, meshes and results, which it is added to.
 
-        warm : whether the kernels of any element are loaded.
+        warm : whether the kernels of the one-point element are loaded.
         """
         import reference_fem
 
@@ -119,7 +119,7 @@ class Solid:
                 beside, compared = taps[-1]
             elif settings.estimate:
                 beside = companion(tables, self.dimension, sizing)
-            if settings.element is not None and not warm:
+            if settings.element == reference_fem.ONE_POINT and self.dimension == 3 and not warm:
                 _warm_up_element(self, settings.element, damped)
             start = time.perf_counter()
             restart = None

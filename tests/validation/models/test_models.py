@@ -274,6 +274,17 @@ def test_an_element_that_is_not_the_default_is_compiled_before_it_is_timed(
     assert warmed == [(solid.FEM3D, "hex8-one-point", False)]
 
 
+@pytest.mark.parametrize(
+    ("model", "element"), [(solid.FEM3D, "hex8"), (solid.FEM2D, "hex8-one-point")]
+)
+def test_an_element_that_is_none_is_refused_by_its_own_scene(
+    model: solid.Solid, element: str
+) -> None:
+    scene = load_scene("soft", (*solid.WARM_UP, f"solver.fem.element={element}"))
+    with pytest.raises(UserError, match=f"scene mine: element = '{element}'"):
+        model.run(replace(scene, name="mine"))
+
+
 LOW = (
     "solver.fem.preset=fast", "finger.phalanges=1", "surface.height=0.02",
     "solver.fem.flight=coarse",

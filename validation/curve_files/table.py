@@ -36,7 +36,7 @@ def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
     except csv.Error as error:
         raise UserError(f"{origin}, line {reader.line_num}: is no CSV: {error}") from error
     (_, header), *rows = [row for row in rows if any(row[1]) or len(row[1]) > 1] or [(0, [])]
-    if len(header) == 1 and not {*header} <= {*COLUMNS}:
+    if len(header) == 1 and header[0] not in COLUMNS:
         raise UserError(
             f"{origin}: its first line, {show(header[0])}, has no comma: columns are separated by"
             f" commas, decimals begin with a point; known are {KNOWN}"

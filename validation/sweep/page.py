@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -111,14 +110,14 @@ def variables(points: PointTable) -> dict[str, Floats]:
     """
     found = {}
     for key, values in points.columns.items():
-        names = [json.dumps(value) for value in values]
+        names = [repr(value) for value in values]
         place = {name: n for n, name in enumerate(dict.fromkeys(names), 1)}
         if len(place) < 2:
             continue
-        numbers = [[v] if isinstance(v, int | float) else v for v in values]
+        components = zip(*([v] if isinstance(v, int | float) else v for v in values), strict=False)
         telling = (
             column
-            for column in zip(*numbers, strict=False)
+            for column in components
             if all(isinstance(v, int | float) for v in column) and len(set(column)) == len(place)
         )
         of_values = next(telling, None)

@@ -20,7 +20,7 @@ from validation.scenes.load import load_scene
 from validation.studies.assumptions import command, study, study_command
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
-from validation.studies.assumptions.study import STATUS, known, read_study
+from validation.studies.assumptions.study import BARS, STATUS, known, read_study
 from validation.studies.assumptions.study_command import numbers_of, shares_of
 from validation.sweep.plan import assignment
 
@@ -98,6 +98,8 @@ def test_the_stored_scenes_are_the_sequences_and_keep_their_bars() -> None:
         assert (completed[entry.key] > 0).all()
         assert (completed[f"{entry.key}_error"] > 0).all()
     assert known(stored).all()
+    for key, bar in BARS.items():
+        assert (stored[f"{key}_error"] <= bar * stored[key]).all()
 
 
 def test_shares_count_what_did_not_complete_as_outside() -> None:

@@ -70,7 +70,7 @@ def simulate_within(
         chance = folded(result, scene.finger.length) or grazes(result)
         if again or (expected <= accuracy and not chance):
             break
-        again = f"solved again: {expected:.1g} was expected of the first run"
+        again = f"solved again: {expected:.2g} was expected of the first run"
         if chance:
             again = "solved again: the finger folds up, or its tap barely ends"
         smaller = min(max(expected / accuracy, COMPANION), COMPANION**2)
@@ -153,5 +153,5 @@ def _short(result: TapResult, expected: float, accuracy: float, chance: bool) ->
         status = Status.UNREPEATABLE
         doubt = f"; {COMPANION:g} times the accuracy changes the first tap by {expected:.1g}"
         return replace(result, status=status, message=status.value + doubt, errors={})
-    short = f"expects a relative error of {expected:.1g}; {accuracy:g} was wanted"
+    short = f"expects a relative error of {expected:.2g}; {accuracy:g} was wanted"
     return replace(result, cautions=(*result.cautions, short))

@@ -104,7 +104,7 @@ def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
     if not (held := record.accuracy):
         return
     expected = held["expected"]
-    text = "not estimated" if expected is None else f"expected {expected:.1g}"
+    text = "not estimated" if expected is None else f"expected {expected:.2g}"
     yield f"  {'relative error':<{WIDTH}}{text}, wanted {held['wanted']:g}"
     for choice in held["choices"]:
         yield f"    {choice['setting']:<{WIDTH - 2}}{choice['value']} ({choice['reason']})"

@@ -3,7 +3,7 @@
 import time
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
@@ -23,7 +23,6 @@ WARM_UP = (
     "finger.elements=2",
     "surface.height=0.01",
 )
-FLIGHT = ("flight", "flight_integrator")
 REFINED = "solver.hcm.assumptions='refined'"
 
 
@@ -73,10 +72,20 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 incline=tables.surface.incline,
             ),
             "settings": hcm.Settings(**stated),
-            "assumptions": hcm.Assumptions(**tables.solver.hcm.stated(hcm.Assumptions)),
+            "assumptions": _assumptions(tables.solver.hcm.stated(hcm.Assumptions)),
         }
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
+
+
+def _assumptions(stated: dict[str, Any]) -> Any:
+    """The solver's, whose refusals name the scene's keys."""
+    import hcm
+
+    try:
+        return hcm.Assumptions(**stated)
+    except hcm.ParameterError as error:
+        raise hcm.ParameterError(f"solver.hcm.{error}") from error
 
 
 def refusal(scene: NamedScene) -> str:
@@ -90,40 +99,50 @@ def warm_up() -> None:
     unless_interrupted(run(load_scene("soft", WARM_UP)).record)
 
 
-@cache
-def warm_up_kernels(
-    flight: str = "elastic", in_flight: str = "generalized-alpha",
-    in_contact: str = "generalized-alpha", refined: bool = False, within: bool = False,
-) -> None:  # fmt: skip
-    """The same with that flight, those integrators and assumptions, once a process: each has
-    kernels of its own.
+class Kernels(NamedTuple):
+    """What has compiled code of its own.
 
     within : whether by way of `hcm.simulate_within`, which hands on the fall of its rods.
     """
+
+    flight: str = "elastic"
+    flight_integrator: str = "generalized-alpha"
+    contact_integrator: str = "generalized-alpha"
+    refined: bool = False
+    within: bool = False
+
+
+COMPILED = Kernels._fields[:3]
+FLIGHT = COMPILED[:2]
+
+
+@cache
+def warm_up_kernels(of: Kernels) -> None:
+    """The same with these, once a process."""
     import hcm
 
-    keys = ("flight", flight), ("flight_integrator", in_flight), ("contact_integrator", in_contact)
-    chosen = [f"solver.hcm.{key}={value!r}" for key, value in keys]
-    scene = load_scene("soft", (*WARM_UP, *chosen, *([REFINED] if refined else [])))
+    keys = {key: getattr(of, key) for key in COMPILED}
+    chosen = [f"solver.hcm.{key}={value!r}" for key, value in keys.items()]
+    scene = load_scene("soft", (*WARM_UP, *chosen, *([REFINED] if of.refined else [])))
     arguments = translate(scene, estimate=False)
     simulate = partial(hcm.simulate, **arguments)
-    if within:
-        simulate = partial(hcm.simulate_within, 1e-2, hcm.Scene(**arguments), dict(keys))
+    if of.within:
+        simulate = partial(hcm.simulate_within, 1e-2, hcm.Scene(**arguments), keys)
     unless_interrupted(simulate())
 
 
 def warm_up_refined() -> None:
     """The same with refined assumptions."""
-    warm_up_kernels(refined=True)
+    warm_up_kernels(Kernels(refined=True))
 
 
 def warm_up_choices() -> None:
     """The same with what an accuracy may choose for the paper's assumptions, and its choice."""
     import hcm
 
-    warm_up_kernels(flight="rigid")
-    warm_up_kernels(in_flight="gauss")
-    warm_up_kernels(in_contact="gauss")
+    warm_up_kernels(Kernels(flight="rigid"))
+    warm_up_kernels(Kernels(flight_integrator="gauss"))
+    warm_up_kernels(Kernels(contact_integrator="gauss"))
     hcm.simulate_within(1e-2, hcm.Scene(**translate(load_scene("soft", WARM_UP), estimate=False)))
 
 
@@ -152,9 +171,8 @@ def run(
     def compiled(settings: Any) -> bool:
         """Whether they are by now, and were not before."""
         known = warm_up_kernels.cache_info().misses
-        in_flight, in_contact = settings.flight_integrator, settings.contact_integrator
-        within = accuracy is not None
-        warm_up_kernels(settings.flight, in_flight, in_contact, refined, within)
+        chosen = {key: getattr(settings, key) for key in COMPILED}
+        warm_up_kernels(Kernels(**chosen, refined=refined, within=accuracy is not None))
         return warm_up_kernels.cache_info().misses > known
 
     try:

@@ -59,9 +59,9 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
     record, expects = best.record, best.record.accuracy["expected"]
     reason, short = "of the mesh, which states more than it leaves", ""
     if len(runs) > 1:
-        reason = f"solved {len(runs)} times: {told[0]:.1g} was expected of the first run"
+        reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
     if expects is not None and expects > wanted:
-        short = f"expects a relative error of {expects:.1g}; {wanted:g} was wanted"
+        short = f"expects a relative error of {expects:.2g}; {wanted:g} was wanted"
     tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
     record = replace(
         record.with_summary(wall_time_s=sum(run.record.summary["wall_time_s"] for run in runs)),

@@ -243,7 +243,7 @@ def test_what_an_accuracy_chooses_is_compiled_before_it_is_timed(
     """A refined tap's elastic flight was not: 385 s of compiling were stored as its solve time."""
     compiled: list[tuple[object, ...]] = []
     solved: list[float] = []
-    warm_up = cache(lambda *kernels: compiled.append(kernels))
+    warm_up = cache(compiled.append)
 
     def solve_within(accuracy: float, given: hcm.Scene, *_: object, **__: object) -> hcm.TapResult:
         """Rods leave out 0.8e-3 of the tap: as if a first run in them had expected too much."""

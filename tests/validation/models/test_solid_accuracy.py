@@ -121,7 +121,7 @@ SHORT = "expects a relative error of {}; 0.01 was wanted; coarse"
     [
         (0.02, [0.008], [0.35], 1, ""),
         (0.011, [0.008], [0.7 / 1.5], 1, ""),  # nearer ones tell less of each other
-        (0.05, [0.02, 0.02], [0.7 / 3, 0.2], 2, SHORT.format(0.02)),
+        (0.05, [0.02, 0.012], [0.7 / 3, 0.2], 2, SHORT.format(0.012)),
         (0.03, [0.04, 0.009], [0.7 / 3, 0.2], 2, ""),
         (0.03, [0.04, 0.04], [0.7 / 3, 0.2], 2, SHORT.format(0.04)),
         (0.03, [None], [0.7 / 3], 0, SHORT.format(0.03)),
@@ -151,7 +151,7 @@ def test_a_solid_that_expects_more_is_solved_again(
     left = [first, *further][kept]
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
     assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
-    assert f"{first:.1g} was expected" in record.accuracy["choices"][-1]["reason"]
+    assert f"{first:.2g} was expected" in record.accuracy["choices"][-1]["reason"]
     assert (record.ok, record.message) == (True, caution)
 
 

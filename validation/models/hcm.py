@@ -9,6 +9,7 @@ from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
 from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.solver_tables import DEFAULT_ACCURACY
 
 name = "hcm"
 kind: Kind = "reduced"
@@ -95,8 +96,9 @@ def refusal(scene: NamedScene) -> str:
 
 
 def warm_up() -> None:
-    """Tap once with one phalanx of two elements: every kernel is loaded."""
-    unless_interrupted(run(load_scene("soft", WARM_UP)).record)
+    """Tap once with one phalanx of two elements, with the kernels of the default accuracy."""
+    held = f"solver.hcm.accuracy={DEFAULT_ACCURACY[settings]}"
+    unless_interrupted(run(load_scene("soft", (*WARM_UP, held))).record)
 
 
 class Kernels(NamedTuple):
@@ -118,7 +120,7 @@ FLIGHT = COMPILED[:2]
 
 @cache
 def warm_up_kernels(of: Kernels) -> None:
-    """The same with these, once a process."""
+    """The same with these kernels, once a process."""
     import hcm
 
     keys = {key: getattr(of, key) for key in COMPILED}

@@ -11,6 +11,7 @@ import hcm
 from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
 from hcm.contact.law import IN_FLIGHT, contact_law
+from hcm.fall import rods_fall
 from hcm.flight.rigid_chain import Rods, build_rods, clearance, rates, reactions
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.model import rigid_motion
@@ -206,6 +207,21 @@ def test_a_flight_without_a_touch_ends_as_an_elastic_one_does() -> None:
     assert stopped.status is hcm.Status.WORK_LIMIT
     # the start, five steps, and the beams' row where they would take over
     assert len(stopped.history.time_s) == 7
+
+
+@pytest.mark.parametrize("links", [1, 3])
+@pytest.mark.parametrize("gravity", [0.0, 1e-9])
+def test_a_rod_that_no_load_slows_touches_in_its_first_turn(links: int, gravity: float) -> None:
+    """Without an error to limit them its steps grew to several turns, over the touch."""
+    phalanges = finger(SOFT, links)
+    reach, spin = sum(p.length for p in phalanges.phalanges), 20.0
+    scene = hcm.Scene(
+        phalanges, hcm.Surface(2 / 3 * reach, 0.5), SOFT_TIP, hcm.Drive(gravity=gravity),
+        start=hcm.RigidStart((0.0,) * links, (spin,) * links),
+    )  # fmt: skip
+    fall = rods_fall(scene)
+    assert fall is not None
+    assert fall.time == pytest.approx(math.asin(2 / 3) / spin, rel=1e-6)
 
 
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:

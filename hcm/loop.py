@@ -12,7 +12,7 @@ from hcm.beam.outline import Outline, depth
 from hcm.compiled import kernel, kernel_with
 from hcm.contact.contract import begin_mode, keep, place, velocity
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
-from hcm.contact.law import FLIGHT, Contact
+from hcm.contact.law import FLIGHT, STICK, Contact
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.stage_rows import friction_of_step, rows_of_step, write_between
@@ -24,8 +24,9 @@ from hcm.state import Clock, Motion, Plan, advance_clock
 
 # Why the loop came back.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5
-# After this many events without an advance in time, a whole step is taken in the current mode:
-# chatter is then resolved to the step, and the loop always moves on.
+# After this many events without an advance in time, and one more where the tip sticks, a whole step
+# is taken in the current mode: chatter is then resolved to the step, and the loop always moves on.
+# A tip that sticks for a step may be held by far more than mu F_n, one that slides by no more.
 INSTANT_EVENTS = 8
 # Of the time: what is left to an end time that is no step any more.
 LAST_STEP = 1e-12
@@ -91,7 +92,7 @@ def advance(
         rebound = plan.undamped and in_flight and clock.taps > 0
         method = with_coefficients(trapezoidal(co) if rebound else co, integrator)
         tolerance = event_tolerances(contact, clock, plan, law)
-        chatter = clock.instant >= INSTANT_EVENTS
+        chatter = clock.instant >= INSTANT_EVENTS + int(contact.tangential == STICK)
         h, slot, trials, repeats, growth = accepted_step(
             h, in_flight, rebound, chatter, clock.speed, tolerance, plan, contact, old, new, method
         )

@@ -3,7 +3,8 @@
 The stages hold the step's motion to order s + 1 at c_i h. An event lies where its function first
 changes sign from one of them to the next (an end of the step among them), and is located there on
 the step's own polynomial, which then ends with it: neither takes a trial step, and the factors stay
-those of whole steps.
+those of whole steps. Only what starts at zero and is past it at the first stage is looked for by
+trial steps.
 """
 
 import math
@@ -14,8 +15,8 @@ from hcm.compiled import by_type, kernel
 from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import event_search
-from hcm.integrators.event_search import NO_EVENT, values_at
-from hcm.integrators.gauss import accelerate, move_velocities
+from hcm.integrators.event_search import NO_EVENT, rates_at, values_at
+from hcm.integrators.gauss import accelerate, move_velocities, step
 from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.state import Motion
@@ -178,28 +179,52 @@ def zero_inside(
 
 
 @kernel
+def fill_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
+    """Fill the stages' accelerations and velocities of the latest step from its unknowns."""
+    combine(integrator.tableau.inverse, integrator.gauss.unknown, integrator.gauss.stage)
+    move_velocities(h, old, integrator)
+
+
+@kernel
 def first_event(
     h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[float, int, int]:  # fmt: skip
-    """`event_search.first_event`, without trials where contacts are stepped by collocation."""
+    """`event_search.first_event`; where contacts are stepped by collocation, the only trials are of
+    a value that starts at zero and is past it at the first stage.
+
+    It may be positive for a moment, as that of a tip is that sticks on one edge of the cone and
+    swings to the other. The polynomials err by more than a narrow cone is wide.
+    """
     if not integrator.contact or (contact.normal == FLIGHT and not integrator.flight):
         return event_search.first_event(h, tolerance, contact, old, new, integrator)
-    found = NO_EVENT
+    found, trials = NO_EVENT, 0
     for _ in range(4):
         slot, after = first_passed(h, found, tolerance, contact, old, new, integrator)
         if slot == NO_EVENT:
             break
         if after == 0:
-            return 0.0, slot, 0
+            if rates_at(old, contact, integrator)[slot] * h < -tolerance[slot]:
+                return 0.0, slot, trials
+            begin = values_at(old, contact, integrator)[slot]
+            end = values_at(new, contact, integrator)[slot]
+            h, used = event_search.locate(
+                slot, h, begin, end, tolerance[slot], contact, old, new, integrator
+            )
+            trials, found = trials + used, slot
+            if h == 0.0:
+                return 0.0, slot, trials
+            if not (math.isfinite(h) and step(h, contact, old, new, integrator)):
+                return math.nan, slot, trials
+            fill_stages(h, old, integrator)
+            continue
         if found == NO_EVENT:
-            combine(integrator.tableau.inverse, integrator.gauss.unknown, integrator.gauss.stage)
-            move_velocities(h, old, integrator)
+            fill_stages(h, old, integrator)
         share = zero_inside(slot, after, h, tolerance[slot], contact, old, new, integrator)
         if not shorten(share, h, contact, old, new, integrator):
-            return math.nan, slot, 0
+            return math.nan, slot, trials
         h, found = share * h, slot
-    return h, found, 0
+    return h, found, trials
 
 
 find_event = by_type(GaussIntegrator, first_event, event_search.first_event)

@@ -196,7 +196,7 @@ def test_whole_tap_in_a_few_steps(step: float, bound: float, stages: int) -> Non
     assert found.normal_impulse_N_s != plain
 
 
-@pytest.mark.parametrize("friction", [1e-9, 1e-6])
+@pytest.mark.parametrize("friction", [1e-14, 1e-12])
 def test_a_tip_that_chatters_is_not_held_by_the_surface(friction: float) -> None:
     """Where stick and slip follow each other in one instant steps are whole, and the surface pulled
     with a twelfth of the peak until the end of the one in which the tip left. The limit is mu = 0.
@@ -218,3 +218,19 @@ def test_a_tip_that_chatters_is_not_held_by_the_surface(friction: float) -> None
         # friction moves them by a share of its own size
         wanted = pytest.approx(getattr(smooth, name), rel=friction + 1e-7)
         assert getattr(rough.summary, name) == wanted
+
+
+@pytest.mark.parametrize("friction", [1e-12, 1e-9, 1e-6, 1e-4])
+def test_a_narrow_cone_holds_no_more_than_it_is_wide(friction: float) -> None:
+    """Sticking is over within ns, long before a step's first stage: its end was not seen, and the
+    tip stuck for whole steps. mu = 0 is the limit."""
+    phalanx = hcm.Phalanx(0.03, 0.015, 1e8, 1400.0, 10, poisson_ratio=0.4)
+    scene = hcm.Scene(hcm.Finger((phalanx,)), hcm.Surface(0.02, friction), hcm.Tip(1e5, 1.0, 0.75))
+    result = hcm.simulate_within(1e-3, scene)
+    smooth = hcm.simulate_within(1e-3, replace(scene, surface=hcm.Surface(0.02, 0.0)))
+    assert result.status is hcm.Status.COMPLETED
+    tap, limit, history = result.summary, smooth.summary, result.history
+    assert tap.peak_normal_force_N == pytest.approx(limit.peak_normal_force_N, rel=2e-3)
+    # an event is located to 1e-12 of the largest force
+    allowed = friction * history.normal_force_N + 1e-11 * limit.peak_normal_force_N
+    assert (np.abs(history.tangential_force_N) <= allowed).all()

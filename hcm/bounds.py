@@ -49,7 +49,8 @@ class Bound:
 
 
 def check_fields(owner: Any) -> None:
-    """Check every field that declares a `Bound` or a ``Literal``; a tuple's numbers one by one.
+    """Check every field that declares a `Bound`, a ``Literal`` or a truth value; a tuple's numbers
+    one by one.
 
     None passes where it is the default. Whole numbers are kept as plain ints.
 
@@ -82,7 +83,9 @@ def _declared(
     """Name, default, bounds and allowed values of the fields that declare any; whether a tuple."""
     found = []
     for field in fields(kind):
+        truth = field.type is bool or bool in get_args(field.type)
         names = get_args(field.type) if get_origin(field.type) is Literal else ()
+        names = (False, True) if truth else names
         bounds = getattr(field.type, "__metadata__", ())
         if names or bounds:
             many = get_origin(getattr(field.type, "__origin__", None)) is tuple

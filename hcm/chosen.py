@@ -18,7 +18,7 @@ The shares before these are measured on 110 random scenes, so that 95 of 100 kee
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -35,6 +35,7 @@ from hcm.parameters import (
     Finger,
     ParameterError,
     Phalanx,
+    Settings,
     Tip,
 )
 from hcm.result import Choice
@@ -104,8 +105,16 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     scene : its settings are kept where nothing is chosen: taps, times, limits.
     stated : settings that stay as they are in the scene, by their names; "elements" are the
         finger's.
+
+    Raises
+    ------
+    ParameterError
+        No settings are known for the accuracy, or what is stated is none.
     """
     check_accuracy(accuracy)
+    known = {*SETTINGS, *(field.name for field in fields(Settings))}
+    if unknown := [name for name in stated if name not in known]:
+        raise ParameterError(f"stated has {unknown[0]!r}: must be of {', '.join(sorted(known))}")
     return choose(accuracy, scene, stated)
 
 

@@ -44,7 +44,8 @@ class Bound:
 
 
 def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
-    """Check every field that declares a `Bound` or a ``Literal``; a tuple's numbers one by one.
+    """Check every field that declares a `Bound`, a ``Literal`` or a truth value; a tuple's numbers
+    one by one.
 
     A ``Literal`` may be one of a union with classes. None passes where it is the default.
 
@@ -59,6 +60,7 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
             continue
         members = get_args(field.type)
         names = next((m for m in members if get_origin(m) is Literal), field.type)
+        names = Literal[False, True] if field.type is bool else names
         others = tuple(m for m in members if isinstance(m, type))
         if get_origin(names) is Literal and not (
             value in get_args(names) or isinstance(value, others)

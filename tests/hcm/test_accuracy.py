@@ -137,6 +137,11 @@ def test_what_is_stated_stays_and_is_said_to_be() -> None:
     assert alpha.scene.settings.flight_tolerance == NO_ESTIMATE.flight_tolerance
 
 
+def test_what_is_stated_and_is_no_setting_is_refused() -> None:
+    with pytest.raises(hcm.ParameterError, match="stated has 'fligt': must be of"):
+        simulate_within(1e-3, SOFT_SCENE, {"fligt": "elastic"})
+
+
 def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
     loose, strict, strictest = (chosen(a) for a in (1e-2, 1e-4, 1e-5))
     assert loose.scene.settings.flight == "rigid"

@@ -43,6 +43,9 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (hcm.Settings(), "max_steps", 1.5, COUNT),
     (hcm.Settings(), "max_steps", 10**400, COUNT),
     (hcm.Settings(), "end_time", -1.0, "a finite number in s, > 0"),
+    (hcm.Settings(), "estimate", "no", "False or True"),
+    (hcm.Drive(), "reaction", "no", "False or True"),
+    (hcm.Assumptions(), "hertz", "false", "False or True"),
 ]
 
 

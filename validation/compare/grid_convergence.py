@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 LEAST_ORDER = 0.5  # a smaller one makes the extrapolation longer than the sequence
+ABOVE_FORMAL = 1.0  # an order further above the formal one is two values that are near by chance
 HIGHEST_ORDER = 20.0  # nobody has more; where a search for it ends
 SAFETY = 1.25  # Roache's factor for three or more grids
 
@@ -83,7 +84,8 @@ def convergence(
         GCI   = 1.25 |φ_1 - φ_2| / (|φ_1| (r^p - 1))             (Roache 1994; Celik et al., eq. 7)
 
     An observed order above the formal one is cut to it, which lengthens both. The ladder is
-    asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and,
+    asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and at
+    most ABOVE_FORMAL above the formal one and,
     where there is a fourth, the three before the finest predict the same limit to within their
     own index (they are monotone with such an order too). Four levels or more that are not so, most
     often because a little noise lies on their trend, are fitted by least squares. If there is none,
@@ -107,7 +109,7 @@ def convergence(
     finest = values[-1]
     spread = (max(values) - min(values)) / abs(finest) if finest else math.inf
     order, limit, index = _extrapolated(sizes[-3:], values[-3:], formal_order)
-    asymptotic = order is not None and order >= LEAST_ORDER
+    asymptotic = order is not None and LEAST_ORDER <= order <= formal_order + ABOVE_FORMAL
     if asymptotic and len(sizes) > 3:
         before, guess, band = _extrapolated(sizes[-4:-1], values[-4:-1], formal_order)
         asymptotic = (

@@ -47,7 +47,8 @@ class LevelRuns:
             raise UserError(f"scene {self.scene.name}: {error}") from error
         if self._start is None:
             raise RunFailedError(
-                f"scene {self.scene.name}: the surface is not reached: lower surface.height"
+                f"scene {self.scene.name}: the surface is not reached: lower surface.height, or see"
+                " that gravity and torques move the tip to it"
             )
         self.patch: float = solid_mesh.predicted_touch(
             self.scene.tables, self._dimension
@@ -58,9 +59,13 @@ class LevelRuns:
 
         Raises
         ------
+        UserError
+            An override is of a key that the study varies itself.
         RunFailedError
             The run did not complete.
         """
+        if taken := [key for text in self._given if (key := text.partition("=")[0]) in level]:
+            raise UserError(f"--set {taken[0]}: a convergence study sets it itself; leave it out")
         texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)

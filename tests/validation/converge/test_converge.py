@@ -66,6 +66,13 @@ def test_a_mesh_file_is_refused_by_its_own_key(tmp_path: Path, fingertap: Run) -
     assert "solver.fem.mesh = 'a.vtu': a mesh that is read has no finer one" in said.refusal
 
 
+def test_a_key_that_the_study_varies_is_refused(tmp_path: Path, fingertap: Run) -> None:
+    """It was overridden without a word."""
+    given = ("--quick", "--set", "solver.fem.contact=penalty")
+    said = fingertap("converge", "soft", *given, "--out", tmp_path)
+    assert "--set solver.fem.contact: a convergence study sets it itself" in said.refusal
+
+
 def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:
     assert "fem3d" in fingertap("converge", "soft", "--model", "hcm", "--out", tmp_path).refusal
 

@@ -13,7 +13,7 @@ from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process
 from validation.sweep import dataset
 from validation.sweep.executor import Crew, dask_cluster, processes_here, solve_all
-from validation.sweep.page import write_report
+from validation.sweep.page import clear_report, write_report
 from validation.sweep.plan import Plan, assignment, read_plan
 from validation.sweep.points import PointTable, points_of
 from validation.sweep.runs import INTERRUPTED, PASSING, Row, Task, on_one_thread, task_of
@@ -87,6 +87,7 @@ def solve_plan(
     passing: dict[tuple[int, int], Row] = {}
     try:
         if todo:
+            clear_report(folder)
             with progress_bar(f"sweep {chosen.name}") as progress:
                 _solve(chosen, todo, len(tasks), finished, passing, where, progress)
     finally:

@@ -97,7 +97,11 @@ def _even_in_logarithm(values: Floats) -> bool:
     return bool(low > 0.0 and high > 30.0 * low and np.median(values) ** 2 < 10.0 * low * high)
 
 
-def _with_unit(key: str) -> str:
+def _with_unit(title: str) -> str:
+    """A key's last word with its unit, or with how its values are counted (`page.variables`)."""
+    key, _, counted = title.partition(", ")
+    if counted:
+        return f"{key.rpartition('.')[2]}, {counted}"
     quantity = quantity_of(key)
     unit = quantity.unit if quantity else ""
     return f"{key.rpartition('.')[2]} ({unit})" if unit else key.rpartition(".")[2]

@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 
 WORST = 10
 WITHIN = (0.02, 0.05)  # shares that the table counts
-# what a report has for some plans only
-OF_PAIRS = ("differences.*", "distribution.png", "parity-*", "worst-*", "map-*", "sobol.*")
+REPORT = (
+    *("index.html", "endings.*", "differences.*", "distribution.png"),
+    *("parity-*", "worst-*", "map-*", "sobol.*"),
+)
 
 
 def pairs(plan: Plan) -> list[Pair]:
@@ -163,14 +165,19 @@ SOBOL_NOTE = (
 )
 
 
+def clear_report(folder: Path) -> None:
+    """Remove a report that the dataset beside it outgrows, perhaps one of more models."""
+    for old in itertools.chain.from_iterable(map(folder.glob, REPORT)):
+        old.unlink(missing_ok=True)
+
+
 def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Dataset) -> Path:
     """Figures, tables and ``index.html``; returns the page."""
     chosen, columns = pairs(plan), variables(points)
     labels = [solver.label for solver in plan.solvers]
     found = [o for o in outputs(plan, data, chosen) if np.isfinite(o.values).any()]
     sections: list[dict[str, Any]] = []
-    for old in itertools.chain.from_iterable(map(folder.glob, OF_PAIRS)):  # perhaps of more models
-        old.unlink()
+    clear_report(folder)
 
     def section(title: str, name: str, rows: Sequence[dict[str, Any]], *notes: str,
                 figures: Sequence[Path] = ()) -> None:  # fmt: skip

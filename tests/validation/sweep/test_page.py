@@ -10,7 +10,8 @@ import xarray
 
 from tests.validation.sweep.plans import PLAN, written
 from validation.sweep import dataset
-from validation.sweep.dataset import Pair
+from validation.sweep.dataset import Output, Pair
+from validation.sweep.figures import draw_map
 from validation.sweep.page import command, outputs, pairs, table, variables, worst, write_report
 from validation.sweep.plan import Plan, read_plan
 from validation.sweep.points import PointTable, points_of
@@ -100,7 +101,7 @@ def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:
     assert set(variables(points)) == {"surface.friction", "material.youngs_modulus"}
 
 
-def test_lists_and_words_are_variables_too() -> None:
+def test_lists_and_words_are_variables_too(tmp_path: Path) -> None:
     """Lists were told apart by their last component: others vanished, the rest took their share."""
     found = variables(
         PointTable(
@@ -119,6 +120,8 @@ def test_lists_and_words_are_variables_too() -> None:
         "solver.hcm.assumptions, by its place in the list": [1, 2, 1],
         "material.youngs_modulus": [1e8, 2e8, 1e8],
     }
+    draw_map(tmp_path / "map.png", found, Output("peak Fn", "peak Fn (N)", np.ones(3), False))
+    assert (tmp_path / "map.png").exists()
 
 
 def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:

@@ -149,8 +149,13 @@ def test_an_interrupted_sweep_has_what_was_finished(
         return own(*given, **named)
 
     monkeypatch.setattr(runs, "solve", interrupted)
-    assert fingertap("sweep", written(tmp_path), "--out", tmp_path).code == 1
+    path = written(tmp_path)
+    earlier = tmp_path / "sweep" / path.stem / "index.html"
+    earlier.parent.mkdir(parents=True)
+    earlier.write_text("the page of fewer scenes")
+    assert fingertap("sweep", path, "--out", tmp_path).code == 1
     assert opened(tmp_path)["status"].values[:, 0].tolist().count("COMPLETED") == 2
+    assert not earlier.exists()
 
 
 def tasks(count: int) -> list[Task]:

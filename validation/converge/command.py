@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from validation.converge.refinement_runs import LevelRuns
-from validation.converge.refinements import Refinement, refinements
+from validation.converge.refinements import Refinement, check_given, refinements
 from validation.converge.verdicts import (
     PRESET,
     RefinedRuns,
@@ -103,9 +103,10 @@ def run_converge(
     with progress_bar("converge") as progress:
         progress(0.0, "impact state")
         runs = LevelRuns(scene, overrides, model, Store(out / "store"))
+        wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
+        check_given(overrides, wanted)
         name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
         folder = output_folder(out / "converge" / name)
-        wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
         results, failures = run_levels(runs, wanted, progress)
         progress(0.98, "preset converged")
         preset = None

@@ -59,13 +59,9 @@ class LevelRuns:
 
         Raises
         ------
-        UserError
-            An override is of a key that the study varies itself.
         RunFailedError
             The run did not complete.
         """
-        if taken := [key for text in self._given if (key := text.partition("=")[0]) in level]:
-            raise UserError(f"--set {taken[0]}: a convergence study sets it itself; leave it out")
         texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)

@@ -1,8 +1,11 @@
 """What ``fingertap converge`` refines, one thing at a time."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from validation.errors import UserError
+from validation.scenes.load import key_of
 
 ROOT = math.sqrt(2.0)
 TIP_MESH, SHAFT_MESH, PENALTY = "mesh: tip", "mesh: shaft", "penalty"
@@ -94,3 +97,16 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
         Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, levels(shaft)),
         Refinement("step", "step over stable step", 2.0, levels(step)),
     )
+
+
+def check_given(overrides: Sequence[str], wanted: Sequence[Refinement]) -> None:
+    """Refuse a ``KEY=VALUE`` that no level would keep.
+
+    Raises
+    ------
+    UserError
+        Every level sets that key itself.
+    """
+    always = set.intersection(*(set(keys) for one in wanted for keys in one.levels.values()))
+    if taken := [key for key in map(key_of, overrides) if key in always]:
+        raise UserError(f"--set {taken[0]}: a convergence study sets it itself; leave it out")

@@ -26,7 +26,7 @@ from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, changed_scene, load_scene
+from validation.scenes.load import NamedScene, changed_scene, key_of, load_scene
 
 DEFAULT_OUT = Path("out")
 
@@ -77,7 +77,7 @@ def run_scene(
     if wanted and not module.settings:
         raise UserError(f"--accuracy {accuracy}: {model} takes none; leave it out")
     keys = ("solver.accuracy", f"solver.{module.settings}.accuracy")
-    if wanted and (twice := [one for one in overrides if one.partition("=")[0].strip() in keys]):
+    if wanted and (twice := [one for one in overrides if key_of(one) in keys]):
         raise UserError(
             f"--accuracy {accuracy} and --set {twice[0]}: two accuracies; leave one out"
         )

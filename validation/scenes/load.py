@@ -93,6 +93,11 @@ def parse_value(text: str) -> Any:
     return parsed["value"] if list(parsed) == ["value"] else text
 
 
+def key_of(assignment: str) -> str:
+    """The left side of KEY=VALUE."""
+    return assignment.partition("=")[0].strip()
+
+
 def override(document: dict[str, Any], assignment: str) -> dict[str, Any]:
     """A copy of the tables with one dotted ``KEY=VALUE`` set."""
     key, equals, text = assignment.partition("=")

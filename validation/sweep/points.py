@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.errors import UserError
-from validation.scenes.load import parse_value, read_text
+from validation.scenes.load import key_of, parse_value, read_text
 from validation.scenes.messages import show
 from validation.sweep.axis import MOST_POINTS, Axis, check_key, check_value, frozen
 from validation.sweep.plan import Plan, assignment
@@ -114,7 +114,7 @@ def _from_file(plan: Plan) -> PointTable:
         raise UserError(f"{origin}: is no CSV: {error}") from error
     names = [name.strip() for name in rows[0]] if rows else []
     wanted = plan.points.columns or names
-    settled = {text.partition("=")[0] for text in plan.common}.union(*(s.set for s in plan.solvers))
+    settled = set(map(key_of, plan.common)).union(*(s.set for s in plan.solvers))
     for name in wanted:
         if name not in names:
             has = ", ".join(names) or "none"

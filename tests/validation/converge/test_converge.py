@@ -10,8 +10,16 @@ import pytest
 from tests.validation.commands import Run
 from validation.compare.grid_convergence import Convergence
 from validation.converge.command import run_converge
-from validation.converge.refinements import PENALTY, SHAFT_MESH, TIP_MESH, TIP_PRESSED, refinements
+from validation.converge.refinements import (
+    PENALTY,
+    SHAFT_MESH,
+    TIP_MESH,
+    TIP_PRESSED,
+    check_given,
+    refinements,
+)
 from validation.converge.verdicts import preset_rows
+from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
 
@@ -71,6 +79,13 @@ def test_a_key_that_the_study_varies_is_refused(tmp_path: Path, fingertap: Run) 
     given = ("--quick", "--set", "solver.fem.contact=penalty")
     said = fingertap("converge", "soft", *given, "--out", tmp_path)
     assert "--set solver.fem.contact: a convergence study sets it itself" in said.refusal
+
+
+def test_a_key_that_some_refinements_vary_is_kept_by_the_others() -> None:
+    wanted = refinements(1.0, 1e-3, quick=True)
+    check_given(["solver.fem.step_factor=0.5", "solver.fem.preset=fast"], wanted)
+    with pytest.raises(UserError, match=r"--set solver\.fem\.tip_size: "):
+        check_given([" solver.fem.tip_size = 1e-3"], wanted)
 
 
 def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
 from validation.harness.quantities import TAP_AND_STRESS
+from validation.scenes.messages import known_keys
 from validation.sweep.axis import quantity_of
 from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
@@ -97,11 +98,8 @@ def _even_in_logarithm(values: Floats) -> bool:
     return bool(low > 0.0 and high > 30.0 * low and np.median(values) ** 2 < 10.0 * low * high)
 
 
-def _with_unit(title: str) -> str:
-    """A key's last word with its unit, or with how its values are counted (`page.variables`)."""
-    key, _, counted = title.partition(", ")
-    if counted:
-        return f"{key.rpartition('.')[2]}, {counted}"
-    quantity = quantity_of(key)
+def _with_unit(name: str) -> str:
+    """The last word of a variable's name, with the unit of one that is a key (`page.variables`)."""
+    quantity = quantity_of(name) if name in known_keys() else None
     unit = quantity.unit if quantity else ""
-    return f"{key.rpartition('.')[2]} ({unit})" if unit else key.rpartition(".")[2]
+    return f"{name.rpartition('.')[2]} ({unit})" if unit else name.rpartition(".")[2]

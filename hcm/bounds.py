@@ -83,9 +83,9 @@ def _declared(
     """Name, default, bounds and allowed values of the fields that declare any; whether a tuple."""
     found = []
     for field in fields(kind):
-        truth = field.type is bool or bool in get_args(field.type)
         names = get_args(field.type) if get_origin(field.type) is Literal else ()
-        names = (False, True) if truth else names
+        if field.type is bool or bool in get_args(field.type):
+            names = (False, True)
         bounds = getattr(field.type, "__metadata__", ())
         if names or bounds:
             many = get_origin(getattr(field.type, "__origin__", None)) is tuple

@@ -112,7 +112,7 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
         No settings are known for the accuracy, or what is stated is none.
     """
     check_accuracy(accuracy)
-    known = {*SETTINGS, *(field.name for field in fields(Settings))}
+    known = {"elements", *(field.name for field in fields(Settings))}
     if unknown := [name for name in stated if name not in known]:
         raise ParameterError(f"stated has {unknown[0]!r}: must be of {', '.join(sorted(known))}")
     return choose(accuracy, scene, stated)

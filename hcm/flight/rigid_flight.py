@@ -110,10 +110,9 @@ def take_steps(
 
     `stages` (7, 2 P) begin with the state's rates when it returns, and here if they are `known`.
 
-    Steps keep `tolerance` (m) and are at most `longest` (s), and `TURN`; without a tolerance all
-    are. Returns
-    the rows written behind that of the start (time, state, accelerations), how it ended, repeats,
-    trials, the next step.
+    Steps keep `tolerance` (m) and are at most `longest` (s) and `TURN` long; without a tolerance
+    all are that long. Returns the rows written behind that of the start (time, state,
+    accelerations), how it ended, repeats, trials, the next step.
     """
     n = chain.length.size
     repeats, trials = 0, 0

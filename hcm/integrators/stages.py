@@ -186,16 +186,36 @@ def fill_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 
 
 @kernel
-def first_event(
-    h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
+def end_early(
+    slot: int, h: float, tolerance: float, contact: Contact, old: Motion, new: Motion,
     integrator: GaussIntegrator,
-) -> tuple[float, int, int]:  # fmt: skip
-    """`event_search.first_event`; where contacts are stepped by collocation, the only trials are of
-    a value that starts at zero and is past it at the first stage.
+) -> tuple[float, int]:  # fmt: skip
+    """End the latest step, h long, where a value that starts at zero and is past it at the first
+    stage comes back to zero; its length (0: it falls at once; NaN: a trial failed) and the trials.
 
     It may be positive for a moment, as that of a tip is that sticks on one edge of the cone and
     swings to the other. The polynomials err by more than a narrow cone is wide.
     """
+    if rates_at(old, contact, integrator)[slot] * h < -tolerance:
+        return 0.0, 0
+    begin = values_at(old, contact, integrator)[slot]
+    end = values_at(new, contact, integrator)[slot]
+    length, trials = event_search.locate(
+        slot, h, begin, end, tolerance, contact, old, new, integrator
+    )
+    if length > 0.0:
+        if not step(length, contact, old, new, integrator):
+            return math.nan, trials
+        fill_stages(length, old, integrator)
+    return length, trials
+
+
+@kernel
+def first_event(
+    h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
+    integrator: GaussIntegrator,
+) -> tuple[float, int, int]:  # fmt: skip
+    """`event_search.first_event`; where collocation steps contacts, only `end_early` has trials."""
     if not integrator.contact or (contact.normal == FLIGHT and not integrator.flight):
         return event_search.first_event(h, tolerance, contact, old, new, integrator)
     found, trials = NO_EVENT, 0
@@ -204,20 +224,11 @@ def first_event(
         if slot == NO_EVENT:
             break
         if after == 0:
-            if rates_at(old, contact, integrator)[slot] * h < -tolerance[slot]:
-                return 0.0, slot, trials
-            begin = values_at(old, contact, integrator)[slot]
-            end = values_at(new, contact, integrator)[slot]
-            h, used = event_search.locate(
-                slot, h, begin, end, tolerance[slot], contact, old, new, integrator
-            )
+            h, used = end_early(slot, h, tolerance[slot], contact, old, new, integrator)
             trials, found = trials + used, slot
-            if h == 0.0:
-                return 0.0, slot, trials
-            if not (math.isfinite(h) and step(h, contact, old, new, integrator)):
-                return math.nan, slot, trials
-            fill_stages(h, old, integrator)
-            continue
+            if h > 0.0:
+                continue
+            return h, slot, trials
         if found == NO_EVENT:
             fill_stages(h, old, integrator)
         share = zero_inside(slot, after, h, tolerance[slot], contact, old, new, integrator)

@@ -115,7 +115,6 @@ class Kernels(NamedTuple):
 
 
 COMPILED = Kernels._fields[:3]
-FLIGHT = COMPILED[:2]
 
 
 @cache
@@ -187,7 +186,7 @@ def run(
         result = simulate(progress=progress)
         # who was solved again for a smaller error may have compiled another flight meanwhile
         took = {c.setting: c.value for c in result.accuracy.choices} if result.accuracy else {}
-        if took and compiled(replace(settings, **{k: took[k] for k in FLIGHT if k in took})):
+        if took and compiled(replace(settings, **{k: took[k] for k in COMPILED if k in took})):
             start = time.perf_counter()
             result = simulate(progress=progress)
     except hcm.ParameterError as error:

@@ -4,6 +4,7 @@ import math
 import operator
 from dataclasses import dataclass, fields
 from functools import cache
+from numbers import Real
 from typing import Any, Literal, get_args, get_origin
 
 
@@ -31,11 +32,10 @@ class Bound:
     integer: bool = False
 
     def holds(self, value: Any) -> bool:
-        """Whether a value is such a number; numpy's integers are whole, truth values are not."""
-        if self.integer:
-            if isinstance(value, bool) or not hasattr(value, "__index__"):
-                return False
-        elif not isinstance(value, (int, float)):
+        """Whether a value is such a number; numpy's are, truth values are not."""
+        if isinstance(value, bool):
+            return False
+        if not (hasattr(value, "__index__") if self.integer else isinstance(value, Real)):
             return False
         inside = self.above < value < self.below and self.at_least <= value <= self.at_most
         return bool(inside)
@@ -52,7 +52,7 @@ def check_fields(owner: Any) -> None:
     """Check every field that declares a `Bound`, a ``Literal`` or a truth value; a tuple's numbers
     one by one.
 
-    None passes where it is the default. Whole numbers are kept as plain ints.
+    None passes where it is the default. Numbers of numpy's are kept as plain ones.
 
     Raises
     ------
@@ -72,8 +72,19 @@ def check_fields(owner: Any) -> None:
             for number in value if many else (value,):
                 if not bound.holds(number):
                     raise ParameterError(f"{name} = {number!r}: must be {bound.allowed()}")
-            if bound.integer:
-                object.__setattr__(owner, name, operator.index(value))
+            kept = tuple(map(_plain, value)) if many else _plain(value)
+            object.__setattr__(owner, name, kept)
+
+
+def _plain(number: Any) -> int | float:
+    """The same number, an int where it is whole by its kind, else a float."""
+    return operator.index(number) if hasattr(number, "__index__") else float(number)
+
+
+def check_kind(name: str, value: Any, kind: type) -> None:
+    """Raise `ParameterError` where a value is no `kind`."""
+    if not isinstance(value, kind):
+        raise ParameterError(f"{name} = {value!r}: must be a {kind.__name__}")
 
 
 @cache

@@ -18,12 +18,13 @@ The shares before these are measured on 110 random scenes, so that 95 of 100 kee
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
 
 from hcm.beam.drive import acting_joints
-from hcm.bounds import Bound
+from hcm.bounds import Bound, check_kind
 from hcm.chosen_flight import Stated, choose_flight, count_elements, hz
 from hcm.contact.build import law_of
 from hcm.fall import Fall, rods_fall
@@ -112,6 +113,8 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
         No settings are known for the accuracy, or what is stated is none.
     """
     check_accuracy(accuracy)
+    check_kind("scene", scene, Scene)
+    check_kind("stated", stated, Mapping)
     known = {"elements", *(field.name for field in fields(Settings))}
     if unknown := [name for name in stated if name not in known]:
         raise ParameterError(f"stated has {unknown[0]!r}: must be of {', '.join(sorted(known))}")

@@ -10,11 +10,9 @@ nodes
 r_w and v_w being the end of the phalanx before: the hinges hold at once in position and velocity.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +22,7 @@ from hcm.beam.chain import Chain, Probe, build_chain, build_probe
 from hcm.beam.drive import Piece, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
+from hcm.bounds import Bound, check_fields, check_kind
 from hcm.compiled import kernel
 from hcm.contact.build import law_of
 from hcm.integrators.gauss_tableau import with_collocation
@@ -37,26 +36,24 @@ from hcm.tap import TapEnds, tap_ends
 
 @dataclass(frozen=True)
 class RigidStart:
-    """A rigid state of the finger.
+    """A rigid state of the finger."""
 
-    Parameters
-    ----------
-    angles : theta_w, rad, counter-clockwise from the rest along -X, one per phalanx.
-    rates : omega_w, rad/s, absolute, one per phalanx.
-    time_s : time of that state, s, 0 or above.
-    """
-
-    angles: tuple[float, ...]
-    rates: tuple[float, ...]
-    time_s: float = 0.0
+    angles: Annotated[tuple[float, ...], Bound("rad")]
+    """theta_w, counter-clockwise from the rest along -X, one per phalanx."""
+    rates: Annotated[tuple[float, ...], Bound("rad/s")]
+    """omega_w, absolute, one per phalanx."""
+    time_s: Annotated[float, Bound("s", at_least=0)] = 0.0
+    """Time of that state."""
 
     def __post_init__(self) -> None:
-        for name in ("angles", "rates"):
-            values = getattr(self, name)
-            if not all(math.isfinite(value) for value in values):
-                raise ParameterError(f"start.{name} = {values!r}: must be finite numbers")
-        if not (math.isfinite(self.time_s) and self.time_s >= 0):
-            raise ParameterError(f"start.time_s = {self.time_s!r}: must be 0 or above, in s")
+        check_fields(self)
+
+
+PARTS = {
+    "finger": Finger, "surface": Surface, "tip": Tip, "drive": Drive, "settings": Settings,
+    "start": RigidStart, "assumptions": Assumptions,
+}  # fmt: skip
+"""Of a scene, by its fields."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +67,11 @@ class Scene:
     settings: Settings = field(default_factory=Settings)
     start: RigidStart | None = None
     assumptions: Assumptions = PAPER
+
+    def __post_init__(self) -> None:
+        for name, kind in PARTS.items():
+            if name != "start" or self.start is not None:
+                check_kind(name, getattr(self, name), kind)
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of `simulate`."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Annotated, Final, Literal
 
-from hcm.bounds import Bound, ParameterError, check_fields
+from hcm.bounds import Bound, ParameterError, check_fields, check_kind
 
 Flight = Literal["elastic", "rigid"]
 FlightIntegrator = Literal["generalized-alpha", "gauss"]
@@ -72,6 +72,9 @@ class Finger:
     phalanges: tuple[Phalanx, ...]
 
     def __post_init__(self) -> None:
+        check_kind("phalanges", self.phalanges, tuple)
+        for phalanx in self.phalanges:
+            check_kind("phalanges", phalanx, Phalanx)
         if not self.phalanges:
             raise ParameterError("phalanges = (): a finger needs at least one phalanx")
 
@@ -130,6 +133,10 @@ class TorqueTable:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        for row in (
+            (self.values, *self.values) if isinstance(self.values, tuple) else (self.values,)
+        ):
+            check_kind("torques.values", row, tuple)
         if not self.time or len(self.time) != len(self.values):
             raise ParameterError(
                 f"torques: {len(self.time)} times and {len(self.values)} rows of values: must be"
@@ -165,6 +172,8 @@ class Drive:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.table is not None:
+            check_kind("table", self.table, TorqueTable)
         if self.torques and self.table is not None:
             raise ParameterError(f"torques = {self.torques!r}: must be () where a table is given")
 

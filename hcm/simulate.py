@@ -19,7 +19,7 @@ from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
-from hcm.model import Model, RigidStart, build_model, until_touch
+from hcm.model import Model, RigidStart, Scene, build_model, until_touch
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
 from hcm.record import Segment, empty_record, next_segment
@@ -89,6 +89,7 @@ def simulate(
         The parts of the scene do not fit each other, the finger starts below the surface, or the
         run would need more memory or steps than allowed.
     """
+    scene = Scene(finger, surface, tip, drive, settings, start, assumptions)
     check_scene(finger, surface, drive)
     check_size(finger, settings)
     started = time.perf_counter()
@@ -154,11 +155,8 @@ def simulate(
         Postures(tuple(frames.time[first:end].tolist()), places, frames.q[first:end]),
         cautions=cautions,
         taps=taps,
-        given={
-            "finger": finger, "surface": surface, "tip": tip, "drive": drive,
-            "settings": settings, "start": start, "assumptions": assumptions,
-        },
-    )  # fmt: skip
+        given=scene.arguments(),
+    )
     if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
         return result
 

@@ -24,6 +24,7 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (SOFT, "elements", True, COUNT),
     (SOFT, "elements", np.float64(5.0), COUNT),
     (SURFACE, "height", -0.1, "a finite number in m, > 0"),
+    (SURFACE, "height", True, "a finite number in m, > 0"),
     (SURFACE, "friction", -1.0, "a finite number, >= 0"),
     (SURFACE, "friction", math.nan, "a finite number, >= 0"),
     (SOFT_TIP, "normal_stiffness", 0.0, "a finite number in N/m, > 0"),
@@ -62,7 +63,12 @@ def test_refusals_name_field_value_and_range(
     assert "\n" not in text
 
 
-def test_numpy_integers_count_and_are_kept_as_plain_ones() -> None:
+def test_numbers_of_numpy_count_and_are_kept_as_plain_ones() -> None:
+    half = hcm.Surface(np.float32(0.5), np.float64(0.25))  # type: ignore[arg-type]
+    assert half == hcm.Surface(0.5, 0.25)
+    assert (type(half.height), type(half.friction)) == (float, float)
+    torques = hcm.Drive((np.float32(0.5), 1)).torques  # type: ignore[arg-type]
+    assert [type(torque) for torque in torques] == [float, int]
     phalanx = dataclasses.replace(SOFT, elements=np.int64(5))
     assert phalanx == SOFT
     assert type(phalanx.elements) is int
@@ -89,6 +95,15 @@ def tap(surface: hcm.Surface = SURFACE, **drive: Any) -> hcm.TapResult:
         (hcm.Settings, {"frame_times": (-0.1, 0.2)}, r"frame_times = -0\.1: .* in s, >= 0"),
         (hcm.Settings, {"frame_times": (0.2, 0.1)}, r"frame_times = 0\.1: must be in rising order"),
         (hcm.Finger, {"phalanges": ()}, "at least one phalanx"),
+        (hcm.Finger, {"phalanges": SOFT}, r"phalanges = Phalanx\(.*: must be a tuple"),
+        (hcm.Finger, {"phalanges": (SOFT, 3)}, "phalanges = 3: must be a Phalanx"),
+        (hcm.Drive, {"table": (0.0, 1.0)}, r"table = \(.*: must be a TorqueTable"),
+        (hcm.TorqueTable, {"time": (0.0,), "values": (1.0,)}, "values = 1.0: must be a tuple"),
+        (hcm.TorqueTable, {"time": (0.0,), "values": 1.0}, "values = 1.0: must be a tuple"),
+        (hcm.RigidStart, {"angles": ("a",), "rates": (0.0,)}, "angles = 'a': .* number in rad"),
+        (hcm.RigidStart, {"angles": 0.1, "rates": (0.0,)}, r"angles = 0\.1: must be a tuple"),
+        (hcm.RigidStart, {"angles": (0.1,), "rates": (0.0,), "time_s": -1.0}, "time_s = -1.0: "),
+        (tap, {"surface": 0.1}, r"surface = 0\.1: must be a Surface"),
         (tap, {"torques": (1.0, 2.0)}, r"torques has 2 values.*one per phalanx \(3\)"),
         (tap, {"surface": hcm.Surface(0.12, 0.5)}, r"height = 0\.12.*0\.12 m"),
     ],
@@ -98,6 +113,22 @@ def test_what_does_not_fit_together_is_refused(
 ) -> None:
     with pytest.raises(hcm.ParameterError, match=refusal):
         make(**given)
+
+
+@pytest.mark.parametrize(
+    ("part", "kind"),
+    [("settings", "Settings"), ("drive", "Drive"), ("start", "RigidStart"), ("tip", "Tip")],
+)
+def test_parts_of_another_kind_are_refused(part: str, kind: str) -> None:
+    scene = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP)
+    given = scene.arguments() | {part: [1.0]}
+    for make in (hcm.simulate, hcm.Scene):
+        with pytest.raises(hcm.ParameterError, match=rf"{part} = \[1\.0\]: must be a {kind}"):
+            make(**given)
+    with pytest.raises(hcm.ParameterError, match=r"scene = 3: must be a Scene"):
+        hcm.simulate_within(1e-2, 3)  # type: ignore[arg-type]
+    with pytest.raises(hcm.ParameterError, match=r"stated = \['taps'\]: must be a Mapping"):
+        hcm.simulate_within(1e-2, scene, ["taps"])  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ def test_an_inclined_frame_changes_no_motion(assumptions: Literal["paper", "refi
     ("start", "named"),
     [
         (((0.1, 0.2), (0.0, 0.0, 0.0)), "2 angles and 3 rates"),
-        (((0.1, 0.2, math.nan), (0.0,) * 3), "start.angles"),
+        (((0.1, 0.2, math.nan), (0.0,) * 3), "angles = nan: must be a finite number in rad"),
         (((1.57,) * 3, (0.0,) * 3), "below the surface"),
     ],
 )

@@ -1,6 +1,7 @@
 """Files of a run, each written whole or not at all: a temporary name, then a rename."""
 
 import contextlib
+import fcntl
 import hashlib
 import json
 import os
@@ -52,6 +53,29 @@ def atomic(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def sole_use(folder: Path) -> Iterator[None]:
+    """Keep other commands out of a folder of results; however this process ends, they may use it.
+
+    Raises
+    ------
+    UserError
+        Another command is at work there.
+    """
+    with (folder / ".in_use").open("a") as file:
+        try:
+            # of the process: unlike `flock`, not of its workers, which may outlive it for a moment
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            raise UserError(
+                f"{folder}: another command is writing its results there; wait for its end, or"
+                " give another --out"
+            ) from None
+        except OSError:  # a file system without locks
+            pass
+        yield
 
 
 def write_text(path: Path, text: str) -> None:

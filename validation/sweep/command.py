@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import output_folder, safe_name
+from validation.harness.files import output_folder, safe_name, sole_use
 from validation.harness.line_store import LineStore
 from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process
@@ -46,7 +46,8 @@ def run_sweep(
     Raises
     ------
     UserError
-        Bad plan, points or output folder, or a cluster that can't be used: nothing was solved.
+        Bad plan, points or output folder, one that another command writes to, or a cluster that
+        can't be used: nothing was solved.
     RunFailedError
         Scenes failed or crashed, or the cluster was lost; the same command goes on.
     """
@@ -56,8 +57,9 @@ def run_sweep(
     chosen = read_plan(plan)
     points = points_of(chosen)
     folder = output_folder(out / "sweep" / safe_name(chosen.name))
-    whole, passing = solve_plan(chosen, points, folder, (workers, dask))
-    write_report(folder, chosen, points, whole)
+    with sole_use(folder):
+        whole, passing = solve_plan(chosen, points, folder, (workers, dask))
+        write_report(folder, chosen, points, whole)
     counts = Counter(whole["status"].to_numpy().ravel().tolist())
     output(", ".join(f"{n} {status.lower().replace('_', ' ')}" for status, n in counts.items()))
     output(f"files in {folder}")

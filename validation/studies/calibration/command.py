@@ -6,7 +6,7 @@ from typing import Literal
 from validation.errors import UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
-from validation.harness.files import output_folder
+from validation.harness.files import output_folder, sole_use
 from validation.harness.line_store import LineStore
 from validation.harness.processes import workers
 from validation.harness.provenance import cores
@@ -62,7 +62,7 @@ def calibrate(
     count = QUICK_SCENES if quick else scenes
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
     cells = [Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in chosen.items()]
-    with progress_bar("calibrate") as progress:
+    with sole_use(folder), progress_bar("calibrate") as progress:
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process((model,))
         with workers(cores()) as pool:

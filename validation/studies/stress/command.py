@@ -7,7 +7,7 @@ from typing import Any, Literal
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
-from validation.harness.files import output_folder, write_json
+from validation.harness.files import output_folder, sole_use, write_json
 from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
 from validation.harness.provenance import cores
@@ -101,7 +101,7 @@ def run_stress(
     finished = LineStore(folder / "cells.jsonl")
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
     cells = [cell for wanted in maps for cell in wanted.cells()]
-    with progress_bar("stress") as progress:
+    with sole_use(folder), progress_bar("stress") as progress:
         # a cell's time is one of its checks, and it must not pay for the compiler
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))

@@ -133,9 +133,8 @@ class TorqueTable:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        for row in (
-            (self.values, *self.values) if isinstance(self.values, tuple) else (self.values,)
-        ):
+        check_kind("torques.values", self.values, tuple)
+        for row in self.values:
             check_kind("torques.values", row, tuple)
         if not self.time or len(self.time) != len(self.values):
             raise ParameterError(

@@ -2,7 +2,7 @@
 
 import math
 import operator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from numbers import Real
 from typing import Any, Literal, get_args, get_origin
@@ -49,8 +49,8 @@ class Bound:
 
 
 def check_fields(owner: Any) -> None:
-    """Check every field that declares a `Bound`, a ``Literal`` or a truth value; a tuple's numbers
-    one by one.
+    """Check every field that declares a `Bound`, a ``Literal``, a truth value or a dataclass; what
+    a tuple holds one by one.
 
     None passes where it is the default. Numbers of numpy's are kept as plain ones.
 
@@ -59,21 +59,26 @@ def check_fields(owner: Any) -> None:
     ParameterError
         Naming the field, its value and what is allowed.
     """
-    for name, default, bounds, names, many in _declared(owner.__class__):
+    for name, default, bounds, names, kinds, many in _declared(owner.__class__):
         value = getattr(owner, name)
         if value is None and default is None:
             continue
         if names and value not in names:
             allowed = " or ".join(map(repr, names))
             raise ParameterError(f"{name} = {value!r}: must be {allowed}")
-        for bound in bounds:
-            if many and not isinstance(value, tuple):
-                raise ParameterError(f"{name} = {value!r}: must be a tuple; each {bound.allowed()}")
-            for number in value if many else (value,):
-                if not bound.holds(number):
-                    raise ParameterError(f"{name} = {number!r}: must be {bound.allowed()}")
-            kept = tuple(map(_plain, value)) if many else _plain(value)
-            object.__setattr__(owner, name, kept)
+        if many and not isinstance(value, tuple):
+            each = [bound.allowed() for bound in bounds] + [f"a {kind.__name__}" for kind in kinds]
+            raise ParameterError(f"{name} = {value!r}: must be a tuple; each {', '.join(each)}")
+        parts = value if many else (value,)
+        for part in parts:
+            for kind in kinds:
+                check_kind(name, part, kind)
+            for bound in bounds:
+                if not bound.holds(part):
+                    raise ParameterError(f"{name} = {part!r}: must be {bound.allowed()}")
+        if bounds:
+            kept = tuple(map(_plain, parts))
+            object.__setattr__(owner, name, kept if many else kept[0])
 
 
 def _plain(number: Any) -> int | float:
@@ -89,16 +94,19 @@ def check_kind(name: str, value: Any, kind: type) -> None:
 
 @cache
 def _declared(
-    kind: type,
-) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...], bool], ...]:
-    """Name, default, bounds and allowed values of the fields that declare any; whether a tuple."""
+    owner: type,
+) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...], tuple[type, ...], bool], ...]:
+    """Name, default, bounds, allowed values and dataclasses of the fields that declare any; whether
+    a tuple of them.
+    """
     found = []
-    for field in fields(kind):
-        names = get_args(field.type) if get_origin(field.type) is Literal else ()
-        if field.type is bool or bool in get_args(field.type):
-            names = (False, True)
+    for field in fields(owner):
         bounds = getattr(field.type, "__metadata__", ())
-        if names or bounds:
-            many = get_origin(getattr(field.type, "__origin__", None)) is tuple
-            found.append((field.name, field.default, bounds, names, many))
+        of: Any = field.type.__origin__ if bounds else field.type  # type: ignore[union-attr]
+        members = get_args(of) or (of,)
+        names = members if get_origin(of) is Literal else (False, True) if bool in members else ()
+        kinds = tuple([m for m in members if isinstance(m, type) and is_dataclass(m)])
+        if names or bounds or kinds:
+            many = get_origin(of) is tuple
+            found.append((field.name, field.default, bounds, names, kinds, many))
     return tuple(found)

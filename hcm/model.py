@@ -22,7 +22,7 @@ from hcm.beam.chain import Chain, Probe, build_chain, build_probe
 from hcm.beam.drive import Piece, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
-from hcm.bounds import Bound, check_fields, check_kind
+from hcm.bounds import Bound, check_fields
 from hcm.compiled import kernel
 from hcm.contact.build import law_of
 from hcm.integrators.gauss_tableau import with_collocation
@@ -49,13 +49,6 @@ class RigidStart:
         check_fields(self)
 
 
-PARTS = {
-    "finger": Finger, "surface": Surface, "tip": Tip, "drive": Drive, "settings": Settings,
-    "start": RigidStart, "assumptions": Assumptions,
-}  # fmt: skip
-"""Of a scene, by its fields."""
-
-
 @dataclass(frozen=True)
 class Scene:
     """What `simulate` is given."""
@@ -69,9 +62,7 @@ class Scene:
     assumptions: Assumptions = PAPER
 
     def __post_init__(self) -> None:
-        for name, kind in PARTS.items():
-            if name != "start" or self.start is not None:
-                check_kind(name, getattr(self, name), kind)
+        check_fields(self)
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of `simulate`."""

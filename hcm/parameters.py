@@ -72,9 +72,7 @@ class Finger:
     phalanges: tuple[Phalanx, ...]
 
     def __post_init__(self) -> None:
-        check_kind("phalanges", self.phalanges, tuple)
-        for phalanx in self.phalanges:
-            check_kind("phalanges", phalanx, Phalanx)
+        check_fields(self)
         if not self.phalanges:
             raise ParameterError("phalanges = (): a finger needs at least one phalanx")
 
@@ -171,8 +169,6 @@ class Drive:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if self.table is not None:
-            check_kind("table", self.table, TorqueTable)
         if self.torques and self.table is not None:
             raise ParameterError(f"torques = {self.torques!r}: must be () where a table is given")
 

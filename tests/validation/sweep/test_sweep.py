@@ -4,7 +4,6 @@ import json
 import shlex
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
@@ -272,8 +271,9 @@ def test_a_second_sweep_into_a_folder_is_refused_until_the_first_has_ended(
     folder = tmp_path / "sweep" / path.stem
     folder.mkdir(parents=True)
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, "-c", HOLD, folder], **pipes) as first:  # type: ignore[call-overload]
-        assert first.stdout.readline() == b"held\n"
+    with started("-c", HOLD, folder, **pipes) as first:
+        assert first.stdout is not None
+        assert first.stdout.readline() == "held\n"
         ended = fingertap("sweep", path, "--out", tmp_path)
         first.kill()
     assert ended.code == 2

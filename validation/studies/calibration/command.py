@@ -51,24 +51,26 @@ def calibrate(
     Raises
     ------
     UserError
-        The output folder cannot be written, or the number is none: nothing was run.
+        The output folder cannot be written, another command writes to it, or the number is none:
+        nothing was run.
     RunFailedError
         A process died; the finished scenes are kept, and the same command goes on.
     """
     if scenes < 1 or first < 0:
         raise UserError(f"--scenes {scenes} --first {first}: must be 1 or more, and 0 or more")
     folder = output_folder(out / "calibration")
-    finished = LineStore(folder / "scenes.jsonl")
     count = QUICK_SCENES if quick else scenes
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
     cells = [Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in chosen.items()]
-    with sole_use(folder), progress_bar("calibrate") as progress:
-        progress(0.0, "loading compiled code, compiling it the first time")
-        compile_in_fresh_process((model,))
-        with workers(cores()) as pool:
-            verdicts = run_cells(cells, finished, pool, progress)
-    rows = list(zip(chosen, chosen.values(), verdicts, strict=True))
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
     name = model if accuracy is None else f"{model}-{accuracy:g}"
-    output(write_report(folder, name, rows, names))
+    with sole_use(folder):
+        finished = LineStore(folder / "scenes.jsonl")
+        with progress_bar("calibrate") as progress:
+            progress(0.0, "loading compiled code, compiling it the first time")
+            compile_in_fresh_process((model,))
+            with workers(cores()) as pool:
+                verdicts = run_cells(cells, finished, pool, progress)
+        rows = list(zip(chosen, chosen.values(), verdicts, strict=True))
+        output(write_report(folder, name, rows, names))
     output(f"files in {folder}")

@@ -90,7 +90,7 @@ def run_stress(
     Raises
     ------
     UserError
-        The output folder cannot be written: nothing was run.
+        The output folder cannot be written, or another command writes to it: nothing was run.
     RunFailedError
         A cell is wrong and silent, or a process died; the finished cells are kept.
     """
@@ -98,10 +98,10 @@ def run_stress(
         run_peers(out)
         return
     folder = output_folder(out / "stress" / ("quick" if quick else "full"))
-    finished = LineStore(folder / "cells.jsonl")
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
     cells = [cell for wanted in maps for cell in wanted.cells()]
     with sole_use(folder), progress_bar("stress") as progress:
+        finished = LineStore(folder / "cells.jsonl")
         # a cell's time is one of its checks, and it must not pay for the compiler
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))

@@ -1,8 +1,11 @@
 """What a given number may be: declared beside its field, checked when its object is made."""
 
 import math
-from dataclasses import dataclass, fields
-from typing import Any, Literal, get_args, get_origin
+import operator
+from dataclasses import dataclass, fields, is_dataclass
+from numbers import Real
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin
 
 
 @dataclass(frozen=True)
@@ -27,8 +30,10 @@ class Bound:
     advice: str = ""
 
     def holds(self, value: Any) -> bool:
-        """Whether a value is such a number."""
-        if isinstance(value, bool) or not isinstance(value, int if self.integer else (int, float)):
+        """Whether a value is such a number; numpy's are, truth values are not."""
+        if isinstance(value, bool):
+            return False
+        if not (hasattr(value, "__index__") if self.integer else isinstance(value, Real)):
             return False
         inside = self.above < value < self.below and self.at_least <= value <= self.at_most
         return bool(inside)
@@ -44,10 +49,11 @@ class Bound:
 
 
 def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
-    """Check every field that declares a `Bound`, a ``Literal`` or a truth value; a tuple's numbers
-    one by one.
+    """Check every field that declares a `Bound`, a ``Literal``, a truth value or a dataclass; a
+    tuple's numbers one by one.
 
-    A ``Literal`` may be one of a union with classes. None passes where it is the default.
+    A ``Literal`` may be one of a union with dataclasses. None passes where it is the default.
+    Numbers of numpy's are kept as plain ones.
 
     Raises
     ------
@@ -58,19 +64,35 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
         key, value = field.name, getattr(owner, field.name)
         if value is None and field.default is None:
             continue
-        members = get_args(field.type)
-        names = next((m for m in members if get_origin(m) is Literal), field.type)
-        names = Literal[False, True] if field.type is bool else names
-        others = tuple(m for m in members if isinstance(m, type))
-        if get_origin(names) is Literal and not (
-            value in get_args(names) or isinstance(value, others)
-        ):
-            allowed = ", ".join(map(repr, get_args(names)))
-            raise error(f"{key} = {value!r}: must be one of {allowed}")
-        for bound in getattr(field.type, "__metadata__", ()):
-            named = {key: value}
-            if isinstance(value, tuple):
-                named = {f"{key}[{n}]": item for n, item in enumerate(value, start=1)}
+        bounds = getattr(field.type, "__metadata__", ())
+        of: Any = field.type.__origin__ if bounds else field.type  # type: ignore[union-attr]
+        members = get_args(of) if get_origin(of) in (Union, UnionType) else (of,)
+        names = [n for m in members if get_origin(m) is Literal for n in get_args(m)]
+        names += [False, True] if bool in members else []
+        kinds = [m for m in members if isinstance(m, type) and is_dataclass(m)]
+        if (names or kinds) and not (value in names or isinstance(value, tuple(kinds))):
+            allowed = [*map(repr, names), *(f"a {kind.__name__}" for kind in kinds)]
+            raise error(f"{key} = {value!r}: must be {' or '.join(allowed)}")
+        if not bounds:
+            continue
+        many = get_origin(of) is tuple
+        if many and not isinstance(value, tuple):
+            raise error(f"{key} = {value!r}: must be a tuple; each {bounds[0].allowed()}")
+        named = {f"{key}[{n}]": x for n, x in enumerate(value, 1)} if many else {key: value}
+        for bound in bounds:
             for name, number in named.items():
                 if not bound.holds(number):
                     raise error(f"{name} = {number!r}: must be {bound.allowed()}")
+        kept = tuple(map(_plain, named.values()))
+        object.__setattr__(owner, key, kept if many else kept[0])
+
+
+def _plain(number: Any) -> int | float:
+    """The same number, an int where it is whole by its kind, else a float."""
+    return operator.index(number) if hasattr(number, "__index__") else float(number)
+
+
+def check_kind(name: str, value: Any, kind: type) -> None:
+    """Raise ValueError where a value is no `kind`."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} = {value!r}: must be a {kind.__name__}")

@@ -6,6 +6,7 @@ Everything is known before gmsh starts, so that absurd requests cost nothing.
 import math
 from dataclasses import dataclass, replace
 
+from meshes.bounds import check_kind
 from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.grading import Division, Grading, count_even
@@ -194,7 +195,11 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
     ------
     MeshError
         If a size exceeds the body, or mesh or tap would be too large: see `require_bearable`.
+    ValueError
+        If the finger or its sizes are of another kind.
     """
+    check_kind("geometry", geometry, FingerGeometry)
+    check_kind("sizing", sizing, Sizing)
     for w, (length, diameter) in enumerate(
         zip(geometry.lengths, geometry.diameters, strict=True), start=1
     ):

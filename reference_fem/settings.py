@@ -83,6 +83,8 @@ class TorqueTable:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if not isinstance(self.values, tuple) or not all(isinstance(v, tuple) for v in self.values):
+            raise ValueError(f"torques.values = {self.values!r}: must be a tuple of tuples")
         if not self.time or len(self.time) != len(self.values):
             raise ValueError(
                 f"torques: {len(self.time)} times and {len(self.values)} rows of values; give as "

@@ -5,10 +5,12 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numba
 
 import meshes
+from meshes.bounds import check_kind
 from reference_fem.arrays import Progress
 from reference_fem.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
@@ -70,6 +72,24 @@ def simulate(
         or another run's is a `RestartError`.
     """
     settings = Settings() if settings is None else settings
+    if not isinstance(materials, list | tuple):
+        raise ValueError(f"materials = {materials!r}: must be a tuple; each a Material")
+    parts: list[tuple[str, Any, type]] = [
+        ("mesh", mesh, meshes.FingerMesh),
+        *(("materials", material, Material) for material in materials),
+        ("surface", surface, Surface),
+        ("drive", drive, Drive),
+        ("settings", settings, Settings),
+    ]
+    optional = (
+        ("start", start, ChainState),
+        ("restart", restart, Restart),
+        ("companion", companion, meshes.FingerMesh),
+        ("compared", compared, TapResult),
+        ("flight_mesh", flight_mesh, meshes.FingerMesh),
+    )
+    for name, part, kind in parts + [given for given in optional if given[1] is not None]:
+        check_kind(name, part, kind)
     if (settings.flight == "coarse") is not (flight_mesh is not None):
         raise ValueError(
             f"flight = {settings.flight!r}: a flight_mesh is for 'coarse' and needed there; give "

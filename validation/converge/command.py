@@ -9,7 +9,13 @@ from pathlib import Path
 from typing import Literal
 
 from validation.converge.refinement_runs import LevelRuns
-from validation.converge.refinements import Refinement, check_given, refinements
+from validation.converge.refinements import (
+    NO_ACCURACY,
+    PRESET_KEY,
+    Refinement,
+    check_given,
+    refinements,
+)
 from validation.converge.verdicts import (
     PRESET,
     RefinedRuns,
@@ -112,7 +118,7 @@ def run_converge(
         preset = None
         if not quick:
             try:
-                preset = runs.run({"solver.fem.preset": "converged"})
+                preset = runs.run({PRESET_KEY: "converged", **NO_ACCURACY})
             except RunFailedError as error:
                 failures.append(f"preset converged: {error}")
     title = f"{runs.scene.name} finger, {model}"
@@ -123,19 +129,20 @@ def run_converge(
     write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
     draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
+    wide = max(len(refinement.name) for refinement in wanted)
     for (refined, entry), found in verdicts.items():
         known = abs(found.finest) * found.uncertainty
-        limit = _told(entry, found.limit, known).partition(" ")[0]
+        finest, limit = (_told(entry, value, known) for value in (found.finest, found.limit))
         output(
-            f"  {refined:<11} {entry.title:<16} finest {_told(entry, found.finest, known):<20}"
-            f" limit {limit:<8} {found.verdict}"
+            f"  {refined:<{wide}}  {entry.title:<16}  finest {finest:<24}"
+            f"  limit {limit.partition(' ')[0]:<8}  {found.verdict}"
         )
     for row in of_preset:
         entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
         known = abs(row["finest"]) * percent / 100
         output(
-            f"  {PRESET:<11} {entry.title:<16} {_told(entry, row['finest'], known):<20}"
-            f" {row['from_limit_percent']:+.2f} % from the tip's limit,"
+            f"  {PRESET:<{wide}}  {entry.title:<16}  {_told(entry, row['finest'], known):<24}"
+            f"  {row['from_limit_percent']:+.2f} % from the tip's limit,"
             f" known to {percent:.1f} % in all"
         )
     output(f"  files in {folder}")

@@ -22,6 +22,9 @@ from validation.converge.verdicts import preset_rows
 from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
+from validation.models import solid_inputs
+from validation.models.solid_mesh import sizing_of
+from validation.scenes.load import load_scene
 
 
 def test_refinements_change_one_thing_each() -> None:
@@ -83,9 +86,20 @@ def test_a_key_that_the_study_varies_is_refused(tmp_path: Path, fingertap: Run) 
 
 def test_a_key_that_some_refinements_vary_is_kept_by_the_others() -> None:
     wanted = refinements(1.0, 1e-3, quick=True)
-    check_given(["solver.fem.step_factor=0.5", "solver.fem.preset=fast"], wanted)
-    with pytest.raises(UserError, match=r"--set solver\.fem\.tip_size: "):
-        check_given([" solver.fem.tip_size = 1e-3"], wanted)
+    check_given(["solver.fem.step_factor=0.5", "solver.fem.threads=1"], wanted)
+    for key, value in (("tip_size", "1e-3"), ("preset", "fast"), ("accuracy", "1e-2")):
+        with pytest.raises(UserError, match=rf"--set solver\.fem\.{key}: "):
+            check_given([f" solver.fem.{key} = {value}"], wanted)
+
+
+@pytest.mark.parametrize("stated", ["solver.accuracy=1e-2", "solver.fem.preset=converged"])
+def test_what_a_scene_asks_of_its_mesh_does_not_mix_into_a_level(stated: str) -> None:
+    """Halvings and damping of an accuracy, or of a preset, came with them."""
+    level = next(iter(refinements(1.0, 5e-4, True)[0].levels.values()))
+    texts = [f"{key}={value!r}" for key, value in level.items()]
+    own, its = (load_scene("soft", (*given, *texts)).tables for given in ((), (stated,)))
+    assert sizing_of(its, 3) == sizing_of(own, 3)
+    assert solid_inputs.inputs(its) == solid_inputs.inputs(own)
 
 
 def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:

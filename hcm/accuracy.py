@@ -24,7 +24,6 @@ from hcm.estimate import (
     relative_errors,
     tap_peaks,
 )
-from hcm.fall import Fall
 from hcm.model import Scene
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
@@ -56,13 +55,14 @@ def simulate_within(
     chosen = settings_for(accuracy, scene, stated)
     while True:
         spent += time.perf_counter() - began
-        result = _solve(chosen.scene, progress, chosen.fall)
+        result = _solve(chosen, progress)
         spent += result.statistics.wall_time_s
         expected = None
         touched = result.summary.contact_time_s is not None
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
-        coarse = _solve(_coarser(chosen, tap_peaks(result).size), progress, None)
+        coarser = _coarser(chosen, tap_peaks(result).size)
+        coarse = simulate(**coarser.arguments(), progress=progress)
         if coarse.status is Status.INTERRUPTED:
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
             break
@@ -87,10 +87,11 @@ def simulate_within(
     )
 
 
-def _solve(scene: Scene, progress: Progress | None, fall: Fall | None) -> TapResult:
-    if scene.settings.estimate:
-        scene = replace(scene, settings=replace(scene.settings, estimate=False))
-    return simulate(**scene.arguments(), progress=progress, fall=fall)
+def _solve(chosen: Chosen, progress: Progress | None) -> TapResult:
+    given = chosen.scene.arguments()
+    if chosen.scene.settings.estimate:
+        given["settings"] = replace(chosen.scene.settings, estimate=False)
+    return simulate(**given, progress=progress, fall=chosen.fall)
 
 
 def _coarser(chosen: Chosen, taps: int) -> Scene:
@@ -112,6 +113,7 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
         taps=max(taps, 1),
         end_time=None,
         frame_times=(),
+        estimate=False,
     )
     return replace(scene, finger=Finger(tuple(fewer)), settings=coarse)
 

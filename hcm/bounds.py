@@ -7,6 +7,8 @@ from functools import cache
 from numbers import Real
 from typing import Any, Literal, get_args, get_origin
 
+PLAIN = {float, int}
+
 
 class ParameterError(ValueError):
     """A parameter lies outside what the model can compute with."""
@@ -33,9 +35,11 @@ class Bound:
 
     def holds(self, value: Any) -> bool:
         """Whether a value is such a number; numpy's are, truth values are not."""
-        if isinstance(value, bool):
+        # asked in this order, as an abstract class costs ten times the rest
+        plain = value.__class__ in PLAIN
+        if not (plain or isinstance(value, Real)) or isinstance(value, bool):
             return False
-        if not (hasattr(value, "__index__") if self.integer else isinstance(value, Real)):
+        if self.integer and not hasattr(value, "__index__"):
             return False
         inside = self.above < value < self.below and self.at_least <= value <= self.at_most
         return bool(inside)
@@ -76,7 +80,7 @@ def check_fields(owner: Any) -> None:
             for bound in bounds:
                 if not bound.holds(part):
                     raise ParameterError(f"{name} = {part!r}: must be {bound.allowed()}")
-        if bounds:
+        if bounds and not PLAIN.issuperset(map(type, parts)):
             kept = tuple(map(_plain, parts))
             object.__setattr__(owner, name, kept if many else kept[0])
 

@@ -187,8 +187,11 @@ def relative_errors(
     """Errors over their numbers; a velocity's over the speed."""
     shares = {}
     for name, error in errors.items():
-        size, largest = np.linalg.norm(getattr(summary, name)), np.max(error)
-        shares[name] = float(largest / max(size, 1e-300))
+        value = getattr(summary, name)
+        largest, size = error, value
+        if isinstance(error, tuple):
+            largest, size = max(error), math.hypot(*value)
+        shares[name] = largest / max(abs(size), 1e-300)
     return shares
 
 
@@ -218,6 +221,8 @@ def tap_peaks(result: TapResult) -> Floats:
 
 def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
     """A caution of peaks after the first tap's, which the estimates leave out."""
+    if own.size < 2:
+        return ()
     common = min(own.size, other.size)
     shares = np.full(own.size, math.inf)
     shares[:common] = np.abs(other[:common] - own[:common]) / np.maximum(own[:common], 1e-300)

@@ -5,7 +5,8 @@ Normal: with the elastic indentation d that the loading history leaves (d. = -u_
 
     F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d,
 
-where a tip that yields by its patch, s > 0, has d + s d^2 of the history in the place of d.
+where a tip that yields by s d^2, as its patch grows, and by C_YY F_n has d + s d^2 + C_YY F_n of
+the history in the place of d: what it yields is of the contact, and the loss 1 - e*^2 of the whole.
 
 Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
 distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
@@ -23,6 +24,9 @@ from typing import NamedTuple
 from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Contact
+
+# Newton's iterations on d; its last change over d, whose square is then left.
+ITERATIONS, ENOUGH = 40, 1e-9
 
 
 class BallLaw(NamedTuple):
@@ -59,21 +63,6 @@ class BallLaw(NamedTuple):
 
 
 @kernel
-def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
-    """(d, -dd/du_Y) at u_Y = gap, m."""
-    start = 0.0
-    if contact.force_ref > 0.0:
-        start = contact.force_ref / law.k
-        if law.hertz:
-            start = start ** (2.0 / 3.0)
-        start += law.growth * start * start
-    rate = 1.0 / (law.restitution * law.restitution) if contact.normal == RESTITUTION else 1.0
-    taken = start - rate * (gap - contact.gap_ref)
-    d = 2.0 * taken / (1.0 + math.sqrt(1.0 + 4.0 * law.growth * max(taken, 0.0)))
-    return d, rate / (1.0 + 2.0 * law.growth * max(d, 0.0))
-
-
-@kernel
 def normal_force(d: float, law: BallLaw) -> tuple[float, float]:
     """(F_n, dF_n/dd), N and N/m; Hertz's contact does not pull."""
     if not law.hertz:
@@ -83,10 +72,38 @@ def normal_force(d: float, law: BallLaw) -> tuple[float, float]:
 
 
 @kernel
+def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+    """(d, -dd/du_Y) at u_Y = gap, m; d is NaN where the tip gives way to no depth."""
+    yields, taken = law.tap[8], 0.0
+    if contact.force_ref > 0.0:
+        start = contact.force_ref / law.k
+        if law.hertz:
+            start = start ** (2.0 / 3.0)
+        taken = start + law.growth * start * start + yields * contact.force_ref
+    rate = 1.0 / (law.restitution * law.restitution) if contact.normal == RESTITUTION else 1.0
+    taken -= rate * (gap - contact.gap_ref)
+    d = 2.0 * taken / (1.0 + math.sqrt(1.0 + 4.0 * law.growth * max(taken, 0.0)))
+    slope = 1.0 + 2.0 * law.growth * max(d, 0.0)
+    if d > 0.0 and yields != 0.0:
+        change = math.inf
+        for _ in range(ITERATIONS):
+            fn, stiffness = normal_force(d, law)
+            slope = 1.0 + 2.0 * law.growth * d + yields * stiffness
+            if abs(change) <= ENOUGH * d:
+                break
+            change = (taken - d - law.growth * d * d - yields * fn) / slope
+            d += change
+        if not (abs(change) <= ENOUGH * d and slope > 0.0):
+            d = math.nan
+    return d, rate / slope
+
+
+@kernel
 def normal_energy(d: float, law: BallLaw) -> float:
     """Work of F_n up to d, J."""
     share = 0.4 + 4.0 / 7.0 * law.growth * d if law.hertz else 0.5
-    return share * normal_force(d, law)[0] * d
+    fn, _ = normal_force(d, law)
+    return (share * d + 0.5 * law.tap[8] * fn) * fn
 
 
 @kernel
@@ -257,8 +274,7 @@ def stored_energy(x: float, gap: float, contact: Contact, law: BallLaw) -> float
         energy += law.shear * hold(math.inf, d, law)[3]
     elif contact.tangential != 0:
         energy += 0.5 * ft * ft / law.holding
-    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
-    return energy + 0.5 * (cxx * ft * ft + 2.0 * cxn * ft * fn + cnn * fn * fn)
+    return energy + (0.5 * law.tap[6] * ft + law.tap[7] * fn) * ft
 
 
 @kernel

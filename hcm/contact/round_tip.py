@@ -11,13 +11,14 @@ Mindlin's u, F_n u is 8/9 of F_t d at nu = 0.4. psi is added up over the accepte
 
 Between C and the contact's springs lies the tip's own compliance,
 
-    (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, c_nn]],
+    (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, 0]],
 
-s = 1 for a phalanx that points along -X; C is that of the angle at the touch. Both are solved
-for by Newton's method, so that the beams see forces that are functions of (X, g). A tip that
-radiates yields by -D F_n. on top of it: to first order in D, and without friction's part in k,
+s = 1 for a phalanx that points along -X; C is that of the angle at the touch, and its c_nn part of
+the normal law (`hcm.contact.ball`). Both are solved for by Newton's method, so that the beams see
+forces that are functions of (X, g). A tip that radiates yields by -D F_n. on top of it: to first
+order in D, and without friction's part in k,
 
-    F_n += -D k^2 g.,      k = k_n/(1 + C_nn k_n),   k_n of `ball.normal_slope`,
+    F_n += -D k^2 g.,      k of `ball.normal_slope`,
 
 which takes the power D (k g.)^2, but no more than makes F_n vanish. Springs that stick hold
 mu times the whole F_n at most.
@@ -63,14 +64,14 @@ def path(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
 @kernel
 def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
     """The springs' (X, u_Y), m, NaN if not found."""
-    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
+    cxx, cxn = law.tap[6], law.tap[7]
     ft, fn = law.tap[9], law.tap[10]
-    x, y = along + cxx * ft + cxn * fn, gap + cxn * ft + cnn * fn
+    x, y = along + cxx * ft + cxn * fn, gap + cxn * ft
     for _ in range(ITERATIONS):
         ft, fn, tx, ty, ny = force_and_slopes(x, y, contact, law)
-        rx, ry = along + cxx * ft + cxn * fn - x, gap + cxn * ft + cnn * fn - y
+        rx, ry = along + cxx * ft + cxn * fn - x, gap + cxn * ft - y
         a, b = 1.0 - cxx * tx, -cxx * ty - cxn * ny
-        c, d = -cxn * tx, 1.0 - cxn * ty - cnn * ny
+        c, d = -cxn * tx, 1.0 - cxn * ty
         det = a * d - b * c
         dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
         x, y = x + dx, y + dy
@@ -107,8 +108,8 @@ def velocity(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> 
         return vt, vn
     x, y = place(q, tip, contact, law)
     _, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
-    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty - cnn * ny
+    cxx, cxn = law.tap[6], law.tap[7]
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
     det = a * d - b * c
     return (d * vt - b * vn) / det, (a * vn - c * vt) / det
 
@@ -127,13 +128,6 @@ def radiates(law: BallLaw) -> bool:
 
 
 @kernel
-def normal_stiffness(gap: float, contact: Contact, law: BallLaw) -> float:
-    """k, N/m, where the springs are at u_Y = gap."""
-    slope = normal_slope(gap, contact, law)
-    return slope / (1.0 + law.tap[8] * slope)
-
-
-@kernel
 def radiated_force(
     gap: float, ft: float, fn: float, vn: float, contact: Contact, law: BallLaw
 ) -> tuple[float, float]:
@@ -142,7 +136,7 @@ def radiated_force(
     """
     if contact.normal == FLIGHT or not radiates(law):
         return 0.0, 0.0
-    more = max(-law.radiation * normal_stiffness(gap, contact, law) ** 2 * vn, -fn)
+    more = max(-law.radiation * normal_slope(gap, contact, law) ** 2 * vn, -fn)
     if contact.tangential == SLIP:
         return -contact.slip_sign * law.mu * more, more
     held = law.mu * (fn + more)
@@ -196,7 +190,7 @@ def add_rate(
     """Add -weight dF_n/dg. to `rows`."""
     if contact.normal != FLIGHT and radiates(law):
         _, y = place(q, tip, contact, law)
-        k = normal_stiffness(y, contact, law)
+        k = normal_slope(y, contact, law)
         rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * law.radiation * k * k
 
 
@@ -207,8 +201,8 @@ def tip_slopes(
     """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
     x, y = place(q, tip, contact, law)
     ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn, cnn = law.tap[6], law.tap[7], law.tap[8]
-    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty - cnn * ny
+    cxx, cxn = law.tap[6], law.tap[7]
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
     det = a * d - b * c
     return (
         ft,

@@ -25,8 +25,8 @@ from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Contact
 
-# Newton's iterations on d; its last change over d, whose square is then left.
-ITERATIONS, ENOUGH = 40, 1e-9
+# Newton's iterations at most; the last change of d over d, whose square is then left.
+ITERATIONS, SETTLED = 40, 1e-9
 
 
 class BallLaw(NamedTuple):
@@ -89,11 +89,11 @@ def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, floa
         for _ in range(ITERATIONS):
             fn, stiffness = normal_force(d, law)
             slope = 1.0 + 2.0 * law.growth * d + yields * stiffness
-            if abs(change) <= ENOUGH * d:
+            if abs(change) <= SETTLED * d:
                 break
             change = (taken - d - law.growth * d * d - yields * fn) / slope
             d += change
-        if not (abs(change) <= ENOUGH * d and slope > 0.0):
+        if not (abs(change) <= SETTLED * d and slope > 0.0):
             d = math.nan
     return d, rate / slope
 

@@ -31,6 +31,7 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.compiled import kernel
 from hcm.contact.ball import (
+    ITERATIONS,
     BallLaw,
     contact_force,
     draw,
@@ -41,8 +42,8 @@ from hcm.contact.ball import (
 )
 from hcm.contact.law import FLIGHT, SLIP, STICK, Contact
 
-# Newton's iterations on the springs' place: quadratic but where springs begin to slip.
-ITERATIONS = 40
+# Newton's last change of the springs' place, over the ways that it is made of; quadratic but where
+# springs begin to slip.
 ENOUGH = 1e-13
 
 

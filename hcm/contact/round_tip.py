@@ -20,7 +20,8 @@ order in D, and without friction's part in k,
 
     F_n += -D k^2 g.,      k of `ball.normal_slope`,
 
-which takes the power D (k g.)^2, but no more than makes F_n vanish. Springs that stick hold
+times e*^2 in restitution, as what it yields is of the contact there too. It takes the power
+D (k g.)^2, but no more than makes F_n vanish. Springs that stick hold
 mu times the whole F_n at most.
 """
 
@@ -40,7 +41,7 @@ from hcm.contact.ball import (
     normal_slope,
     particle_velocity,
 )
-from hcm.contact.law import FLIGHT, SLIP, STICK, Contact
+from hcm.contact.law import FLIGHT, RESTITUTION, SLIP, STICK, Contact
 
 # Newton's last change of the springs' place, over the ways that it is made of; quadratic but where
 # springs begin to slip.
@@ -129,6 +130,14 @@ def radiates(law: BallLaw) -> bool:
 
 
 @kernel
+def radiation_damping(gap: float, contact: Contact, law: BallLaw) -> float:
+    """D k^2, N s/m, where the springs are at u_Y = gap."""
+    k = normal_slope(gap, contact, law)
+    share = law.restitution * law.restitution if contact.normal == RESTITUTION else 1.0
+    return share * law.radiation * k * k
+
+
+@kernel
 def radiated_force(
     gap: float, ft: float, fn: float, vn: float, contact: Contact, law: BallLaw
 ) -> tuple[float, float]:
@@ -137,7 +146,7 @@ def radiated_force(
     """
     if contact.normal == FLIGHT or not radiates(law):
         return 0.0, 0.0
-    more = max(-law.radiation * normal_slope(gap, contact, law) ** 2 * vn, -fn)
+    more = max(-radiation_damping(gap, contact, law) * vn, -fn)
     if contact.tangential == SLIP:
         return -contact.slip_sign * law.mu * more, more
     held = law.mu * (fn + more)
@@ -191,8 +200,8 @@ def add_rate(
     """Add -weight dF_n/dg. to `rows`."""
     if contact.normal != FLIGHT and radiates(law):
         _, y = place(q, tip, contact, law)
-        k = normal_slope(y, contact, law)
-        rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * law.radiation * k * k
+        damping = radiation_damping(y, contact, law)
+        rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * damping
 
 
 @kernel

@@ -9,7 +9,7 @@ from hcm.arrays import Floats
 from hcm.contact import ball, round_tip
 from hcm.contact.ball import BallLaw
 from hcm.contact.build import RADIATED, RADIATION
-from hcm.contact.law import SLIP, STICK
+from hcm.contact.law import RESTITUTION, SLIP, STICK
 from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
 DEEP = 2e-4
@@ -59,6 +59,19 @@ def test_it_resists_the_rate_of_the_normal_force(tangential: int, angle: float) 
     assert power > 0.0
     still = round_tip.tip_force(q, np.zeros(4), 0, contact, tip)
     assert still == pytest.approx(springs(q), rel=1e-12)
+
+
+def test_the_same_force_at_the_same_rate_radiates_as_much_in_restitution() -> None:
+    """u_Y lags by D F_n. of the contact, whose way is e*^2 as long there: at e*^2 of the speed."""
+    tip = touched(law(0.4, mu=0.0, **RADIATING))
+    pushed = ball.contact_force(0.0, -DEEP, TOUCH, tip)[1]
+    back = TOUCH._replace(normal=RESTITUTION, force_ref=pushed, gap_ref=-DEEP)
+    up, start = np.array([0.0, 0.8, 0.0, 0.0]), at(0.0, DEEP)
+    loading = round_tip.tip_force(start, up, 0, TOUCH, tip)[1]
+    assert loading < pushed
+    assert round_tip.tip_force(start, 0.16 * up, 0, back, tip)[1] == pytest.approx(
+        loading, rel=1e-12
+    )
 
 
 def test_it_does_not_pull() -> None:

@@ -126,7 +126,7 @@ def test_collocations_audit_counts_what_is_radiated(friction: float) -> None:
 @pytest.mark.parametrize("restitution", [1.0, 0.6, 0.4])
 def test_springs_that_stick_hold_by_the_whole_normal_force(restitution: float) -> None:
     """Coulomb's |F_t| <= mu F_n of the forces that a run states: the springs' own F_n is larger
-    while the tip moves up, by 24 % at e* = 0.4. Where it slips then, F_t goes on as it was.
+    while the tip moves up. Where it slips then, F_t goes on as it was.
     """
     phalanx = hcm.Phalanx(0.04, 2 * R, E, 1400.0, elements=6, poisson_ratio=NU)
     result = hcm.simulate(

@@ -5,6 +5,8 @@ and nowhere else. The loop returns to Python when its tables are full, so that p
 and a run can be interrupted.
 """
 
+import math
+
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.equations import resists_rates
@@ -24,6 +26,7 @@ from hcm.state import Clock, Motion, Plan, advance_clock
 
 # Why the loop came back.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5
+LOSES_HOLD = 6
 # After this many events without an advance in time, and one more where the tip sticks, a whole step
 # is taken in the current mode: chatter is then resolved to the step, and the loop always moves on.
 # A tip that sticks for a step may be held by far more than mu F_n, one that slides by no more.
@@ -125,6 +128,9 @@ def advance(
             before, (vt, vn) = contact, velocity(old.q, old.v, tip, contact, law)
             contact, kind = transition(slot, x, gap, vt, vn, contact, law)
             begin_mode(old.q, tip, before, contact, law)
+            if math.isnan(place(old.q, tip, contact, law)[1]):
+                code, contact, kind = LOSES_HOLD, before, NO_EVENT
+        if kind != NO_EVENT:
             events.time[n_events], events.kind[n_events] = clock.time, kind
             restart(old, events.q[n_events], events.v[n_events])
             n_events += 1
@@ -133,7 +139,7 @@ def advance(
                 phase_start = clock.time
                 next_step = plan.contact_step
             taps += int(kind == LIFT_OFF)
-        elif contact.normal == FLIGHT and gap > 0.0 and contact.gap_ref < 0.0:
+        elif code == RUNNING and contact.normal == FLIGHT and gap > 0.0 and contact.gap_ref < 0.0:
             contact = Contact(FLIGHT, contact.tangential, 0.0, 0.0, 0.0, x)
         clock = Clock(
             clock.time, phase_start, next_step, taps, instant,
@@ -144,6 +150,8 @@ def advance(
         if h > 0.0 or kind != NO_EVENT:
             write_row(rows[n_rows], reactions[n_rows], old, clock, contact, integrator, probe)
             n_rows += 1
+        if code == LOSES_HOLD:
+            break
         if h > 0.0 and depth(old.q, chain, outline)[1] >= 0:
             code = BODY_TOUCHES
             break

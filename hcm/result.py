@@ -31,6 +31,7 @@ class Status(Enum):
     UNBALANCED = "the energy audit does not close"
     UNREPEATABLE = "too sensitive to rely on"
     TOO_FLEXIBLE = "too flexible for a rigid flight"
+    LOSES_HOLD = "the contact loses its hold"
 
     @property
     def advice(self) -> str:
@@ -57,6 +58,8 @@ _ADVICE = {
     " drive.torques or the flight (surface.height)",
     Status.TOO_FLEXIBLE: "set solver.hcm.flight to 'elastic': the finger's bending on its way to"
     " the surface matters",
+    Status.LOSES_HOLD: "friction moves a tip that yields by more than a restitution this small"
+    " gives back: raise tip.restitution or lower surface.friction",
     Status.UNBALANCED: "the steps are too long for this motion: reduce"
     " solver.hcm.flight_tolerance and solver.hcm.contact_tolerance (0 keeps the steps fixed), or"
     " solver.hcm.flight_step and solver.hcm.contact_step",

@@ -54,6 +54,7 @@ _STATUS = {
     loop.FLIGHT_TOO_LONG: Status.NOT_REACHED,
     loop.CONTACT_TOO_LONG: Status.STILL_IN_CONTACT,
     loop.BODY_TOUCHES: Status.BODY_TOUCHES,
+    loop.LOSES_HOLD: Status.LOSES_HOLD,
 }
 
 

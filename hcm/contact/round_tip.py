@@ -65,7 +65,11 @@ def path(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
 
 @kernel
 def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
-    """The springs' (X, u_Y), m, NaN if not found."""
+    """The springs' (X, u_Y), m, NaN if not found.
+
+    Where 1 - C dF/d(X, u_Y) has a determinant below zero the tip gives way faster than the springs
+    take hold, and the forces at (X, g) are not those that grew from the touch.
+    """
     cxx, cxn = law.tap[6], law.tap[7]
     ft, fn = law.tap[9], law.tap[10]
     x, y = along + cxx * ft + cxn * fn, gap + cxn * ft
@@ -80,7 +84,9 @@ def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[fl
         # the springs' depth is a difference to that of the last reversal
         way = abs(gap) + abs(contact.gap_ref) + abs(along - law.tap[4])
         if abs(dx) + abs(dy) <= ENOUGH * (way + ENOUGH * law.radius):
-            return x, y
+            if det > 0.0:
+                return x, y
+            break
     return math.nan, math.nan
 
 
@@ -166,7 +172,11 @@ def tip_force(
 
 @kernel
 def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> float:
-    """What the tip radiates, W; friction's work, F_t V_P, is not of it."""
+    """What the tip radiates, W; friction's work, F_t V_P, is not of it.
+
+    Springs that stick and are drawn on, while F_t is held below theirs, store more than the tip
+    gives them: that is left in the energy balance, and no negative loss.
+    """
     x, y = place(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
     more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
@@ -174,7 +184,8 @@ def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLa
     if more_t != 0.0:
         vt, vn = velocity(q, v, tip, contact, law)
         along = v[tip] + arm(law) * spin(q, v, tip)
-        power -= more_t * (along - particle_velocity(y, vt, vn, contact, law))
+        slid = along - particle_velocity(y, vt, vn, contact, law)
+        power += max(-more_t * slid, 0.0)
     return power
 
 

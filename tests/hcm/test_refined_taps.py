@@ -143,6 +143,19 @@ def test_restitution_and_damping_take_energy_and_the_audit_closes(friction: floa
     assert less.summary.contact_duration_s < whole.summary.contact_duration_s
 
 
+def test_a_contact_that_loses_its_hold_ends_the_run() -> None:
+    """Before, F_n jumped to and fro by ten peaks until the work allowed was spent."""
+    result = tap(friction=1.2, restitution=0.05)
+    assert result.status is hcm.Status.LOSES_HOLD
+    assert "tip.restitution" in result.status.advice
+    assert result.history.normal_force_N[-1] > 0.99 * result.history.normal_force_N.max()
+    assert result.summary.energy_residual < 1e-4
+    assert [event.kind for event in result.events] == ["contact"]
+    for friction, restitution in ((1.2, 0.3), (0.1, 0.05)):
+        held = tap(friction=friction, restitution=restitution)
+        assert held.status is hcm.Status.COMPLETED
+
+
 def test_what_was_not_checked_is_said() -> None:
     """A closed form out of its range, and a tip that touches with its shaft."""
     cautions = " ".join(tap(replace(SOFT, poisson_ratio=0.2)).cautions)

@@ -197,6 +197,31 @@ def test_the_tip_yields_by_its_compliance(
     assert forces[1] == pytest.approx(forces[0] * mirror, rel=1e-12)
 
 
+@pytest.mark.parametrize("more", [-0.01, 0.01])
+@pytest.mark.parametrize("direction", [-1.0, 1.0])
+def test_a_sliding_tip_holds_where_restitution_outweighs_its_compliance(
+    direction: float, more: float
+) -> None:
+    """u_Y changes by -e*^2 dF_n/k_n - s c_nt dF_t with slip's dF_t = -direction mu dF_n: where the
+    sum changes its sign no force fits.
+    """
+    nn, nt = np.array([-0.205 + 0.22 * np.sin(0.7) ** 2, 0.30]) / (E * R)
+    slope = 1.0 / (1.0 / (1.5 * K * np.sqrt(DEEP)) + nn)
+    least = np.sqrt(MU * nt * slope)
+    tip = touched(law(least * (1.0 + more), **YIELDING))
+    force = K * DEEP**1.5
+    y = -DEEP - nn * force
+    before = TOUCH._replace(tangential=SLIP, slip_sign=direction)
+    q = at(0.0, -y + MU * direction * nt * force)
+    press(tip, before, q)
+    reversed_ = before._replace(normal=RESTITUTION, gap_ref=y, force_ref=force)
+    _, gap = round_tip.place(q, 0, reversed_, tip)
+    if direction < 0.0 and more < 0.0:
+        assert np.isnan(gap)
+    else:
+        assert gap == pytest.approx(y, rel=1e-9)
+
+
 def test_a_tip_that_leaves_finds_its_springs() -> None:
     """Its depth is a difference to that of the reversal, which is a million times as large."""
     tip, rng = touched(law(**YIELDING)), np.random.default_rng(0)

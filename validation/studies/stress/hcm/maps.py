@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hcm import Drive, Finger, Phalanx, Scene, Settings, Surface, Tip
+from hcm import Assumptions, Drive, Finger, Phalanx, Scene, Settings, Surface, Tip
 from validation.studies.random_scenes import random_numbers, random_scene
 from validation.studies.stress.hcm.judge import (
     judge_by_dop853,
@@ -32,6 +32,14 @@ SOFT_SCENE = Scene(
 def _soft(**settings: float) -> Settings:
     """Settings of the soft scene but for what is given."""
     return replace(SOFT_SCENE.settings, **settings)  # type: ignore[arg-type]
+
+
+def _refined(friction: float, modulus: float, restitution: float) -> Scene:
+    phalanx = replace(SOFT, youngs_modulus=modulus, poisson_ratio=0.4)
+    return replace(
+        SOFT_SCENE, finger=Finger((phalanx,) * 3), surface=Surface(0.1, friction),
+        tip=Tip(0.78e6, restitution), assumptions=Assumptions("refined"),
+    )  # fmt: skip
 
 
 def _slender(slenderness: float, elements: float, modulus: float) -> Scene:
@@ -97,6 +105,9 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
               lambda friction, ratio, restitution: replace(
                   SOFT_SCENE, surface=Surface(0.1, friction),
                   tip=Tip(0.78e6, restitution, ratio))),
+        plane("refined-restitution", "friction", "youngs_modulus (Pa)", "restitution",
+              (0.0, *_powers(0.1, 1.2, n(7, 2))), _powers(1e7, 1e10, n(7, 2)),
+              (0.1, 0.5) if quick else (0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1.0), _refined),
         plane("slenderness-elements", "slenderness", "elements", "youngs_modulus",
               _powers(2, 200, n(11, 4)), _whole(40 if quick else 320, n(10, 4)),
               (1e9,) if quick else (1e7, 1e9), _slender),

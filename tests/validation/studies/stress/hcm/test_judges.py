@@ -32,6 +32,15 @@ def test_cells_are_judged() -> None:
     assert "end_time" in refused.reason
 
 
+def test_refined_taps_are_judged_by_what_holds_for_them() -> None:
+    wanted = next(m for m in hcm_maps(quick=True) if m.name == "refined-restitution")
+    expected = {0.1: Answer.STOPPED, 0.5: Answer.RIGHT}
+    for restitution, answer in expected.items():
+        verdict = wanted.judge(wanted.scene(1.2, 1e7, restitution))
+        assert verdict.answer is answer, verdict.reason
+    assert verdict.checked_by.startswith("mechanics of its states, contact law, a run with")
+
+
 NUMBERS: list[tuple[float, float, bool, Answer]] = [
     (0.01, 0.019, False, Answer.RIGHT),
     (0.2, 0.3, True, Answer.RIGHT),

@@ -115,6 +115,9 @@ def advance(
             copy_motion(new, old)
             keep(old.q, tip, contact, law)
         x, gap = place(old.q, tip, contact, law)
+        if math.isnan(gap):
+            code = LOSES_HOLD
+            break
         phase_start, taps, instant = clock.phase_start, clock.taps, clock.instant
         next_step, kind = clock.step, NO_EVENT
         # a step cut by the end says nothing about the next one

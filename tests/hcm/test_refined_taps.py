@@ -156,6 +156,22 @@ def test_a_contact_that_loses_its_hold_ends_the_run() -> None:
         assert held.status is hcm.Status.COMPLETED
 
 
+@pytest.mark.parametrize("restitution", [0.15, 0.2])
+def test_a_grip_that_is_lost_within_a_mode_leaves_no_nan(restitution: float) -> None:
+    """A springy finger's later touches: springs that stick have no force either. It was a row of
+    NaN, or 20,000 steps of 1e-16 s.
+    """
+    pliant = hcm.Phalanx(0.01843, 0.001515, 1.495e7, 1359.0, elements=12, poisson_ratio=0.473)
+    result = hcm.simulate(
+        hcm.Finger((pliant,)), hcm.Surface(0.0067965, 1.19), hcm.Tip(313.0, restitution),
+        settings=replace(RIGID, max_steps=20_000), assumptions=Assumptions("refined"),
+    )  # fmt: skip
+    assert result.status is hcm.Status.LOSES_HOLD
+    assert result.statistics.steps < 2000
+    for column in vars(result.history).values():
+        assert np.isfinite(column).all()
+
+
 def test_what_was_not_checked_is_said() -> None:
     """A closed form out of its range, and a tip that touches with its shaft."""
     cautions = " ".join(tap(replace(SOFT, poisson_ratio=0.2)).cautions)

@@ -29,10 +29,10 @@ from hcm.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
 
 MOST_ELEMENTS = 200
-# of V_1, over the speed of approach: what it changes in the tap
-BEND_SHARE = 0.25
+# of V_1, over the speed of approach: what it changes in the tap, of a lumped tip and a refined one
+BEND_SHARE, REFINED_BEND_SHARE = 0.25, 0.3
 # the same of V_0, and p, where torques ring the finger and where its weight does
-BY_TORQUE, BY_WEIGHT = (1.0, 0.5), (0.25, 1.5)
+BY_TORQUE, BY_WEIGHT, REFINED_BY_WEIGHT = (1.0, 0.5), (0.25, 1.5), (0.5, 1.5)
 # rad, of w_f at the touch, by the elements and by the steps
 TURN = 0.3
 # where a vibration shortens the steps of 5: those of 8 are 2.1 times as long, their cost 1.6 times
@@ -78,8 +78,9 @@ def choose_flight(
     one = (1,) * len(scene.finger.phalanges)
     if fall is None:
         return Flown((), math.inf, one)
-    rung, _ = _ringing(fall, whirls)
-    skips = max(BEND_SHARE * fall.bending / fall.speed, rung)
+    rung, _ = _ringing(scene, fall, whirls)
+    bent = REFINED_BEND_SHARE if scene.assumptions.any else BEND_SHARE
+    skips = max(bent * fall.bending / fall.speed, rung)
     stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
         why = f"skipped: what bends and vibrates, {skips:.1g} of the tap"
@@ -94,9 +95,10 @@ def choose_flight(
     return _elastic(accuracy, scene, fall, frequency, skips, whirls, stated)
 
 
-def _ringing(fall: Fall, whirls: bool) -> tuple[float, float]:
+def _ringing(scene: Scene, fall: Fall, whirls: bool) -> tuple[float, float]:
     """Share of the tap that the vibration may change, and p."""
-    share, decay = BY_TORQUE if whirls else BY_WEIGHT
+    by_weight = REFINED_BY_WEIGHT if scene.assumptions.any else BY_WEIGHT
+    share, decay = BY_TORQUE if whirls else by_weight
     return share * fall.ringing / fall.speed, decay
 
 
@@ -118,7 +120,7 @@ def _elastic(
     skips : what a flight as rods would change in the tap.
     """
     phalanges = scene.finger.phalanges
-    rung, decay = _ringing(fall, whirls)
+    rung, decay = _ringing(scene, fall, whirls)
     elastic = (
         Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),

@@ -88,6 +88,7 @@ def parse_value(text: str) -> Any:
     """The right side of KEY=VALUE as a TOML value; a bare word is a string."""
     try:
         parsed = tomllib.loads(f"value = {text}")
+        tomllib.loads(f"value = [{text}]")  # a comment, which is no value, hides the bracket
     except (ValueError, RecursionError):  # TOML's own error is a ValueError
         return text
     return parsed["value"] if list(parsed) == ["value"] else text

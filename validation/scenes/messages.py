@@ -4,11 +4,12 @@ import difflib
 from functools import cache
 from typing import Any, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import SOLVER_TABLES, AccuracyTable, SolverTable
+from validation.scenes.tables import Table
 
 
 @cache
@@ -53,6 +54,20 @@ def show(value: object) -> str:
     text = str(value).lower() if isinstance(value, bool) else repr(value)
     text = " ".join(text.split())
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def refusal_of(key: str, value: object, origin: str) -> str:
+    """What a scene says of this word or truth value of its key; empty where it takes it.
+
+    origin : what stands in the key's place.
+    """
+    kind = known_keys()[key].annotation
+    assert kind is not None
+    try:
+        TypeAdapter(kind, config=Table.model_config).validate_python(value)
+    except ValidationError as error:
+        return _one(error.errors(include_url=False)[0] | {"loc": (origin,)}, Scene)
+    return ""
 
 
 def _one(error: Any, of: type[BaseModel]) -> str:

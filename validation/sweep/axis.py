@@ -7,7 +7,7 @@ from pydantic import Field
 from pydantic_core import PydanticCustomError
 
 from validation.errors import UserError
-from validation.scenes.messages import known_keys, nearest_key, show
+from validation.scenes.messages import known_keys, nearest_key, refusal_of, show
 from validation.scenes.quantity import Quantity
 from validation.scenes.tables import Table
 
@@ -68,6 +68,8 @@ def check_value(key: str, value: Any, origin: str) -> None:
     """
     quantity = quantity_of(key)
     if quantity is None:
+        if not known_keys()[key].metadata and (text := refusal_of(key, value, origin)):
+            raise UserError(text)
         return
     try:
         quantity.check(value)

@@ -87,11 +87,11 @@ def assignment(key: str, value: Any) -> str:
 
 
 def _on_one_line(value: Any) -> str:
-    """A value as TOML writes it; but for tables JSON writes alike."""
+    """A value as TOML writes it; but for tables JSON writes alike. A date is a word, of no key."""
     if isinstance(value, dict):
         parts = (f"{json.dumps(name)} = {_on_one_line(part)}" for name, part in value.items())
         return f"{{{', '.join(parts)}}}"
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False, default=str)
 
 
 def read_plan(path: Path) -> Plan:

@@ -107,12 +107,11 @@ def _from_file(plan: Plan) -> PointTable:
     path = plan.folder / str(plan.points.file)
     origin = f"points.file {path}"
     try:
-        rows = [
-            row for row in csv.reader(io.StringIO(read_text(path, origin, LARGEST_FILE))) if row
-        ]
+        reader = csv.reader(io.StringIO(read_text(path, origin, LARGEST_FILE)))
+        lines = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
         raise UserError(f"{origin}: is no CSV: {error}") from error
-    names = [name.strip() for name in rows[0]] if rows else []
+    names = [name.strip() for name in lines[0][1]] if lines else []
     wanted = plan.points.columns or names
     settled = set(map(key_of, plan.common)).union(*(s.set for s in plan.solvers))
     for name in wanted:
@@ -125,14 +124,14 @@ def _from_file(plan: Plan) -> PointTable:
         if name in settled:
             raise UserError(f"{origin}: column {name!r} is set in the plan too; leave one out")
     columns: dict[str, list[Any]] = {name: [] for name in wanted}
-    for number, row in enumerate(rows[1:], 2):
+    for number, row in lines[1:]:
         if len(row) != len(names):
             raise UserError(
-                f"{origin}: row {number} has {len(row)} values for {len(names)} columns"
+                f"{origin}: line {number} has {len(row)} values for {len(names)} columns"
             )
         for name, text in zip(names, row, strict=True):
             if name in columns:
-                place = f"{origin}: row {number}: {name}"
+                place = f"{origin}: line {number}: {name}"
                 if not text.strip():
                     raise UserError(f"{place} is empty: write its value, a list as [1, 2]")
                 columns[name].append(value := parse_value(text.strip()))

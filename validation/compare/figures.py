@@ -13,6 +13,8 @@ from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.record import RunRecord
 
 Draw = Callable[[Any, str], None]
+# names of files may have dollars in them
+AS_WRITTEN = {"text.parse_math": False}
 LOOKS = {  # by label, of each line in the overlay
     "hcm": (BLACK, "-", 1.8),
     "hcm-refined": (BLACK, "--", 1.4),
@@ -53,18 +55,18 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = 
     shape: dict[str, Any] = {"figsize": (4.1 * len(scenes), 3.3)}
     if below is not None:
         shape = {"figsize": (4.1 * len(scenes), 4.4), "height_ratios": (3, 1), "sharex": "col"}
-    with panels(path, len(scenes), 1 if below is None else 2, **shape) as axes:
+    with panels(path, len(scenes), 1 if below is None else 2, style=AS_WRITTEN, **shape) as axes:
         for axis, scene in zip(axes[0], scenes, strict=True):
             draw(axis, scene)
             axis.axhline(0, color=BLACK, linewidth=0.6)
             axis.set(title=f"{scene} finger", ylabel="contact force (N)")
-            axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction")
-            axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction")
+            axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction", parse_math=True)
+            axis.annotate("$F_t$", (0.02, 0.04), xycoords="axes fraction", parse_math=True)
         if below is not None:
             for axis, scene in zip(axes[1], scenes, strict=True):
                 below(axis, scene)
         for axis in axes[-1]:
-            axis.set_xlabel(r"$t - t_c$ (ms)")
+            axis.set_xlabel(r"$t - t_c$ (ms)", parse_math=True)
         handles, labels = axes[0][0].get_legend_handles_labels()
         for axis in axes[0][1:]:  # a run may be missing on one scene only
             for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -129,7 +131,7 @@ def difference_figure(
     values, starts = (np.insert(nothing, 1, steps, axis=0) if len(steps) else nothing
                       for steps in (gained, begun))  # fmt: skip
     lines = [title.replace(" ", "\n", 1) for title in titles]
-    with panels(path, count, width=1.3, height=0.85 + 0.16 * len(names)) as axes:
+    with panels(path, count, width=1.3, height=0.85 + 0.16 * len(names), style=AS_WRITTEN) as axes:
         places = assumption_bars(axes[0], lines, names, values, len(names), starts)
         ours = places[:1] + places[1 + len(gained) :]
         for axis, column in zip(axes[0], zip(*rows, strict=True), strict=True):
@@ -197,7 +199,7 @@ def overlay_figure(
                 color, line, width = LOOKS.get(run.label, OTHER)
                 axis.plot(1e3 * time, 100 * (own - base) / peak, line, color=color, linewidth=width)
         axis.axhline(0, color=BLACK, linewidth=0.6)
-        axis.set_ylabel(r"$\Delta F_n$ (% of peak)")
+        axis.set_ylabel(r"$\Delta F_n$ (% of peak)", parse_math=True)
 
     def draw(axis: Any, scene: str) -> None:
         drawn = [run for run in runs if run.scene == scene and usable(run)]

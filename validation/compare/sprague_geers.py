@@ -43,13 +43,14 @@ def sprague_geers(
     ValueError
         One of the curves is zero throughout: its magnitude and phase mean nothing.
     """
-    cc, mm, mc = (
-        float(np.trapezoid(product, time))
-        for product in (computed * computed, reference * reference, computed * reference)
-    )
-    if cc <= 0 or mm <= 0:
+    sizes = [float(np.abs(curve).max()) for curve in (computed, reference)]
+    if min(sizes) <= 0.0:
         raise ValueError("Sprague-Geers: a curve is zero throughout the window")
-    magnitude = np.sqrt(cc / mm) - 1
+    # of order one, so that no product underflows
+    share = (time - time[0]) / (time[-1] - time[0])
+    own, its = computed / sizes[0], reference / sizes[1]
+    cc, mm, mc = (float(np.trapezoid(p, share)) for p in (own * own, its * its, own * its))
+    magnitude = sizes[0] / sizes[1] * np.sqrt(cc / mm) - 1
     phase = np.arccos(np.clip(mc / np.sqrt(cc * mm), -1, 1)) / np.pi
     return SpragueGeers(float(magnitude), float(phase), float(np.hypot(magnitude, phase)))
 

@@ -1,5 +1,6 @@
 """What a file of curves doesn't say by itself: ``NAME.toml`` beside it, NAME with its ending."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -61,6 +62,8 @@ def read_sidecar(path: Path) -> Sidecar:
     """
     beside = path.with_name(f"{path.name}.toml")
     try:
-        return Sidecar.model_validate(read_toml(beside, str(beside)) if beside.exists() else {})
+        return Sidecar.model_validate(
+            read_toml(beside, str(beside)) if os.path.exists(beside) else {}
+        )
     except ValidationError as error:
         raise UserError(f"{beside}: {one_line(error, Sidecar)}") from error

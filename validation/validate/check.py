@@ -1,6 +1,7 @@
 """What ``fingertap validate`` is asked for, and its checks for continuous integration."""
 
 import math
+import os
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -51,8 +52,10 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     wanted = [name.strip() for name in models.split(",")]
     if len(set(wanted)) < len(wanted) or reference in wanted:
         raise UserError(f"--models {models}: a model is named twice, or is the reference as well")
-    files = [reference] if Path(reference).is_file() else reference.split(",")
+    files = [reference] if os.path.isfile(reference) else reference.split(",")
     files = [] if reference in model_names() else [part.strip() for part in files]
+    if len(files) > 1 and not all(files):
+        raise UserError(f"--reference {reference}: a name between commas is missing")
     data = _data(files, named) if any(map(is_curve_file, files)) else {}
     for name in (*wanted, *([] if data else [reference])):
         model = adapter(name)

@@ -32,6 +32,12 @@ def test_the_residual_is_the_difference_over_the_references_peak(
     assert len(empty.lines) == 1  # zero
 
 
+def test_dollars_in_the_names_of_files_are_no_formulas(make_record: Make, tmp_path: Path) -> None:
+    named = [make_record("soft", name) for name in (r"a$\frac$b.csv", "hcm")]
+    overlay_figure(tmp_path / "f.png", named, (), ("soft",), {"soft": [(named[0], named[1])]})
+    assert (tmp_path / "f.png").stat().st_size > 1000
+
+
 @pytest.mark.usefixtures("figures_kept")
 @pytest.mark.parametrize("scenes", [("soft",), ("soft", "hard")])
 def test_the_legend_lies_within_the_figure(

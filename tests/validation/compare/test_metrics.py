@@ -43,6 +43,12 @@ def test_hand_computed_curves() -> None:
     assert result.combined == pytest.approx(np.hypot(np.sqrt(3) - 1, 1 / 6), rel=1e-6)
 
 
+@pytest.mark.parametrize("scale", [1e-300, 1e200])
+def test_the_size_of_units_is_none_of_it(scale: float) -> None:
+    result = sprague_geers(scale * TIME, 1.1 * scale * SINE, scale * SINE)
+    assert (result.magnitude, result.phase) == pytest.approx((0.1, 0.0), abs=1e-7)
+
+
 def test_a_zero_curve_is_refused() -> None:
     with pytest.raises(ValueError, match="zero"):
         sprague_geers(TIME, 0 * SINE, SINE)

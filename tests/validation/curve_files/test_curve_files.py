@@ -262,10 +262,20 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
         ),
         (GOOD.replace("3e-4,0", "2e-2,0"), "", "before line 5 a gap in the tap, 0.0198 s"),
         (re.sub(r",[^,\n]+$", "", GOOD, flags=re.M), "", "no tangential force"),
+        (
+            GOOD,
+            "half_model = true\n[scalars]\npeak_normal_force_N = 6.0",
+            "scalars.peak_normal_force_N = 6 counts, and the curves have 12",
+        ),
     ],
 )
 def test_what_was_done_is_said(text: str, sidecar: str, words: str, read: Read) -> None:
     assert any(re.search(words, note) for note in read(text, sidecar).notes)
+
+
+def test_a_number_that_the_curves_have_too_needs_no_line(read: Read) -> None:
+    stated = "[scalars]\npeak_normal_force_N = 6.2\npeak_stress_R_Pa = 1e6"
+    assert not any("counts" in note for note in read(GOOD, stated).notes)
 
 
 CELLS = st.one_of(
@@ -293,6 +303,8 @@ def test_validate_takes_files_for_scenes(fingertap: Run, tmp_path: Path) -> None
     plan = plan_of(("soft",), "hcm", str(tmp_path / "a.csv"), "")
     reference = Runs((), plan).reference("soft")
     assert reference is not None
+    for names in ("a.csv,", f"{'a' * 300}.csv,{'b' * 300}.csv"):
+        assert fingertap("validate", "soft", "--reference", names).refusal
     (row, *_) = accuracy_rows(reference, [reference], [])
     assert (row["reference"], row["reference_model"], row["reference_source"]) == (
         6,

@@ -8,6 +8,7 @@ from pathlib import Path
 import cyclopts
 
 from validation.cli import app
+from validation.curve_files.sidecar import Sidecar
 from validation.scenes.messages import known_keys
 
 ROOT = Path(__file__).parent.parent
@@ -30,8 +31,8 @@ PARAMETERS = {
     "least_det",
     "flight_mesh",
 }
-# Of the files that a message names, plans of sweeps and sidecars among them, not of settings.
-CONTENTS = {"phalanx_w", "time_s", "time_offset_s", "kind"}
+# Of the files that a message names, sidecars, curves and plans of sweeps, not of settings.
+CONTENTS = {"phalanx_w", "time_s", "kind", *Sidecar.model_fields}
 FOREIGN = {"--nthreads"}  # an option of another program's
 FILES = {"material.dat"}  # of a peer program
 

@@ -117,9 +117,12 @@ def output_folder(path: Path) -> Path:
 
 
 def safe_name(name: str) -> str:
-    """A name that stays inside its folder, whatever the scene was called, and is not too long."""
-    safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip(".") or "run"
-    if len(safe) <= LONGEST_NAME:
+    """A name that stays inside its folder, whatever the scene was called, and is not too long.
+
+    Two names are two: of one that can't be kept as it is, a digest tells it from others alike.
+    """
+    safe = re.sub(r"[^A-Za-z0-9._=-]+", "_", name).strip(".") or "run"
+    if safe == name and len(safe) <= LONGEST_NAME:
         return safe
     digest = hashlib.sha256(name.encode("utf-8", "surrogatepass")).hexdigest()[:8]
     return f"{safe[:LONGEST_NAME]}-{digest}"

@@ -101,6 +101,13 @@ def test_safe_names_stay_inside(name: str, tmp_path: Path) -> None:
     assert path.parent == tmp_path.resolve()
 
 
+def test_names_that_can_not_be_kept_stay_different() -> None:
+    """Two plans, ä and ö, had one folder."""
+    names = ("ä", "ö", "_", "a b", "a_b", "a/b", "run", "", ".", "/")
+    assert len({safe_name(name) for name in names}) == len(names)
+    assert [safe_name(name) for name in ("soft-hcm", "a=0.1")] == ["soft-hcm", "a=0.1"]
+
+
 def test_long_names_are_cut_and_stay_different(tmp_path: Path) -> None:
     """As of a comparison that sets a table of torques."""
     one, two = (safe_name("drive.torques=" + "0.01, " * 100 + end) for end in "12")

@@ -34,7 +34,7 @@ class LineStore:
                 row = json.loads(line)
                 if row[DIGEST] == _digest(row):
                     self._lines[str(row[KEY])] = line
-            except (ValueError, KeyError, TypeError):
+            except (ValueError, KeyError, TypeError, RecursionError):
                 continue
 
     def load(self, inputs: Inputs) -> Mapping[str, Any] | None:

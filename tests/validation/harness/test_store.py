@@ -277,7 +277,8 @@ def test_lines_that_were_altered_or_cut_short_do_not_count(tmp_path: Path) -> No
     assert lines.load(INPUTS) == LineStore(path).load(INPUTS) == {"peak": 64.1}
     assert LineStore(path).load({"a": 2}) is None
     good = path.read_text()
-    for text in (good.replace("64.1", "64.2"), good[:30], good.replace(key(INPUTS)[:8], "0" * 8)):
+    other = good.replace(key(INPUTS)[:8], "0" * 8)
+    for text in (good.replace("64.1", "64.2"), good[:30], other, "[" * 100_000):
         path.write_text(text)
         again = LineStore(path)
         assert again.load(INPUTS) is None

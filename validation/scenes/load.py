@@ -78,10 +78,11 @@ def read_text(path: Path, origin: str, largest: int) -> str:
             raise UserError(f"{origin}: larger than {largest} bytes, another kind of file")
         # Windows' editors put a byte order mark before the text
         return path.read_text("utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{origin}: cannot be read ({error.strerror}); check the path") from error
     except UnicodeDecodeError as error:
         raise UserError(f"{origin}: is not UTF-8 text; give a text file") from error
+    except (OSError, ValueError) as error:  # a path with a null byte is a ValueError
+        why = getattr(error, "strerror", None) or error
+        raise UserError(f"{origin}: cannot be read ({why}); check the path") from error
 
 
 def parse_value(text: str) -> Any:

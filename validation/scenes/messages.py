@@ -2,7 +2,7 @@
 
 import difflib
 from functools import cache
-from typing import Any, get_args
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
@@ -57,16 +57,17 @@ def show(value: object) -> str:
 
 
 def refusal_of(key: str, value: object, origin: str) -> str:
-    """What a scene says of this word or truth value of its key; empty where it takes it.
+    """What a scene says of this value of its key; empty where it takes it.
 
     origin : what stands in the key's place.
     """
-    kind = known_keys()[key].annotation
-    assert kind is not None
+    field = known_keys()[key]
+    kind: Any = Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
     try:
         TypeAdapter(kind, config=Table.model_config).validate_python(value)
     except ValidationError as error:
-        return _one(error.errors(include_url=False)[0] | {"loc": (origin,)}, Scene)
+        first = error.errors(include_url=False)[0]
+        return origin + _one(first | {"loc": (key, *first["loc"])}, Scene).removeprefix(key)
     return ""
 
 

@@ -1,10 +1,10 @@
 """How a key of the scene varies in a sweep: a range, a list, or a distribution of scipy.stats."""
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from pydantic import Field
-from pydantic_core import PydanticCustomError
 
 from validation.errors import UserError
 from validation.scenes.messages import known_keys, nearest_key, refusal_of, show
@@ -58,6 +58,27 @@ def check_key(key: str, origin: str) -> None:
     raise UserError(f"{origin}: unknown key of a scene; {nearest_key(key)}")
 
 
+def clash(key: str, others: Iterable[str]) -> str:
+    """The one of other keys that gives this key a value too: itself, its table, or a key in it."""
+    same = (o for o in others if f"{o}.".startswith(f"{key}.") or f"{key}.".startswith(f"{o}."))
+    return next(same, "")
+
+
+def check_apart(keys: Iterable[str], origin: str) -> None:
+    """Refuse keys of which one gives another its value too.
+
+    Raises
+    ------
+    UserError
+        Naming both.
+    """
+    seen: list[str] = []
+    for key in keys:
+        if other := clash(key, seen):
+            raise UserError(f"{origin}{key}: {other} gives it a value too; leave one of both out")
+        seen.append(key)
+
+
 def check_value(key: str, value: Any, origin: str) -> None:
     """Refuse a value that its key can't have in any scene.
 
@@ -66,16 +87,8 @@ def check_value(key: str, value: Any, origin: str) -> None:
     UserError
         With what is allowed.
     """
-    quantity = quantity_of(key)
-    if quantity is None:
-        if not known_keys()[key].metadata and (text := refusal_of(key, value, origin)):
-            raise UserError(text)
-        return
-    try:
-        quantity.check(value)
-    except PydanticCustomError as error:
-        text = (error.context or {})["text"]
-        raise UserError(f"{origin} = {show(value)}: {text}") from None
+    if text := refusal_of(key, value, origin):
+        raise UserError(text)
 
 
 def check_axis(key: str, axis: Axis, origin: str) -> None:

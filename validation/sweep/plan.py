@@ -17,7 +17,15 @@ from validation.scenes.load import load_scene, read_toml
 from validation.scenes.messages import one_line, show
 from validation.scenes.quantity import Quantity
 from validation.scenes.tables import Table
-from validation.sweep.axis import MOST_POINTS, Axis, check_axis, check_key, check_value
+from validation.sweep.axis import (
+    MOST_POINTS,
+    Axis,
+    check_apart,
+    check_axis,
+    check_key,
+    check_value,
+    clash,
+)
 
 Kind = Literal["sobol", "latin-hypercube", "random", "grid", "file"]
 
@@ -111,6 +119,7 @@ def read_plan(path: Path) -> Plan:
     for key, axis in given.vary.items():
         check_key(key, f"{origin}: vary.{key}")
         check_axis(key, axis, f"{origin}: vary.{key}")
+    check_apart(given.vary, f"{origin}: vary.")
     _check_points(given, origin)
     solvers = _solvers(given, origin)
     folder = path.parent
@@ -119,14 +128,20 @@ def read_plan(path: Path) -> Plan:
         scene = str(folder / scene)
     for key in given.set:
         check_key(key, f"{origin}: set.{key}")
-        if key in given.vary:
-            raise UserError(f"{origin}: set.{key} is varied too; leave one of both out")
+        _check_not_varied(key, given.vary, f"{origin}: set.{key}")
+    check_apart(given.set, f"{origin}: set.")
     common = tuple(assignment(key, value) for key, value in given.set.items())
     named = load_scene(scene, common)
     return Plan(
         path.stem, folder, scene, common, named.name, named.document, solvers, given.points,
         given.vary,
     )  # fmt: skip
+
+
+def _check_not_varied(key: str, vary: Mapping[str, Axis], origin: str) -> None:
+    if other := clash(key, vary):
+        part = "" if other == key else f", by vary.{other}"
+        raise UserError(f"{origin} is varied too{part}; leave one of both out")
 
 
 def _one_line(error: ValidationError) -> str:
@@ -187,8 +202,8 @@ def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:
         for key, value in solver.set.items():
             check_key(key, f"{origin}: models.set.{key}")
             check_value(key, value, f"{origin}: models.set.{key}")
-            if key in given.vary:
-                raise UserError(f"{origin}: models.set.{key} is varied too; leave one of both out")
+            _check_not_varied(key, given.vary, f"{origin}: models.set.{key}")
+        check_apart(solver.set, f"{origin}: models.set.")
     labels = [solver.label for solver in solvers]
     for label in labels:
         if labels.count(label) > 1:

@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 from validation.errors import UserError
 from validation.scenes.load import key_of, parse_value, read_text
 from validation.scenes.messages import show
-from validation.sweep.axis import MOST_POINTS, Axis, check_key, check_value, frozen
+from validation.sweep.axis import (
+    MOST_POINTS,
+    Axis,
+    check_apart,
+    check_key,
+    check_value,
+    clash,
+    frozen,
+)
 from validation.sweep.plan import Plan, assignment
 
 LARGEST_FILE = 1_000_000_000  # bytes of a file of points
@@ -121,8 +129,12 @@ def _from_file(plan: Plan) -> PointTable:
         if names.count(name) > 1:
             raise UserError(f"{origin}: column {name!r} is there twice; leave one out")
         check_key(name, f"{origin}: column {name!r}")
-        if name in settled:
-            raise UserError(f"{origin}: column {name!r} is set in the plan too; leave one out")
+        if other := clash(name, settled):
+            part = "" if other == name else f", by {other}"
+            raise UserError(
+                f"{origin}: column {name!r} is set in the plan too{part}; leave one out"
+            )
+    check_apart(wanted, f"{origin}: column ")
     columns: dict[str, list[Any]] = {name: [] for name in wanted}
     for number, row in lines[1:]:
         if len(row) != len(names):

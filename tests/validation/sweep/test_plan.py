@@ -17,6 +17,8 @@ from validation.sweep.points import points_of, values_of
 VARY = '[vary]\n"surface.friction" = '
 HEAD = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nnumber = 4\n'
 
+TORQUES = '"drive.torques" = { values = [[0]] }\n'
+
 
 @pytest.mark.parametrize(
     ("text", "said"),
@@ -50,6 +52,30 @@ HEAD = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nnumber = 4\n'
         (PLAN.replace("surface.height", "surface.heigth"), "did you mean surface.height?"),
         (PLAN.replace('"surface.height" = 0.03', '"surface.height" = -1'), "surface.height = -1"),
         (PLAN.replace("surface.height", "surface.friction"), "is varied too"),
+        (
+            HEAD + "[vary]\n" + TORQUES + TORQUES.replace("torques", "torques.time"),
+            "vary.drive.torques.time: drive.torques gives it a value too",
+        ),
+        (
+            HEAD + f'[set]\n"drive.torques.time" = [0]\n[vary]\n{TORQUES}',
+            "set.drive.torques.time is varied too, by vary.drive.torques",
+        ),
+        (
+            HEAD
+            + '[set]\n"drive.torques" = [0]\n"drive.torques.time" = [0]\n'
+            + VARY
+            + "{ values = [1] }",
+            "set.drive.torques.time: drive.torques gives it",
+        ),
+        (
+            HEAD.replace('"hcm"', '{ model = "hcm", set = { "drive.torques.values" = [[0]] } }')
+            + f"[vary]\n{TORQUES}",
+            "models.set.drive.torques.values is varied too, by vary.drive.torques",
+        ),
+        (
+            HEAD + "[vary]\n" + TORQUES.replace("[[0]]", "[{ time = [0.0] }]"),
+            "vary.drive.torques.values.values is missing",
+        ),
         (PLAN.replace("surface.friction", "surface.fricton"), "did you mean surface.friction?"),
         (HEAD + VARY + "0.5", "vary.surface.friction"),
         (HEAD + VARY + "{ low = 0.1 }", "high is missing"),
@@ -125,6 +151,18 @@ FILE = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nkind = "file"\nfile = "p.csv
         (FILE + 'columns = ["surface.height"]\n', "surface.friction\n1\n", "is missing: it has"),
         (FILE + '[set]\n"surface.friction" = 0.5\n', "surface.friction\n1\n", "set in the plan"),
         (FILE.replace('"hcm"', COARSE), "finger.elements\n9\n", "set in the plan too"),
+        (FILE.replace("p.csv", "p\\u0000.csv"), None, "cannot be read (embedded null byte)"),
+        (
+            FILE,
+            "drive.torques,drive.torques.time\n[0],[0]\n",
+            "column drive.torques.time: drive.torques gives it a value too",
+        ),
+        (
+            FILE + '[set]\n"drive.torques.time" = [0]\n"drive.torques.values" = [[0, 0, 0]]\n',
+            "drive.torques\n[0]\n",
+            "is set in the plan too, by drive.torques.time",
+        ),
+        (FILE, 'drive.torques\n"{ time = [0] }"\n', "line 2: drive.torques.values is missing"),
         (FILE + "number = 4\n", "surface.friction\n1\n", "follows from the file"),
         (FILE + VARY + "{ low = 0.0, high = 1.0 }", "surface.friction\n1\n", "leave it out"),
     ],

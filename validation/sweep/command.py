@@ -83,20 +83,24 @@ def solve_plan(
     """
     finished = LineStore(folder / "results.jsonl")
     tasks = _tasks(chosen, points)
-    todo = [task for task in tasks if finished.load(task.inputs) is None]
-    if len(todo) < len(tasks):
-        say(f"{folder / 'results.jsonl'} has {len(tasks) - len(todo)} of {len(tasks)} results")
-    passing: dict[tuple[int, int], Row] = {}
+    distinct = {task.run: task for task in tasks}
+    if alike := len(tasks) - len(distinct):
+        say(f"{alike} of {len(tasks)} runs are of a scene that another has too: it is solved once")
+    todo = [task for task in distinct.values() if finished.load(task.inputs) is None]
+    if had := len(distinct) - len(todo):
+        say(f"{folder / 'results.jsonl'} has {had} of {len(distinct)} results")
+    passing: dict[str, Row] = {}
     try:
         if todo:
             clear_report(folder)
+            dataset.clear(folder)
             with progress_bar(f"sweep {chosen.name}") as progress:
-                _solve(chosen, todo, len(tasks), finished, passing, where, progress)
+                _solve(chosen, todo, len(distinct), finished, passing, where, progress)
     finally:
         # what there is, also of a sweep that ends here
         rows = [[dataset.Solved()] * len(chosen.solvers) for _ in range(len(points))]
         for task in tasks:
-            found = finished.load(task.inputs) or passing.get((task.point, task.solver))
+            found = finished.load(task.inputs) or passing.get(task.run)
             rows[task.point][task.solver] = dataset.solved(found)
         whole = dataset.build(chosen, points, rows)
         dataset.write(folder, whole)
@@ -121,7 +125,7 @@ def _tasks(plan: Plan, points: PointTable) -> list[Task]:
 
 def _solve(
     plan: Plan, todo: list[Task], total: int, finished: LineStore,
-    passing: dict[tuple[int, int], Row], where: tuple[int | None, str | None], progress: Progress,
+    passing: dict[str, Row], where: tuple[int | None, str | None], progress: Progress,
 ) -> None:  # fmt: skip
     """Solve what is not finished; rows that may be others next time go to `passing`."""
     models = tuple(dict.fromkeys(task.model for task in todo))
@@ -133,7 +137,7 @@ def _solve(
         if found["status"] == INTERRUPTED:
             raise KeyboardInterrupt
         if found["status"] in PASSING:
-            passing[task.point, task.solver] = found
+            passing[task.run] = found
         else:
             finished.keep(task.inputs, found)
         done += 1

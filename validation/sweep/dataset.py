@@ -30,6 +30,7 @@ from validation.sweep.sensitivity import Floats
 if TYPE_CHECKING:
     import xarray
 
+DATASET, TABLE = "sweep.nc", "sweep.csv"
 NOT_SOLVED = "NOT_SOLVED"
 WORDS = ("status", "message", "processor")
 NUMBERS = tuple(
@@ -105,9 +106,15 @@ def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> x
 
 def write(folder: Path, dataset: xarray.Dataset) -> None:
     """Write ``sweep.nc``, and ``sweep.csv`` with a line for each scene and model."""
-    write_dataset(folder / "sweep.nc", dataset)
+    write_dataset(folder / DATASET, dataset)
     table = dataset.to_dataframe().reset_index()
-    write_text(folder / "sweep.csv", table.to_csv(index=False))
+    write_text(folder / TABLE, table.to_csv(index=False))
+
+
+def clear(folder: Path) -> None:
+    """Remove a dataset that the results beside it outgrow, perhaps one of another plan."""
+    for name in (DATASET, TABLE):
+        (folder / name).unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)

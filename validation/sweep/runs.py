@@ -34,13 +34,21 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """A point and a solver by their numbers, the scene's changes, and what names its result."""
+    """A point and a solver by their numbers, the scene's changes, and what names its result.
+
+    run : digest of the scene, the model and its program; equal ones have one result.
+    """
 
     point: int
     solver: int
     model: str
     overrides: tuple[str, ...]
-    inputs: Inputs
+    run: str
+
+    @property
+    def inputs(self) -> Inputs:
+        """What a store knows the result by: of a million of them, digests."""
+        return {"run": self.run}
 
 
 def on_one_thread(model: str) -> tuple[str, ...]:
@@ -69,8 +77,7 @@ def task_of(
         inputs |= scene_inputs(scene.tables, model)
     except UserError:
         inputs |= {"scene": document, "overrides": list(overrides)}
-    # of a million of them: their digests
-    return Task(point, solver, model, overrides, {"run": key(inputs)})
+    return Task(point, solver, model, overrides, key(inputs))
 
 
 def solve_tasks(

@@ -101,6 +101,34 @@ def test_nothing_is_solved_twice(
 
 
 @pytest.mark.usefixtures("in_this_process")
+def test_equal_scenes_are_solved_once(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a list that names a value twice, and of an accuracy that the model's own one hides."""
+    vary = PLAN.replace("number = 4", 'kind = "grid"').partition("[vary]")[0] + "[vary]\n"
+    text = vary + '"surface.friction" = { values = [0.5, 0.7, 0.5] }\n'
+    ended = fingertap("sweep", written(tmp_path, text), "--out", tmp_path)
+    assert "1 of 3 runs are of a scene that another has too" in ended.err
+    assert "3 completed" in ended.out
+    assert len(lines(tmp_path)) == 2
+    peaks = opened(tmp_path)["peak_normal_force_N"].values[:, 0]
+    assert peaks[0] == peaks[2] != peaks[1]
+    text = vary.replace("[points]", '"solver.hcm.accuracy" = 0.01\n[points]')
+    text += '"solver.accuracy" = { values = [0.01, 0.1] }\n'
+    ended = fingertap("sweep", written(tmp_path, text), "--out", tmp_path)
+    assert "1 of 2 runs are of a scene that another has too" in ended.err
+
+    def fails(*given: Any, **named: Any) -> Any:
+        raise RunFailedError("of this scene")
+
+    monkeypatch.setattr(runs, "solve", fails)
+    text = vary + '"surface.friction" = { values = [0.9, 0.9] }\n'
+    ended = fingertap("sweep", written(tmp_path, text), "--out", tmp_path)
+    assert "1 runs failed or crashed, the first: of this scene" in ended.err
+    assert "2 failed" in ended.out
+
+
+@pytest.mark.usefixtures("in_this_process")
 def test_scenes_without_a_result_say_why(tmp_path: Path, fingertap: Run) -> None:
     text = 'scene = "soft"\nmodels = ["hcm"]\n[set]\n"finger.phalanges" = 1\n'
     text += '"finger.elements" = 2\n"surface.height" = 0.03\n[points]\nkind = "grid"\n[vary]\n'
@@ -152,16 +180,38 @@ def test_an_interrupted_sweep_has_what_was_finished(
 
     monkeypatch.setattr(runs, "solve", interrupted)
     path = written(tmp_path)
-    earlier = tmp_path / "sweep" / path.stem / "index.html"
-    earlier.parent.mkdir(parents=True)
-    earlier.write_text("the page of fewer scenes")
+    folder = tmp_path / "sweep" / path.stem
+    folder.mkdir(parents=True)
+    for name in ("index.html", "distribution.svg"):
+        (folder / name).write_text("of fewer scenes")
     assert fingertap("sweep", path, "--out", tmp_path).code == 1
     assert opened(tmp_path)["status"].values[:, 0].tolist().count("COMPLETED") == 2
-    assert not earlier.exists()
+    assert not list(folder.glob("*.html"))
+    assert not list(folder.glob("*.svg"))
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_killed_sweep_leaves_no_dataset_of_another_plan(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path)
+    fingertap("sweep", path, "--out", tmp_path)
+    names = [tmp_path / "sweep" / "plan" / name for name in ("sweep.nc", "sweep.csv")]
+    assert all(name.exists() for name in names)
+    there: list[bool] = []
+
+    def looks(*given: Any, **named: Any) -> Any:
+        there.extend(name.exists() for name in names)
+        raise RunFailedError("killed here")
+
+    monkeypatch.setattr(runs, "solve", looks)
+    path.write_text(path.read_text().replace("0.03", "0.031"))
+    fingertap("sweep", path, "--out", tmp_path)
+    assert there == [False] * 8
 
 
 def tasks(count: int) -> list[Task]:
-    return [Task(point, 0, "hcm", (f"n={point}",), {"point": point}) for point in range(count)]
+    return [Task(point, 0, "hcm", (f"n={point}",), str(point)) for point in range(count)]
 
 
 def crew(answer: Callable[[tuple[str, ...]], list[Row]], log: list[int]) -> Crew:

@@ -40,7 +40,8 @@ def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[s
                 if ends[0] > 0.0 and ends[1] > 20.0 * ends[0]:
                     axis.set(xscale="log", yscale="log")
             axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9)
-            axis.set(xlabel=labels[pair.base], ylabel=labels[pair.own])
+            axis.set_xlabel(labels[pair.base], parse_math=False)
+            axis.set_ylabel(labels[pair.own], parse_math=False)
 
 
 def _bars(errors: Floats) -> Floats:
@@ -56,7 +57,8 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
                 share = np.arange(1, apart.size + 1) / max(apart.size, 1)
                 color = COLORS[number % len(COLORS)]
-                axis.step(100 * apart, 100 * share, where="post", color=color, label=pair.title)
+                title = pair.title.replace("$", r"\$")  # a variant's name is no formula
+                axis.step(100 * apart, 100 * share, where="post", color=color, label=title)
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
         axes[0, 0].legend()

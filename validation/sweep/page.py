@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from validation.models import adapter, default_accuracy
 from validation.scenes.load import changed_scene
 from validation.scenes.solver_tables import NO_ACCURACY
 from validation.sweep.dataset import Output, Pair, differences, numbers
-from validation.sweep.figures import draw_distribution, draw_map, draw_parity
+from validation.sweep.figures import MOST_MAPPED, draw_distribution, draw_map, draw_parity
 from validation.sweep.plan import Plan, assignment
 from validation.sweep.points import PointTable
 from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, MOST_MISSING, Floats, sobol
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 WORST = 10
 WITHIN = (0.02, 0.05)  # shares that the table counts
 REPORT = (
-    *("index.html", "endings.*", "differences.*", "distribution.png"),
+    *("index.html", "endings.*", "differences.*", "distribution.*"),
     *("parity-*", "worst-*", "map-*", "sobol.*"),
 )
 
@@ -112,7 +112,7 @@ def variables(points: PointTable) -> dict[str, Floats]:
     """
     found = {}
     for key, values in points.columns.items():
-        names = [repr(value) for value in values]
+        names = [_hashable(value) for value in values]  # 1 and 1.0 are one level
         place = {name: n for n, name in enumerate(dict.fromkeys(names), 1)}
         if len(place) < 2:
             continue
@@ -126,6 +126,11 @@ def variables(points: PointTable) -> dict[str, Floats]:
         title = key if of_values else f"{key}, by its place in the list"
         found[title] = np.array(of_values or [place[name] for name in names], dtype=float)
     return found
+
+
+def _hashable(value: Any) -> Hashable:
+    parts = tuple(value.items()) if isinstance(value, dict) else value
+    return tuple(map(_hashable, parts)) if isinstance(parts, list | tuple) else parts
 
 
 def outputs(plan: Plan, data: xarray.Dataset, chosen: Sequence[Pair]) -> Iterator[Output]:
@@ -217,15 +222,21 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         section(f"The worst scenes: {pair.title}", f"worst-{number}",
                 list(worst(plan, points, data, pair)))  # fmt: skip
     if columns:
+        left = list(columns)[MOST_MAPPED:]
+        notes = [f"Not drawn, as the first {MOST_MAPPED} variables are: {', '.join(left)}."] * bool(
+            left
+        )
         maps = [folder / f"map-{number}.png" for number in range(len(found))]
         for path, output in zip(maps, found, strict=True):
             draw_map(path, columns, output)
-            section(f"Map: {output.title}", "", (), figures=[path])
+            section(f"Map: {output.title}", "", (), *notes, figures=[path])
     if plan.points.kind == "file":
         note = "No indices: a file's variables need not be independent."
         section("Sobol indices", "sobol", [{"of": note}])
     elif columns:
-        few = f"Fewer than {LEAST_POINTS} completed points a variable."
+        few = (
+            f"None: they need {LEAST_POINTS} completed points a variable, and numbers that differ."
+        )
         rows = list(sensitivities(columns, found)) or [{"of": few}]
         section("Sobol indices", "sobol", rows, SOBOL_NOTE)
     part = f"{len(points)} scenes, {', '.join(labels)}"

@@ -89,6 +89,17 @@ def test_a_report_of_fewer_models_leaves_no_table_of_more(tmp_path: Path) -> Non
     assert "map-0.png" in kept
 
 
+def test_the_page_says_what_is_not_drawn_and_why_there_are_no_indices(tmp_path: Path) -> None:
+    plan, points, data = swept(tmp_path, MODELS.replace('"b"', '"$x^$"'))
+    tip = [f"tip.{name}" for name in ("restitution", "tangential_ratio", "normal_stiffness")]
+    others = ["finger.length", "material.density", "material.poisson_ratio", "surface.incline"]
+    many = {key: [0.3, 0.31, 0.32, 0.33] for key in (*others, *tip)}
+    every = PointTable({**points.columns, **many})
+    page = write_report(tmp_path, plan, every, data).read_text()
+    assert "Not drawn, as the first 8 variables are: tip.normal_stiffness." in page
+    assert "None: they need 10 completed points a variable, and numbers that differ." in page
+
+
 def test_without_a_reference_the_first_model_is_one(tmp_path: Path) -> None:
     _, points, data = swept(tmp_path)
     plan = read_plan(written(tmp_path, PLAN.replace('["hcm"]', MODELS.replace(', "fem3d"', ""))))
@@ -111,6 +122,8 @@ def test_lists_and_words_are_variables_too(tmp_path: Path) -> None:
                 "solver.hcm.assumptions": ["paper", "refined", "paper"],
                 "material.youngs_modulus": [1e8, 2e8, 1e8],
                 "surface.friction": [0.5, 0.5, 0.5],
+                "tip.restitution": [1, 1.0, 0.5],
+                "gravity": [0.0, -0.0, 9.81],
             }
         )
     )
@@ -119,6 +132,8 @@ def test_lists_and_words_are_variables_too(tmp_path: Path) -> None:
         "finger.length, by its place in the list": [1, 2, 3],
         "solver.hcm.assumptions, by its place in the list": [1, 2, 1],
         "material.youngs_modulus": [1e8, 2e8, 1e8],
+        "tip.restitution": [1.0, 1.0, 0.5],
+        "gravity": [0.0, 0.0, 9.81],
     }
     draw_map(tmp_path / "map.png", found, Output("peak Fn", "peak Fn (N)", np.ones(3), False))
     assert (tmp_path / "map.png").exists()

@@ -74,7 +74,8 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     """
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
     for name, column in columns.items():
-        if not isinstance(column, Sized):
+        # an array of no dimension has a size only by its class
+        if not isinstance(column, Sized) or getattr(column, "ndim", 1) == 0:
             raise ParameterError(f"column {name!r}: must be a list, one value a scene")
         part, _, of = name.partition(".")
         owner = scene.finger.phalanges[0] if part == "phalanx" else getattr(scene, part, None)

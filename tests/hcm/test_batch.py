@@ -223,9 +223,10 @@ def test_workers_are_a_number_of_them(workers: float) -> None:
         ({"finger.phalanges": [1.0]}, "'finger.phalanges'"),
         ({"friction": [1.0]}, "'friction'"),
         ({"surface.friction": 0.5}, "'surface.friction': must be a list"),
+        ({"surface.friction": np.array(0.5)}, "'surface.friction': must be a list"),
         ({"surface.friction": [1.0], "tip.restitution": [1.0, 0.5]}, r"\[1, 2\] rows"),
     ],
 )
-def test_wrong_columns_are_refused(columns: dict[str, list[float]], said: str) -> None:
+def test_wrong_columns_are_refused(columns: dict[str, Any], said: str) -> None:
     with pytest.raises(hcm.ParameterError, match=said):
         list(hcm.vary(SCENE, columns))

@@ -61,14 +61,19 @@ def refusal_of(key: str, value: object, origin: str) -> str:
 
     origin : what stands in the key's place.
     """
-    field = known_keys()[key]
-    kind: Any = Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
     try:
-        TypeAdapter(kind, config=Table.model_config).validate_python(value)
+        _check_of(key).validate_python(value)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         return origin + _one(first | {"loc": (key, *first["loc"])}, Scene).removeprefix(key)
     return ""
+
+
+@cache  # a file of points has many values of one key
+def _check_of(key: str) -> TypeAdapter[Any]:
+    field = known_keys()[key]
+    kind: Any = Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
+    return TypeAdapter(kind, config=Table.model_config)
 
 
 def _one(error: Any, of: type[BaseModel]) -> str:

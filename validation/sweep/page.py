@@ -222,10 +222,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         section(f"The worst scenes: {pair.title}", f"worst-{number}",
                 list(worst(plan, points, data, pair)))  # fmt: skip
     if columns:
-        left = list(columns)[MOST_MAPPED:]
-        notes = [f"Not drawn, as the first {MOST_MAPPED} variables are: {', '.join(left)}."] * bool(
-            left
-        )
+        left = ", ".join(list(columns)[MOST_MAPPED:])
+        notes = (f"Not drawn, as the first {MOST_MAPPED} variables are: {left}.",) * bool(left)
         maps = [folder / f"map-{number}.png" for number in range(len(found))]
         for path, output in zip(maps, found, strict=True):
             draw_map(path, columns, output)
@@ -234,10 +232,10 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         note = "No indices: a file's variables need not be independent."
         section("Sobol indices", "sobol", [{"of": note}])
     elif columns:
-        few = (
+        none = (
             f"None: they need {LEAST_POINTS} completed points a variable, and numbers that differ."
         )
-        rows = list(sensitivities(columns, found)) or [{"of": few}]
+        rows = list(sensitivities(columns, found)) or [{"of": none}]
         section("Sobol indices", "sobol", rows, SOBOL_NOTE)
     part = f"{len(points)} scenes, {', '.join(labels)}"
     machine = {"part": part, **provenance(plan.document)}

@@ -121,7 +121,7 @@ def _from_file(plan: Plan) -> PointTable:
         raise UserError(f"{origin}: is no CSV: {error}") from error
     names = [name.strip() for name in lines[0][1]] if lines else []
     wanted = plan.points.columns or names
-    settled = set(map(key_of, plan.common)).union(*(s.set for s in plan.solvers))
+    settled = [*map(key_of, plan.common), *(key for s in plan.solvers for key in s.set)]
     for name in wanted:
         if name not in names:
             has = ", ".join(names) or "none"

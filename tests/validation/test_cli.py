@@ -165,7 +165,8 @@ def test_scene_names_stay_inside_the_output_folder(
     odd = tmp_path / "..a b$.toml"
     odd.write_text((ROOT / "validation" / "scenes" / "soft.toml").read_text())
     assert fingertap("run", odd, "--model", "hcm", "--out", tmp_path / "out").code == 0
-    assert [path.name for path in (tmp_path / "out" / "run").iterdir()] == ["a_b_-hcm"]
+    (folder,) = (tmp_path / "out" / "run").iterdir()
+    assert folder.name.startswith("a_b_-hcm-")  # a digest ends it: other names leave as much
 
 
 def test_a_process_shows_no_traceback() -> None:

@@ -68,7 +68,7 @@ def test_both_runs_and_the_table_are_kept(tmp_path: Path, fingertap: Run) -> Non
     assert re.search(r"peak Fn +50 N +60 N +20 %", ended.out)
     assert "no number differs" not in ended.out
     (folder,) = (tmp_path / "compare").iterdir()
-    assert folder.name == "soft-hcm-surface.friction_0.6"
+    assert folder.name == "soft-hcm-surface.friction=0.6"
     table = pd.read_csv(folder / "differences.csv")
     assert column(table)["peak_normal_force_N"] == pytest.approx(20.0)
     assert all((folder / which / "summary.json").is_file() for which in ("scene", "changed"))

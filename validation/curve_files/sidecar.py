@@ -1,6 +1,7 @@
 """What a file of curves doesn't say by itself: ``NAME.toml`` beside it, NAME with its ending."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -8,22 +9,35 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from validation.errors import UserError
 from validation.harness.quantities import ESTIMATED, TIP_VELOCITY
+from validation.harness.record_schema import LARGEST, SIGNED
 from validation.scenes.load import read_toml
 from validation.scenes.messages import one_line
 from validation.scenes.quantity import Quantity
 
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
+TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
 
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-def _numbers(bound: Quantity) -> Any:
+def _scalar(key: str) -> Quantity:
+    """What a tap's number may be: all but the signed ones are positive where there is a tap."""
+    if key in (TIP_VELOCITY, *SIGNED):
+        return Quantity(at_least=-LARGEST, at_most=LARGEST)
+    if key in TIMES:
+        return Quantity(at_least=0.0, at_most=LARGEST)
+    return Quantity(above=0.0, at_most=LARGEST)
+
+
+def _numbers(bounds: Callable[[str], Quantity]) -> Any:
     """A table of a tap's numbers by their keys, SI units."""
-    one: Any = Annotated[float, bound]
-    two = Annotated[list[one], Field(min_length=2, max_length=2)]
-    fields: Any = {key: (two if key == TIP_VELOCITY else one, None) for key in ESTIMATED}
+    fields: Any = {}
+    for key in ESTIMATED:
+        one: Any = Annotated[float, bounds(key)]
+        two = Annotated[list[one], Field(min_length=2, max_length=2)]
+        fields[key] = (two if key == TIP_VELOCITY else one, None)
     return create_model("Numbers", __base__=_Table, **fields)
 
 
@@ -31,7 +45,8 @@ if TYPE_CHECKING:
     Scalars = BaseModel
     Errors = BaseModel
 else:
-    Scalars, Errors = _numbers(Quantity()), _numbers(Quantity(at_least=0.0))
+    Scalars = _numbers(_scalar)
+    Errors = _numbers(lambda _: Quantity(at_least=0.0, at_most=LARGEST))
 
 
 class Sidecar(_Table):

@@ -3,13 +3,13 @@
 import numpy as np
 
 from validation.curve_files.samples import Floats, Samples
-from validation.curve_files.sidecar import Sidecar
+from validation.curve_files.sidecar import TIMES, Sidecar
 from validation.errors import UserError
 from validation.models.curves import Curves, tap_scalars
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
 # of a number, or of the tap's duration, by which a stated one may differ without a line about it
-APART, TIMES = 0.05, ("contact_time_s", "peak_normal_force_time_s")
+APART = 0.05
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from validation.errors import UserError
-from validation.scenes.load import key_of
+from validation.scenes.load import sets
 
 ROOT = math.sqrt(2.0)
 TIP_MESH, SHAFT_MESH, PENALTY = "mesh: tip", "mesh: shaft", "penalty"
@@ -111,5 +111,5 @@ def check_given(overrides: Sequence[str], wanted: Sequence[Refinement]) -> None:
         Every level sets that key itself.
     """
     always = set.intersection(*(set(keys) for one in wanted for keys in one.levels.values()))
-    if taken := [key for key in map(key_of, overrides) if key in always]:
+    if taken := [key for one in overrides for key in sorted(always) if sets(one, key)]:
         raise UserError(f"--set {taken[0]}: a convergence study sets it itself; leave it out")

@@ -34,8 +34,8 @@ def is_own(name: str) -> bool:
     return door is not None and door.value.startswith(__name__)
 
 
-def adapter(name: str) -> Adapter:
-    """The adapter of a model.
+def adapter(name: str, option: str = "--model") -> Adapter:
+    """The adapter of a model; the option that named it begins a refusal.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def adapter(name: str) -> Adapter:
         near = difflib.get_close_matches(name, _doors(), n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise UserError(
-            f"--model {name!r}: unknown; {hint}installed models are {', '.join(_doors())}"
+            f"{option} {name!r}: unknown; {hint}installed models are {', '.join(_doors())}"
         )
     try:
         found = door.load()

@@ -26,7 +26,7 @@ from validation.models.adapter import Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, changed_scene, key_of, load_scene
+from validation.scenes.load import NamedScene, changed_scene, load_scene, sets
 
 DEFAULT_OUT = Path("out")
 
@@ -74,10 +74,12 @@ def run_scene(
     if resume and not resumable:
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
     wanted = () if accuracy is None else (f"solver.{module.settings}.accuracy={accuracy}",)
+    if accuracy is not None and not accuracy.strip():
+        raise UserError("--accuracy '': is empty; give a number, as in --accuracy 1e-3")
     if wanted and not module.settings:
         raise UserError(f"--accuracy {accuracy}: {model} takes none; leave it out")
     keys = ("solver.accuracy", f"solver.{module.settings}.accuracy")
-    if wanted and (twice := [one for one in overrides if key_of(one) in keys]):
+    if wanted and (twice := [one for one in overrides if any(sets(one, key) for key in keys)]):
         raise UserError(
             f"--accuracy {accuracy} and --set {twice[0]}: two accuracies; leave one out"
         )

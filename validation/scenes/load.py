@@ -49,17 +49,20 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
         return source, tomllib.loads(text)
     path = Path(source)
     # of `os.path`: a name that is too long or has a null byte is no file, rather than an error
-    found = os.path.isfile(path)
-    if path.suffix != ".toml" and not found:
+    there = os.path.exists(path)
+    if path.suffix != ".toml" and not there:
         near = difflib.get_close_matches(source, BUILT_IN, n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise UserError(
             f"scene {show(source)}: unknown; {hint}built-in scenes are {', '.join(BUILT_IN)}, "
             "or give the path of a TOML file"
         )
-    if not found:
-        why = "is no file" if os.path.exists(path) else "No such file or directory"
-        raise UserError(f"scene {show(source)}: cannot be read ({why}); check the path")
+    if not os.path.isfile(path):
+        why = "No such file or directory" if not there else "is no file"
+        why = "is a folder" if os.path.isdir(path) else why
+        raise UserError(
+            f"scene {show(source)}: cannot be read ({why}); give the path of a TOML file"
+        )
     return scene_name(source), read_toml(path, f"scene {source}")
 
 
@@ -98,6 +101,22 @@ def parse_value(text: str) -> Any:
 def key_of(assignment: str) -> str:
     """The left side of KEY=VALUE."""
     return assignment.partition("=")[0].strip()
+
+
+def sets(assignment: str, key: str) -> bool:
+    """Whether KEY=VALUE gives a dotted key its value, by itself or in a table.
+
+    Raises
+    ------
+    UserError
+        As `override`.
+    """
+    found: Any = override({}, assignment)
+    for part in key.split("."):
+        if not isinstance(found, dict) or part not in found:
+            return False
+        found = found[part]
+    return True
 
 
 def override(document: dict[str, Any], assignment: str) -> dict[str, Any]:

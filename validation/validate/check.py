@@ -50,6 +50,8 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
             )
         named[scene.name] = scene
     wanted = [name.strip() for name in models.split(",")]
+    if not all(wanted):
+        raise UserError(f"--models {show(models)}: a name is missing; write hcm, or hcm,fem2d")
     if len(set(wanted)) < len(wanted) or reference in wanted:
         raise UserError(f"--models {models}: a model is named twice, or is the reference as well")
     files = [reference] if os.path.isfile(reference) else reference.split(",")
@@ -57,8 +59,11 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     if len(files) > 1 and not all(files):
         raise UserError(f"--reference {reference}: a name between commas is missing")
     data = _data(files, named) if any(map(is_curve_file, files)) else {}
-    for name in (*wanted, *([] if data else [reference])):
-        model = adapter(name)
+    if not data and os.path.isdir(reference):
+        raise UserError(f"--reference {reference}: is a folder; give a file of curves or a model")
+    asked = [("--models", name) for name in wanted] + [("--reference", reference)] * (not data)
+    for option, name in asked:
+        model = adapter(name, option)
         for scene in named.values():
             if refused := model.refusal(scene):
                 raise UserError(f"scene {scene.name}, model {name}: {refused}")
@@ -94,8 +99,10 @@ def read_tolerances(text: str) -> Mapping[str, float]:
         A name is unknown, or what follows it is no positive number.
     """
     found = {}
-    for part in filter(None, (part.strip() for part in text.split(","))):
-        name, _, number = (piece.strip() for piece in part.partition("="))
+    for part in (part.strip() for part in text.split(",") if text):
+        name, equals, number = (piece.strip() for piece in part.partition("="))
+        if not equals:
+            raise UserError(f"--tolerance {show(text)}: must be NAME=PERCENT, as in peak=5")
         key = NAMES.get(name, name)
         if key not in KEYS:
             known = ", ".join((*NAMES, *KEYS))

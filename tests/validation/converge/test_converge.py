@@ -90,6 +90,8 @@ def test_a_key_that_some_refinements_vary_is_kept_by_the_others() -> None:
     for key, value in (("tip_size", "1e-3"), ("preset", "fast"), ("accuracy", "1e-2")):
         with pytest.raises(UserError, match=rf"--set solver\.fem\.{key}: "):
             check_given([f" solver.fem.{key} = {value}"], wanted)
+        with pytest.raises(UserError, match=rf"--set solver\.fem\.{key}: "):
+            check_given([f'solver.fem = {{{key} = "{value}"}}'], wanted)
 
 
 @pytest.mark.parametrize("stated", ["solver.accuracy=1e-2", "solver.fem.preset=converged"])

@@ -105,5 +105,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(RunFailedError.exit_code)
     except KeyboardInterrupt as error:
         by = f" by {error}" if str(error) else ""
-        say_error(f"interrupted{by}; what was finished is kept in the output folder")
+        say_error(f"interrupted{by}; files that were finished are kept")
         sys.exit(RunFailedError.exit_code)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from validation.compare.verdict import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
-from validation.harness.console import WIDTH, output, progress_bar, shown
+from validation.harness.console import WIDTH, output, progress_bar, say, shown
 from validation.harness.files import output_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
@@ -109,6 +109,8 @@ def compare(
     for which, record in records.items():
         if not record.ok:
             raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")
+        if record.message:
+            say(f"caution: {which}: {record.message}")
     output(f"files in {folder}")
 
 

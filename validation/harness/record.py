@@ -80,6 +80,11 @@ class RunRecord:
         """Model and variant, as tables and figures write it."""
         return f"{self.model} {self.variant}".strip()
 
+    @property
+    def caution(self) -> str:
+        """What a completed run says of itself, after its name; empty where it says nothing."""
+        return f"{self.scene}, {self.label}: {self.message}" if self.ok and self.message else ""
+
     def value(self, key: str) -> float | None:
         """One scalar as a finite float, or None."""
         return finite(self.summary.get(key))

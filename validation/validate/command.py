@@ -142,7 +142,7 @@ def run_validation(
     output(f"page: {page}")
     for problem in context["render_problems"]:
         output(f"renders: {problem}")
-    for note in (*plan.notes, *context["unit_notes"]):
+    for note in (*plan.notes, *context["unit_notes"], *context["cautions"]):
         say(f"caution: {note}")
     if failures:
         names = "; ".join(failures)

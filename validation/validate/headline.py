@@ -65,6 +65,12 @@ def unit_notes(runs: Runs) -> list[str]:
     ]
 
 
+def cautions(runs: Runs) -> list[str]:
+    """What the compared runs and their reference say of themselves."""
+    named = (run for s in runs.scenes for run in (*runs.compared(s), runs.reference(s)))
+    return [run.caution for run in named if run is not None and run.caution]
+
+
 def sentences(rows: list[Difference]) -> list[str]:
     """One sentence per scene and model on the peak force, in words that the numbers bear out."""
     result = []

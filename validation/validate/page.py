@@ -9,6 +9,7 @@ from validation.harness.provenance import provenance
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
 from validation.validate.headline import (
+    cautions,
     differences,
     labels,
     sentences,
@@ -132,6 +133,7 @@ def page_context(
         "sentences": sentences(headline),
         "reasons": what_matters(runs),
         "differences": headline,
+        "cautions": cautions(runs),
         "spread_text": f"penalty factors {factors}",
         "read_back": read_back_note(runs),
         "figures": figures,

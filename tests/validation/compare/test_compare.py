@@ -54,9 +54,8 @@ def fake_runs(monkeypatch: Patch, make_record: Make) -> None:
     def solve(scene, model, folder, progress):  # type: ignore[no-untyped-def]
         friction = scene.tables.surface.friction
         ok = friction > 0
-        return Outcome(
-            make_record(peak=100 * friction, ok=ok, message="" if ok else "slid away; add friction")
-        )
+        message = "it is wet" * (friction > 0.5) if ok else "slid away; add friction"
+        return Outcome(make_record(peak=100 * friction, ok=ok, message=message))
 
     monkeypatch.setattr(compare_command, "solve", solve)
 
@@ -67,6 +66,7 @@ def test_both_runs_and_the_table_are_kept(tmp_path: Path, fingertap: Run) -> Non
     assert ended.code == 0
     assert re.search(r"peak Fn +50 N +60 N +20 %", ended.out)
     assert "no number differs" not in ended.out
+    assert ended.err == "fingertap: caution: changed: it is wet\n"
     (folder,) = (tmp_path / "compare").iterdir()
     assert folder.name == "soft-hcm-surface.friction=0.6"
     table = pd.read_csv(folder / "differences.csv")

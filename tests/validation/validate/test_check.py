@@ -191,7 +191,14 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
 
     monkeypatch.setattr(validate_command, "run_all", run_all)
     monkeypatch.setattr(validate_command, "isolated_ladder", lambda *a: Ladder(False))
-    parts = ("sentences", "reasons", "ladder_sentences", "render_problems", "unit_notes")
+    parts = (
+        "sentences",
+        "reasons",
+        "ladder_sentences",
+        "render_problems",
+        "unit_notes",
+        "cautions",
+    )
     page: dict[str, list[str]] = {part: [] for part in parts}
     monkeypatch.setattr(validate_command, "report", lambda *a: page)
     wanted = ("validate", "soft", "--models", "hcm", "--out", tmp_path, "--tolerance")

@@ -54,10 +54,16 @@ class Loads(HTMLParser):
 
 @pytest.fixture
 def validated(monkeypatch: Patch, make_record: Make, tmp_path: Path) -> Callable[..., Path]:
-    """The folder of `fingertap validate` whose jobs give half-sine records; the named ones fail."""
+    """The folder of `fingertap validate` whose jobs give half-sine records; the named ones fail,
+    or are of a wet mesh.
+    """
 
     def use(
-        failing: Sequence[str] = (), problem: str = "", code: int = 0, ladder: Ladder = NO_LADDER
+        failing: Sequence[str] = (),
+        problem: str = "",
+        code: int = 0,
+        ladder: Ladder = NO_LADDER,
+        wet: Sequence[str] = (),
     ) -> Path:
         def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
             records = []
@@ -69,7 +75,10 @@ def validated(monkeypatch: Patch, make_record: Make, tmp_path: Path) -> Callable
                 peak = PEAKS["fem2d"] if job.model == "fem2d" else peak
                 if "penalty" in (job.variant or ""):
                     peak += 10 * float((job.variant or "").split()[-1])
-                record = make_record(job.scene, job.model, job.variant or "", peak=peak)
+                record = make_record(
+                    *(job.scene, job.model, job.variant or "", peak),
+                    message="its mesh is wet" if job.name in wet else "",
+                )
                 keep(folder / job.folder_name, Outcome(record))
                 records.append(record)
             return records
@@ -122,6 +131,18 @@ def test_first_screen_says_distance_cost_and_certainty(validated: Callable[..., 
         assert part in first
     assert all(part in first for part in ("200×", "180 MB", "ASME V&amp;V 20"))
     assert len(re.findall(r"<td class=\"key\">\N{MINUS SIGN}25.0 %", first)) == 4
+
+
+def test_what_a_compared_run_says_of_itself_is_said(
+    validated: Callable[..., Path], capsys: Capture
+) -> None:
+    """Only `run` said it; the numbers of a run that doubts them stood here without a word."""
+    folder = validated(wet=("soft hcm", "soft fem3d contact", "hard hcm N=30"))
+    first, told = page(folder).partition('id="forces"')[0], capsys.readouterr().err
+    for run in ("soft, hcm", "soft, fem3d contact"):
+        assert f"<b>Caution.</b> {run}: its mesh is wet." in first
+        assert f"fingertap: caution: {run}: its mesh is wet\n" in told
+    assert told.count("is wet") == 2
 
 
 def test_files_of_validate(validated: Callable[..., Path]) -> None:

@@ -68,6 +68,9 @@ def waterfall(
     told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>18}" for u in known)
     output(f"{told}  the reference is known to")
     output(f"errors in %; files in {folder}")
+    for run in (reference, *runs):
+        if run.caution:
+            say(f"caution: {run.caution}")
     if own := sorted(named.tables.solver.hcm.stated(Assumptions)):
         say(f"caution: solver.hcm: {', '.join(own)} left out: each switch is set here in its turn")
 

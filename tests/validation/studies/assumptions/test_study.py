@@ -1,6 +1,7 @@
 """The study of the reduced model's assumptions: its scenes, its stored dataset, its rules."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,11 @@ from matplotlib import pyplot as plt
 from tests.validation.commands import Make, Patch, Run
 from validation.compare.differences import difference
 from validation.harness.quantities import TAP_AND_STRESS
+from validation.harness.record import RunRecord
+from validation.harness.store import Store
 from validation.models import solid_mesh
 from validation.models.variants import cumulative, every, left_out
+from validation.runs.execute import Job
 from validation.scenes.load import load_scene
 from validation.studies.assumptions import command, study, study_command
 from validation.studies.assumptions.points import points
@@ -50,6 +54,25 @@ def test_the_studys_figure_shows_medians_and_the_refined_models_errors(tmp_path:
         np.testing.assert_allclose(shown[:, 0], table["patch_over_radius"])
         np.testing.assert_allclose(shown[:, 1], np.clip(errors[refined, :, n], -8.0, 8.0))
         assert below.get_xlabel() == "predicted a/R" + "\n(1 beyond the edge)" * (n == 0)
+
+
+def test_the_waterfall_says_what_its_runs_say_of_themselves(
+    make_record: Make, tmp_path: Path, monkeypatch: Patch, fingertap: Run
+) -> None:
+    def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
+        wet = (None, "+ hertz")
+        return [
+            make_record(*named, message="it is wet" if job.variant in wet else "")
+            for job in jobs
+            for named in [(job.scene, job.model, job.variant or "")]
+        ]
+
+    monkeypatch.setattr(command, "in_fresh_process", run)
+    ended = fingertap("waterfall", "soft", "--out", tmp_path)
+    assert ended.code == 0
+    assert ended.err == "".join(
+        f"fingertap: caution: soft, {label}: it is wet\n" for label in ("fem3d", "hcm + hertz")
+    )
 
 
 @pytest.mark.usefixtures("figures_kept")

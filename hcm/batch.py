@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcm.accuracy import simulate_within
-from hcm.bounds import Bound
+from hcm.bounds import Bound, check_kind
 from hcm.chosen import check_accuracy
 from hcm.dataset import unit_of
 from hcm.estimate import NAMES
@@ -124,8 +124,11 @@ def simulate_each(
     Raises
     ------
     ParameterError
-        The accuracy is none that settings are known for, or the workers are no number of them.
+        There are no scenes to go through, the accuracy is none that settings are known for, or the
+        workers are no number of them.
     """
+    if not isinstance(scenes, Iterable):
+        raise ParameterError(f"scenes = {scenes!r}: must be a list of them, or a generator")
     if accuracy is not None:
         check_accuracy(accuracy)
     if workers is not None and not (some := Bound(integer=True, at_least=1)).holds(workers):
@@ -189,6 +192,7 @@ def _tap(scene: Scene | ParameterError, accuracy: float | None) -> Outcome:
     try:
         if isinstance(scene, ParameterError):
             raise scene
+        check_kind("scene", scene, Scene)
         if accuracy is None:
             result = simulate(**scene.arguments(), progress=_watch)
         else:

@@ -2,12 +2,14 @@
 
 import math
 import operator
+import sys
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from numbers import Real
 from typing import Any, Literal, get_args, get_origin
 
 PLAIN = {float, int}
+LARGEST = sys.float_info.max  # a whole number beyond it is no float
 
 
 class ParameterError(ValueError):
@@ -28,9 +30,9 @@ class Bound:
 
     unit: str = ""
     above: float = -math.inf
-    at_least: float = -math.inf
+    at_least: float = -LARGEST
     below: float = math.inf
-    at_most: float = math.inf
+    at_most: float = LARGEST
     integer: bool = False
 
     def holds(self, value: Any) -> bool:
@@ -41,13 +43,13 @@ class Bound:
             return False
         if self.integer and not hasattr(value, "__index__"):
             return False
-        inside = self.above < value < self.below and self.at_least <= value <= self.at_most
-        return bool(inside)
+        number = value if plain else _plain(value)
+        return self.above < number < self.below and self.at_least <= number <= self.at_most
 
     def allowed(self) -> str:
         """The words that say what is allowed."""
         named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if math.isfinite(bound))
+        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if abs(bound) < LARGEST)
         kind = "a whole number" if self.integer else "a finite number"
         return kind + (f" in {self.unit}" if self.unit else "") + (f", {bounds}" if bounds else "")
 
@@ -86,8 +88,11 @@ def check_fields(owner: Any) -> None:
 
 
 def _plain(number: Any) -> int | float:
-    """The same number, an int where it is whole by its kind, else a float."""
-    return operator.index(number) if hasattr(number, "__index__") else float(number)
+    """The same number, an int where it is whole by its kind, else a float; infinite beyond one."""
+    try:
+        return operator.index(number) if hasattr(number, "__index__") else float(number)
+    except OverflowError:
+        return math.inf
 
 
 def check_kind(name: str, value: Any, kind: type) -> None:

@@ -18,6 +18,10 @@ GENERALIZED_ALPHA: Final = "generalized-alpha"
 GAUSS: Final = "gauss"
 STAGES = 5
 
+SIZE = Bound("m", at_least=1e-20, at_most=1e20)
+"""Of lengths: with `PER_SIZE`, products and quotients of them stay floating-point numbers."""
+PER_SIZE = {"at_least": 1e-40, "at_most": 1e40}
+
 LONGEST_S = 1e12
 """Bound on times: beyond it sums of steps lose their digits."""
 
@@ -26,13 +30,13 @@ LONGEST_S = 1e12
 class Phalanx:
     """One link: a round bar meshed with equal ANCF beam elements."""
 
-    length: Annotated[float, Bound("m", above=0)]
+    length: Annotated[float, SIZE]
     """L_w."""
-    diameter: Annotated[float, Bound("m", above=0)]
+    diameter: Annotated[float, SIZE]
     """d_w."""
-    youngs_modulus: Annotated[float, Bound("Pa", above=0)]
+    youngs_modulus: Annotated[float, Bound("Pa", **PER_SIZE)]
     """E_w."""
-    density: Annotated[float, Bound("kg/m3", above=0)]
+    density: Annotated[float, Bound("kg/m3", **PER_SIZE)]
     """rho_w."""
     elements: Annotated[int, Bound(integer=True, at_least=1)] = 20
     """n_w, number of beam elements along the phalanx."""
@@ -86,7 +90,7 @@ class Finger:
 class Surface:
     """The rigid rough line Y = -height."""
 
-    height: Annotated[float, Bound("m", above=0)]
+    height: Annotated[float, SIZE]
     """H, depth of the surface below the fixed hinge."""
     friction: Annotated[float, Bound(at_least=0)]
     """mu, coefficient of Coulomb friction; 0 leaves out the tangential state."""

@@ -14,6 +14,7 @@ from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.division import divided, flight_elements
 from hcm.beam.drive import piece_at
 from hcm.beam.outline import depth
+from hcm.bounds import ParameterError, check_kind
 from hcm.contact.build import beyond_checks
 from hcm.contact.law import FLIGHT, Contact
 from hcm.estimate import estimate_errors
@@ -87,10 +88,14 @@ def simulate(
     Raises
     ------
     ParameterError
-        The parts of the scene do not fit each other, the finger starts below the surface, or the
-        run would need more memory or steps than allowed.
+        Something is of another kind, the parts of the scene do not fit each other, the finger
+        starts below the surface, or the run would need more memory or steps than allowed.
     """
     scene = Scene(finger, surface, tip, drive, settings, start, assumptions)
+    if progress is not None and not callable(progress):
+        raise ParameterError(f"progress = {progress!r}: must be a function of (fraction, text)")
+    if fall is not None:
+        check_kind("fall", fall, Fall)
     check_scene(finger, surface, drive)
     check_size(finger, settings)
     started = time.perf_counter()

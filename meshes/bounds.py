@@ -2,10 +2,13 @@
 
 import math
 import operator
+import sys
 from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
+
+LARGEST = sys.float_info.max  # a whole number beyond it is no float
 
 
 @dataclass(frozen=True)
@@ -23,9 +26,9 @@ class Bound:
 
     unit: str = ""
     above: float = -math.inf
-    at_least: float = -math.inf
+    at_least: float = -LARGEST
     below: float = math.inf
-    at_most: float = math.inf
+    at_most: float = LARGEST
     integer: bool = False
     advice: str = ""
 
@@ -35,13 +38,13 @@ class Bound:
             return False
         if not (hasattr(value, "__index__") if self.integer else isinstance(value, Real)):
             return False
-        inside = self.above < value < self.below and self.at_least <= value <= self.at_most
-        return bool(inside)
+        number = _plain(value)
+        return self.above < number < self.below and self.at_least <= number <= self.at_most
 
     def allowed(self) -> str:
         """The words that say what is allowed, and the advice."""
         named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if math.isfinite(bound))
+        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if abs(bound) < LARGEST)
         words = "a whole number" if self.integer else "a finite number"
         words += f" in {self.unit}" if self.unit else ""
         words += f", {bounds}" if bounds else ""
@@ -88,8 +91,11 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
 
 
 def _plain(number: Any) -> int | float:
-    """The same number, an int where it is whole by its kind, else a float."""
-    return operator.index(number) if hasattr(number, "__index__") else float(number)
+    """The same number, an int where it is whole by its kind, else a float; infinite beyond one."""
+    try:
+        return operator.index(number) if hasattr(number, "__index__") else float(number)
+    except OverflowError:
+        return math.inf
 
 
 def check_kind(name: str, value: Any, kind: type) -> None:

@@ -81,6 +81,8 @@ def simulate(
         ("drive", drive, Drive),
         ("settings", settings, Settings),
     ]
+    if progress is not None and not callable(progress):
+        raise ValueError(f"progress = {progress!r}: must be a function of (fraction, text)")
     optional = (
         ("start", start, ChainState),
         ("restart", restart, Restart),

@@ -216,6 +216,19 @@ def test_workers_are_a_number_of_them(workers: float) -> None:
         hcm.simulate_many([SCENE], workers=workers)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("scenes", [None, 1, SCENE])
+def test_what_is_no_list_of_scenes_is_refused(scenes: Any) -> None:
+    with pytest.raises(hcm.ParameterError, match=r"scenes = .*: must be a list of them"):
+        hcm.simulate_many(scenes)
+
+
+@pytest.mark.parametrize("accuracy", [None, 1e-2])
+def test_what_is_no_scene_is_refused_in_its_place(accuracy: float | None) -> None:
+    first, second = hcm.simulate_each([1, SCENE], 1, accuracy)  # type: ignore[list-item]
+    assert (first.status, first.message) == ("REFUSED", "scene = 1: must be a Scene")
+    assert second.status == "COMPLETED"
+
+
 @pytest.mark.parametrize(
     ("columns", "said"),
     [

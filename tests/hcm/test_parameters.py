@@ -1,33 +1,46 @@
 """Every refusal names the field, the value and what is allowed."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
 import hcm
+from hcm.beam.chain import build_chain
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
+SIZE = "a finite number in m, >= 1e-20 and <= 1e+20"
 COUNT = "a whole number, >= 1"
 REFUSED: list[tuple[Any, str, Any, str]] = [
-    (SOFT, "length", -0.04, "a finite number in m, > 0"),
-    (SOFT, "length", math.nan, "a finite number in m, > 0"),
-    (SOFT, "length", "40 mm", "a finite number in m, > 0"),
-    (SOFT, "diameter", 0.0, "a finite number in m, > 0"),
-    (SOFT, "youngs_modulus", math.inf, "a finite number in Pa, > 0"),
-    (SOFT, "density", -1.0, "a finite number in kg/m3, > 0"),
+    (SOFT, "length", -0.04, SIZE),
+    (SOFT, "length", math.nan, SIZE),
+    (SOFT, "length", "40 mm", SIZE),
+    (SOFT, "diameter", 0.0, SIZE),
+    (SOFT, "youngs_modulus", math.inf, "a finite number in Pa, >= 1e-40 and <= 1e+40"),
+    (SOFT, "density", -1.0, "a finite number in kg/m3, >= 1e-40 and <= 1e+40"),
+    (SOFT, "length", 1e300, SIZE),
+    (SOFT, "length", 10**400, SIZE),
+    (SOFT, "density", 1e-320, "a finite number in kg/m3, >= 1e-40 and <= 1e+40"),
+    (SOFT, "elements", 10**400, COUNT),
     (SOFT, "elements", 0, COUNT),
     (SOFT, "elements", 2.5, COUNT),
     (SOFT, "elements", True, COUNT),
     (SOFT, "elements", np.float64(5.0), COUNT),
-    (SURFACE, "height", -0.1, "a finite number in m, > 0"),
-    (SURFACE, "height", True, "a finite number in m, > 0"),
+    (SURFACE, "height", -0.1, SIZE),
+    (SURFACE, "height", True, SIZE),
     (SURFACE, "friction", -1.0, "a finite number, >= 0"),
     (SURFACE, "friction", math.nan, "a finite number, >= 0"),
     (SOFT_TIP, "normal_stiffness", 0.0, "a finite number in N/m, > 0"),
+    (SOFT_TIP, "normal_stiffness", Fraction(10**400), "a finite number in N/m, > 0"),
+    (SOFT_TIP, "normal_stiffness", 10**400, "a finite number in N/m, > 0"),
+    (SURFACE, "friction", 10**400, "a finite number, >= 0"),
+    (hcm.Drive(), "gravity", 10**400, "a finite number in m/s2"),
+    (hcm.Drive(), "gravity", -(10**400), "a finite number in m/s2"),
     (SOFT_TIP, "restitution", 0.0, "a finite number, > 0 and <= 1"),
     (SOFT_TIP, "restitution", 1.01, "a finite number, > 0 and <= 1"),
     (SOFT_TIP, "tangential_ratio", -0.1, "a finite number, >= 0"),
@@ -129,6 +142,21 @@ def test_parts_of_another_kind_are_refused(part: str, kind: str) -> None:
         hcm.simulate_within(1e-2, 3)  # type: ignore[arg-type]
     with pytest.raises(hcm.ParameterError, match=r"stated = \['taps'\]: must be a Mapping"):
         hcm.simulate_within(1e-2, scene, ["taps"])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("part", "kind"), [("progress", "function"), ("fall", "Fall")])
+def test_what_is_no_part_of_the_scene_is_checked_too(part: str, kind: str) -> None:
+    given = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP).arguments() | {part: 3}
+    with pytest.raises(hcm.ParameterError, match=f"{part} = 3: must be a {kind}"):
+        hcm.simulate(**given)
+
+
+def test_beams_at_the_ends_of_the_bounds_are_made_of_numbers() -> None:
+    sizes, per_size = (1e-20, 1e20), (1e-40, 1e40)
+    for given in itertools.product(sizes, sizes, per_size, per_size, (1, 1000)):
+        chain, q = build_chain(hcm.Finger((hcm.Phalanx(*given),)), hcm.Drive())
+        for numbers in (chain.mass, chain.bending, chain.weight, chain.roundoff, q):
+            assert np.isfinite(numbers).all(), given
 
 
 @pytest.mark.parametrize(

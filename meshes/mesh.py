@@ -1,9 +1,9 @@
 """The mesh that everything else receives, and the package's array types."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,11 @@ class FingerMesh:
     def __post_init__(self) -> None:
         for name in ("node_sets", "facet_sets", "cell_sets"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For pickle and copy, which take no mapping proxies."""
+        given = (getattr(self, f.name) for f in fields(self))
+        return FingerMesh, tuple(dict(v) if isinstance(v, Mapping) else v for v in given)
 
     @property
     def dim(self) -> int:

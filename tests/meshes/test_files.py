@@ -1,8 +1,12 @@
 """Mesh files: what goes in comes out, and what is wrong is refused in one line."""
 
+import copy
 import dataclasses
+import pickle
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,6 +50,18 @@ def test_round_trip_is_exact(mesh: meshes.FingerMesh, suffix: str, tmp_path: Pat
             assert np.array_equal(after[name], members), (kind, name)
             assert after[name].dtype == np.int64
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda mesh: pickle.loads(pickle.dumps(mesh))])
+def test_a_mesh_goes_to_another_process(mesh: meshes.FingerMesh, copied: Any) -> None:
+    again = copied(mesh)
+    for name, given in vars(mesh).items():
+        kept = getattr(again, name)
+        assert type(kept) is type(given)
+        if isinstance(given, Mapping):
+            kept, given = dict(kept), dict(given)
+        np.testing.assert_equal(kept, given)
+    assert again.points is not mesh.points
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -97,6 +97,17 @@ def test_a_failed_run_keeps_what_it_had(
     assert json.loads((folder / "summary.json").read_text())["status"] == "NOT_REACHED"
 
 
+def test_a_folder_in_a_files_place_is_named(
+    fake_model: Use, make_record: Make, fingertap: Run, tmp_path: Path
+) -> None:
+    fake_model(make_record())
+    taken = tmp_path / "run" / "soft-hcm" / "curves.csv"
+    taken.mkdir(parents=True)
+    ended = fingertap(*HCM, "--out", tmp_path)
+    assert (ended.code, "peak Fn" in ended.out) == (1, True)
+    assert f"could not all be written ({taken}: Is a directory)" in ended.line
+
+
 def test_a_crashing_solver_is_one_line_and_its_trace_is_kept(
     fake_model: Use, fingertap: Run, tmp_path: Path
 ) -> None:

@@ -109,8 +109,8 @@ def run_scene(
         again = "reads it from there" if kept.stored else "runs it again"
         raise RunFailedError(
             f"{what}: {'' if record.ok else record.message + '; '}its files could not all be "
-            f"written ({kept.unwritten}); {'the store has it; ' if kept.stored else ''}make room "
-            f"for {folder}: the same command {going_on or again}"
+            f"written ({kept.unwritten}); {'the store has it; ' if kept.stored else ''}when "
+            f"{folder} can be written, the same command {going_on or again}"
         )
     if not record.ok:
         raise RunFailedError(
@@ -191,5 +191,6 @@ def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Resu
     try:
         write(folder, result)
     except OSError as error:
-        return str(error.strerror or error)
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror or error}"
     return ""

@@ -70,8 +70,12 @@ def read_toml(path: Path, origin: str) -> dict[str, Any]:
     """The tables of a TOML file; the origin begins every refusal."""
     try:
         return tomllib.loads(read_text(path, origin, MAX_BYTES))
-    except (ValueError, RecursionError) as error:  # TOML's own error is a ValueError
+    except tomllib.TOMLDecodeError as error:
         raise UserError(f"{origin}: TOML syntax error: {error}") from error
+    except RecursionError as error:
+        raise UserError(f"{origin}: its lists or tables are nested too deeply") from error
+    except ValueError as error:  # of Python, which names a switch of its own
+        raise UserError(f"{origin}: a number has thousands of digits; write it as 1e9") from error
 
 
 def read_text(path: Path, origin: str, largest: int) -> str:

@@ -1,6 +1,7 @@
 """Pydantic's errors as one line each: key, value, what is allowed, what to do."""
 
 import difflib
+from datetime import date, time
 from functools import cache
 from typing import Annotated, Any, get_args
 
@@ -52,6 +53,8 @@ def _nearest(last: str, keys: list[str]) -> list[str]:
 def show(value: object) -> str:
     """A value as TOML would write it, shortened."""
     text = str(value).lower() if isinstance(value, bool) else repr(value)
+    if isinstance(value, date | time):  # a datetime is a date
+        text = value.isoformat()
     text = " ".join(text.split())
     return text if len(text) <= 60 else text[:57] + "..."
 

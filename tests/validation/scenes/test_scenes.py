@@ -227,9 +227,10 @@ def test_bad_values_are_refused_in_one_line(override: str, parts: list[str]) -> 
         (("finger.phalanges=11", "finger.elements=2000", "surface.height=0.1"), "soft",
          ["22000 beam elements", "20000"]),
         (("surface.friction=-1", "finger.length=-1"), "soft", ["(and 1 more problem)"]),
+        (("drive.gravity=2026-11-27",), "soft", ["drive.gravity = 2026-11-27: must be a number"]),
         ((), "sotf", ["'sotf'", "did you mean soft?", *BUILT_IN]),
     ],
-    ids=["elements in all", "two problems", "unknown scene"],
+    ids=["elements in all", "two problems", "a day", "unknown scene"],
 )  # fmt: skip
 def test_bad_scenes_are_refused_in_one_line(
     overrides: tuple[str, ...], source: str, parts: list[str]
@@ -242,7 +243,8 @@ def test_bad_scenes_are_refused_in_one_line(
     ("content", "parts"),
     [
         (b"[finger\nlength = 1", ["TOML syntax error", "line 1"]),
-        (b"a = 1" + b"0" * 5000, ["TOML syntax error"]),
+        (b"a = 1" + b"0" * 5000, ["a number has thousands of digits"]),
+        (b"a = " + b"[" * 5000 + b"]" * 5000, ["nested too deeply"]),
         (b"\xff\xfe", ["not UTF-8"]),
         (b"#" * (MAX_BYTES + 1), ["larger than"]),
         (b"", ["finger is missing", "[finger]", "length, diameter"]),

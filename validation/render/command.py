@@ -7,7 +7,7 @@ from typing import Literal
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
-from validation.harness.console import output, progress_bar
+from validation.harness.console import output, progress_bar, say
 from validation.harness.files import output_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
 from validation.models import without_estimate
@@ -58,9 +58,10 @@ def render(
                 f"render {run_or_scene}: a finished run takes neither --model nor --set"
             )
         folder = Path(run_or_scene)
-        read_run(folder)  # refused before anything is drawn
     else:
         folder = _run(run_or_scene, model or "fem3d", overrides, out)
+    if doubt := read_run(folder).doubt:  # what is no run is refused before anything is drawn
+        say(f"caution: {doubt}")
     name = safe_name(folder.resolve().name)
     drawn = render_run(folder, pictures, name, (*PICTURES, *[INTERACTIVE] * interactive))
     if drawn.refused:

@@ -24,6 +24,7 @@ class DrawnRun:
     steps : times (s) and files of the fields, at least one.
     contact_s, peak_s : absolute times of the first touch and of the peak force.
     height_m : H.
+    doubt : how the run ended where it did not complete, and what it says of itself; or empty.
     """
 
     steps: list[tuple[float, Path]]
@@ -31,6 +32,7 @@ class DrawnRun:
     peak_s: float
     height_m: float
     title: str
+    doubt: str
 
 
 def read_run(folder: Path) -> DrawnRun:
@@ -55,11 +57,13 @@ def read_run(folder: Path) -> DrawnRun:
         document = tomllib.loads(summary["provenance"]["scene_toml"])
         height = _finite(document["surface"]["height"])
         title = f"{summary['scene']} finger, {summary['model']} {summary['variant']}"
+        ended = "" if summary["status"] == "COMPLETED" else str(summary["status"])
+        doubt = ": ".join(filter(None, (ended, str(summary["message"]))))
         part = "fields/tap.pvd"
         steps = read_steps(folder / FIELDS)
     except DAMAGED as error:
         raise _damaged(folder, part, error) from error
-    return DrawnRun(steps, contact, contact + after, height, title)
+    return DrawnRun(steps, contact, contact + after, height, title, doubt)
 
 
 def read_curves(folder: Path) -> tuple[str, Any]:

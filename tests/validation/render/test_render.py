@@ -98,7 +98,8 @@ def plain_run(run: Path) -> dict[str, Any]:
     (run / "fields" / "tap.pvd").write_text(pvd)
     summary: dict[str, Any] = {
         "contact_time_s": 0.1, "peak_normal_force_time_s": None, "scene": "soft",
-        "model": "fem3d", "variant": "", "provenance": {"scene_toml": "[surface]\nheight = 0.1"},
+        "model": "fem3d", "variant": "", "status": "UNSTABLE", "message": "its mesh is wet",
+        "provenance": {"scene_toml": "[surface]\nheight = 0.1"},
     }  # fmt: skip
     (run / "summary.json").write_text(json.dumps(summary))
     return summary
@@ -133,6 +134,20 @@ def test_a_forged_run_is_refused_by_its_file(
         (run / "fields" / "tap.pvd").write_text(text)
         line = fingertap("render", run, "--out", tmp_path / "out").refusal
         assert f"render {run}: fields/tap.pvd is damaged or no run's" in line, text
+
+
+def test_what_a_run_says_of_itself_is_said_where_it_is_drawn(
+    tmp_path: Path, monkeypatch: Patch, fingertap: Run
+) -> None:
+    """Pictures of a run that failed, or that doubts its numbers, came without a word."""
+    monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
+    monkeypatch.setattr(render_command, "render_run", lambda *a: Renders({}))
+    run, said = tmp_path / "run", "fingertap: caution: {}its mesh is wet\n"
+    good = plain_run(run)
+    for status, word in (("UNSTABLE", "UNSTABLE: "), ("COMPLETED", "")):
+        (run / "summary.json").write_text(json.dumps(good | {"status": status}))
+        ended = fingertap("render", run, "--out", tmp_path / "out")
+        assert (ended.code, ended.err) == (0, said.format(word))
 
 
 def test_forces_are_read_back_from_the_first_touch_and_refused_where_damaged(
@@ -174,7 +189,8 @@ def test_a_drawing_that_fails_keeps_what_there_is(
     monkeypatch: Patch, tmp_path: Path, fingertap: Run
 ) -> None:
     run = tmp_path / "soft-fem3d"
-    plain_run(run)
+    good = plain_run(run)
+    (run / "summary.json").write_text(json.dumps(good | {"status": "COMPLETED", "message": ""}))
     monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
     monkeypatch.setattr(render_command, "render_run", lambda *a: Renders({}, "VTK crashed"))
     ended = fingertap("render", run, "--out", tmp_path)

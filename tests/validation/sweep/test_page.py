@@ -143,6 +143,11 @@ def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
     plan, points, data = swept(tmp_path)
     rows = list(worst(plan, points, data, Pair(0, 2, "")))
     assert [row["scene"] for row in rows] == [1, 0, 2]
+    said = data["message"].astype(object).copy()
+    said.values[1] = ["it is wet", "not compared", "it is coarse"]
+    told = worst(plan, points, data.assign(message=said), Pair(0, 2, ""))
+    doubts = [row["what the runs caution against"] for row in told]
+    assert doubts == ["it is wet; it is coarse", "", ""]
     own, base = rows[0]["run again"].split(" && ")
     assert own == f"{command(plan, points, 1, 0)} --out out/own"
     words = shlex.split(base)

@@ -30,9 +30,9 @@ class Bound:
 
     unit: str = ""
     above: float = -math.inf
-    at_least: float = -LARGEST
+    at_least: float = -math.inf
     below: float = math.inf
-    at_most: float = LARGEST
+    at_most: float = math.inf
     integer: bool = False
 
     def holds(self, value: Any) -> bool:
@@ -44,12 +44,13 @@ class Bound:
         if self.integer and not hasattr(value, "__index__"):
             return False
         number = value if plain else _plain(value)
-        return self.above < number < self.below and self.at_least <= number <= self.at_most
+        inside = self.above < number < self.below and self.at_least <= number <= self.at_most
+        return inside and -LARGEST <= number <= LARGEST
 
     def allowed(self) -> str:
         """The words that say what is allowed."""
         named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if abs(bound) < LARGEST)
+        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if math.isfinite(bound))
         kind = "a whole number" if self.integer else "a finite number"
         return kind + (f" in {self.unit}" if self.unit else "") + (f", {bounds}" if bounds else "")
 

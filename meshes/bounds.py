@@ -26,9 +26,9 @@ class Bound:
 
     unit: str = ""
     above: float = -math.inf
-    at_least: float = -LARGEST
+    at_least: float = -math.inf
     below: float = math.inf
-    at_most: float = LARGEST
+    at_most: float = math.inf
     integer: bool = False
     advice: str = ""
 
@@ -39,12 +39,13 @@ class Bound:
         if not (hasattr(value, "__index__") if self.integer else isinstance(value, Real)):
             return False
         number = _plain(value)
-        return self.above < number < self.below and self.at_least <= number <= self.at_most
+        inside = self.above < number < self.below and self.at_least <= number <= self.at_most
+        return inside and -LARGEST <= number <= LARGEST
 
     def allowed(self) -> str:
         """The words that say what is allowed, and the advice."""
         named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if abs(bound) < LARGEST)
+        bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if math.isfinite(bound))
         words = "a whole number" if self.integer else "a finite number"
         words += f" in {self.unit}" if self.unit else ""
         words += f", {bounds}" if bounds else ""

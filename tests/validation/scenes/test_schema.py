@@ -57,6 +57,15 @@ def test_schema_has_every_key_with_words_and_the_built_in_scenes_pass(
     assert all(entry["description"] for entry in described.values())
 
 
+def test_no_number_stands_where_a_key_has_no_bound(schema: dict[str, Any]) -> None:
+    """The largest float, by which the solvers' own checks refuse longer ones, is none."""
+    assert "e+308" not in json.dumps(schema)
+    for key in ("solver.fem.penalty_factor", "solver.hcm.flight_tolerance"):
+        with pytest.raises(UserError) as refused:
+            load_scene("soft", [f"{key} = -1"])
+        assert "e+308" not in str(refused.value)
+
+
 OF_SEVERAL = ("never reached", "round end", "would cut it", "beam elements")  # keys together
 
 

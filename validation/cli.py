@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import cyclopts
 
-from validation.errors import OutsideToleranceError, RunFailedError, UserError
+from validation.errors import OutsideToleranceError, RunFailedError, UserError, reason
 
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
 
@@ -94,14 +94,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
         say_error(
-            f"{where}{error.strerror or error}; what was finished is kept: "
-            "when that is mended, the same command goes on"
+            f"{reason(error)}; files that were finished are kept: when that is mended, the same"
+            " command goes on"
         )
         sys.exit(RunFailedError.exit_code)
     except MemoryError:
-        say_error("out of memory; what was finished is kept: use a smaller scene or a larger limit")
+        say_error(
+            "out of memory; files that were finished are kept: use a smaller scene or a larger"
+            " limit"
+        )
         sys.exit(RunFailedError.exit_code)
     except KeyboardInterrupt as error:
         by = f" by {error}" if str(error) else ""

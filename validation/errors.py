@@ -1,4 +1,4 @@
-"""The errors that end a command, one exit code each."""
+"""The errors that end a command, one exit code each, and the system's in words."""
 
 
 class UserError(Exception):
@@ -17,3 +17,9 @@ class OutsideToleranceError(Exception):
     """All runs completed, and a number is outside the tolerance that was asked for."""
 
     exit_code = 3
+
+
+def reason(error: OSError) -> str:
+    """What the system refused, after the file's name where it has one."""
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}{error.strerror or error}"

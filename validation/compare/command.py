@@ -107,10 +107,11 @@ def compare(
     for line in difference_lines(records["scene"], records["changed"], table):
         output(line)
     for which, record in records.items():
+        if record.ok and record.message:
+            say(f"caution: {which}: {record.message}")
+    for which, record in records.items():
         if not record.ok:
             raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")
-        if record.message:
-            say(f"caution: {which}: {record.message}")
     output(f"files in {folder}")
 
 

@@ -111,5 +111,7 @@ def check_given(overrides: Sequence[str], wanted: Sequence[Refinement]) -> None:
         Every level sets that key itself.
     """
     always = set.intersection(*(set(keys) for one in wanted for keys in one.levels.values()))
+    if "solver.fem.accuracy" in always:  # which no level leaves to the models' common one
+        always |= {"solver.accuracy"}
     if taken := [key for one in overrides for key in sorted(always) if sets(one, key)]:
         raise UserError(f"--set {taken[0]}: a convergence study sets it itself; leave it out")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.errors import UserError
+from validation.errors import UserError, reason
 from validation.harness.quantities import ESTIMATED
 from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
 
@@ -152,7 +152,7 @@ def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> 
             write_fields(folder / "fields", fields)
         write_history(folder, record)
     except OSError as error:
-        lacking = f"history and fields could not all be written: {error.strerror or error}"
+        lacking = f"history and fields could not all be written: {reason(error)}"
         message = "; ".join(filter(None, (record.message, lacking)))
         with contextlib.suppress(OSError):
             _write_summary(folder, replace(record, message=message))

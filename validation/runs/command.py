@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from validation.errors import RunFailedError, UserError
+from validation.errors import RunFailedError, UserError, reason
 from validation.harness.command_line import (
     Accuracy,
     AsJson,
@@ -75,7 +75,7 @@ def run_scene(
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
     wanted = () if accuracy is None else (f"solver.{module.settings}.accuracy={accuracy}",)
     if accuracy is not None and not accuracy.strip():
-        raise UserError("--accuracy '': is empty; give a number, as in --accuracy 1e-3")
+        raise UserError(f"--accuracy {accuracy!r}: is empty; give a number, as in --accuracy 1e-3")
     if wanted and not module.settings:
         raise UserError(f"--accuracy {accuracy}: {model} takes none; leave it out")
     keys = ("solver.accuracy", f"solver.{module.settings}.accuracy")
@@ -143,7 +143,7 @@ def _stored_or_solved(
     try:
         record = restore_run(store, inputs, folder, fields=True)
     except OSError as error:  # its fields have no room; the record may be read all the same
-        record, unwritten = load_run(store, inputs), str(error.strerror or error)
+        record, unwritten = load_run(store, inputs), reason(error)
     if record is not None:
         record = relabelled(record, scene.name, None, scene.document)
         unwritten = unwritten or _unwritten(write_run, folder, record)
@@ -191,6 +191,5 @@ def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Resu
     try:
         write(folder, result)
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror or error}"
+        return reason(error)
     return ""

@@ -60,9 +60,8 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
     if not os.path.isfile(path):
         why = "No such file or directory" if not there else "is no file"
         why = "is a folder" if os.path.isdir(path) else why
-        raise UserError(
-            f"scene {show(source)}: cannot be read ({why}); give the path of a TOML file"
-        )
+        what = "give the path of a TOML file" if there else "check the path"
+        raise UserError(f"scene {show(source)}: cannot be read ({why}); {what}")
     return scene_name(source), read_toml(path, f"scene {source}")
 
 
@@ -75,7 +74,7 @@ def read_toml(path: Path, origin: str) -> dict[str, Any]:
     except RecursionError as error:
         raise UserError(f"{origin}: its lists or tables are nested too deeply") from error
     except ValueError as error:  # of Python, which names a switch of its own
-        raise UserError(f"{origin}: a number has thousands of digits; write it as 1e9") from error
+        raise UserError(f"{origin}: a number has thousands of digits; shorten it") from error
 
 
 def read_text(path: Path, origin: str, largest: int) -> str:

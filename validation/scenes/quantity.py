@@ -5,6 +5,7 @@ validation. The bounds are stated once; the check and the error text both come f
 """
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,7 +74,7 @@ class Quantity:
         if self.integer and not isinstance(item, int):
             raise self._refuse(whole)
         inside = self.above < item < self.below and self.at_least <= item <= self.at_most
-        if not inside:
+        if not inside or abs(item) > sys.float_info.max:  # a whole number may be longer
             raise self._refuse(whole)
         return item if self.integer else float(item)
 

@@ -87,7 +87,7 @@ def worst(
             "largest of force, impulse, duration (%)": 100 * float(largest[place]),
             "in": entry.title,
             "models": pair.title,
-            "what the runs caution against": "; ".join(filter(None, told)),
+            "what the runs caution against": "; ".join(filter(None, dict.fromkeys(told))),
             "run again": " && ".join(
                 f"{command(plan, points, place, solver)} --out out/{which}"
                 for which, solver in (("own", pair.own), ("base", pair.base))

@@ -198,7 +198,7 @@ def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:
             f" {names} ({error.errors()[0]['msg'].lower()})"
         ) from error
     for solver in solvers:
-        adapter(solver.model)
+        adapter(solver.model, f"{origin}: models:")
         for key, value in solver.set.items():
             check_key(key, f"{origin}: models.set.{key}")
             check_value(key, value, f"{origin}: models.set.{key}")

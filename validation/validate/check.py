@@ -18,7 +18,7 @@ from validation.harness.uncertainty import two_digits
 from validation.models import adapter, model_names
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.messages import show
-from validation.validate.headline import differences
+from validation.validate.headline import cautions, differences
 from validation.validate.plan import PAPER, Plan, Runs
 
 NAMES = {
@@ -59,7 +59,7 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     if len(files) > 1 and not all(files):
         raise UserError(f"--reference {reference}: a name between commas is missing")
     data = _data(files, named) if any(map(is_curve_file, files)) else {}
-    if not data and os.path.isdir(reference):
+    if files and not data and os.path.isdir(reference):
         raise UserError(f"--reference {reference}: is a folder; give a file of curves or a model")
     asked = [("--models", name) for name in wanted] + [("--reference", reference)] * (not data)
     for option, name in asked:
@@ -148,6 +148,7 @@ def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Diff
     rows = differences(runs, COMPARED)
     checks = [row for row in rows if row.tolerance is not None]
     content = {
+        "cautions": cautions(runs),
         "verdicts": [_verdict(row) for row in rows],
         "failures": list(failures),
         "provenance": provenance({}),

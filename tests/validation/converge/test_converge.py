@@ -84,6 +84,12 @@ def test_a_key_that_the_study_varies_is_refused(tmp_path: Path, fingertap: Run) 
     assert "--set solver.fem.contact: a convergence study sets it itself" in said.refusal
 
 
+@pytest.mark.parametrize("given", ["solver.accuracy=1e-2", "solver={accuracy=1e-2}"])
+def test_an_accuracy_of_all_models_is_kept_by_no_level(given: str) -> None:
+    with pytest.raises(UserError, match=r"--set solver\.accuracy: "):
+        check_given([given], refinements(1.0, 1e-3, quick=True))
+
+
 def test_a_key_that_some_refinements_vary_is_kept_by_the_others() -> None:
     wanted = refinements(1.0, 1e-3, quick=True)
     check_given(["solver.fem.step_factor=0.5", "solver.fem.threads=1"], wanted)

@@ -230,6 +230,7 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
         (GOOD, "half_model = 2", "must be true or false"),
         (GOOD, "threshold_N = -1", "threshold_N = -1: must be a number in N, >= 0"),
         (GOOD, "interface = 1", "interface is a solver's output's"),
+        (GOOD, f"time_offset_s = 1{'0' * 400}", "time_offset_s = 1.*: must be a number in s"),
         (GOOD, "[uncertainty]\npeak = 1", "unknown key"),
         (GOOD, "[scalars]\ntip_velocity_at_contact_m_per_s = [1.0]", "at least 2 items"),
         (GOOD, "[scalars]\npeak_normal_force_N = -5", "peak_normal_force_N = -5: must be.* > 0"),

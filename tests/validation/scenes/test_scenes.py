@@ -227,10 +227,11 @@ def test_bad_values_are_refused_in_one_line(override: str, parts: list[str]) -> 
         (("finger.phalanges=11", "finger.elements=2000", "surface.height=0.1"), "soft",
          ["22000 beam elements", "20000"]),
         (("surface.friction=-1", "finger.length=-1"), "soft", ["(and 1 more problem)"]),
+        (("surface.height=0x" + "f" * 5000,), "soft", ["height = a number of thousands of digits"]),
         (("drive.gravity=2026-11-27",), "soft", ["drive.gravity = 2026-11-27: must be a number"]),
         ((), "sotf", ["'sotf'", "did you mean soft?", *BUILT_IN]),
     ],
-    ids=["elements in all", "two problems", "a day", "unknown scene"],
+    ids=["elements in all", "two problems", "hexadecimal", "a day", "unknown scene"],
 )  # fmt: skip
 def test_bad_scenes_are_refused_in_one_line(
     overrides: tuple[str, ...], source: str, parts: list[str]

@@ -29,7 +29,7 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
         ('scene = "soft"', "models is missing"),
         (PLAN.replace('"soft"', '"sfot"'), "did you mean soft?"),
         (PLAN.replace('["hcm"]', "[]"), "models = []"),
-        (PLAN.replace('["hcm"]', '["hcn"]'), "did you mean hcm?"),
+        (PLAN.replace('["hcm"]', '["hcn"]'), "models: 'hcn': unknown; did you mean hcm?"),
         (PLAN.replace('["hcm"]', '["hcm", "hcm"]'), "is there twice; give each a variant"),
         (PLAN.replace('["hcm"]', "[3]"), "must be names of models or tables"),
         (PLAN.replace('["hcm"]', '[{ model = "hcm", sets = {} }]'), "must be names of models"),

@@ -111,6 +111,14 @@ def test_bad_request_is_refused_before_anything_runs(
     assert not Path("out").exists()
 
 
+def test_a_folder_called_as_a_model_is_none_of_its_business(
+    tmp_path: Path, monkeypatch: Patch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("fem3d").mkdir()
+    assert plan_of(["soft"], "hcm", "fem3d", "").reference == "fem3d"
+
+
 def test_tolerances_take_short_names_and_keys() -> None:
     wanted = {"peak_normal_force_N": 5.0, "contact_time_s": 0.5}
     assert read_tolerances("peak=5, contact_time_s=0.5") == wanted
@@ -182,7 +190,7 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
 ) -> None:
     stated = {"peak_normal_force_N": 0.4, "normal_impulse_N_s": 1e-9}
     records = (
-        replace(make_record(peak=60.0), errors=stated),
+        replace(make_record(peak=60.0), errors=stated, message="it is wet"),
         replace(make_record("soft", "fem3d", "contact", 62.0), errors=stated),
     )
 
@@ -209,7 +217,9 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
     assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in ended.line
     suite = ET.parse(tmp_path / "validate" / "junit.xml").getroot()
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("3", "2", "0")
-    verdicts = json.loads((tmp_path / "validate" / "validate.json").read_text())["verdicts"]
+    written = json.loads((tmp_path / "validate" / "validate.json").read_text())
+    assert written["cautions"] == ["soft, hcm: it is wet"]
+    verdicts = written["verdicts"]
     found = {row["quantity"]: row["check"] for row in verdicts if row["tolerance_percent"]}
     assert found["peak_normal_force_N"] == "outside"
     assert found["normal_impulse_N_s"] == "inside"

@@ -39,7 +39,7 @@ def waterfall(
     UserError
         Bad scene, override or output folder: nothing was run.
     RunFailedError
-        The reference, or the refined model, did not complete.
+        The reference did not complete.
     """
     named = load_scene(scene, overrides)
     folder = output_folder(out / "waterfall" / safe_name(named.name))
@@ -68,9 +68,14 @@ def waterfall(
     told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>18}" for u in known)
     output(f"{told}  the reference is known to")
     output(f"errors in %; files in {folder}")
+    said: dict[str, list[str]] = {}
     for run in (reference, *runs):
-        if run.caution:
-            say(f"caution: {run.caution}")
+        if run.message:
+            doubt = run.message if run.ok else f"{run.status}: {run.message}"
+            said.setdefault(doubt, []).append(run.label)
+    for doubt, (first, *more) in said.items():
+        others = f" and {len(more)} more" * bool(more)
+        say(f"caution: {named.name}, {first}{others}: {doubt}")
     if own := sorted(named.tables.solver.hcm.stated(Assumptions)):
         say(f"caution: solver.hcm: {', '.join(own)} left out: each switch is set here in its turn")
 

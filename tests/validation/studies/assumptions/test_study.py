@@ -60,19 +60,27 @@ def test_the_waterfall_says_what_its_runs_say_of_themselves(
     make_record: Make, tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
     def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
-        wet = (None, "+ hertz")
-        return [
-            make_record(*named, message="it is wet" if job.variant in wet else "")
-            for job in jobs
-            for named in [(job.scene, job.model, job.variant or "")]
-        ]
+        says = {None: "it is wet", "+ hertz": "it is wet", "+ shear": "it is dry"}
+        records = []
+        for job in jobs:
+            status = "UNBALANCED" if job.variant == "+ shear" else "COMPLETED"
+            records.append(
+                make_record(
+                    *(job.scene, job.model, job.variant or ""),
+                    message=says.get(job.variant, ""),
+                    status=status,
+                    ok=status == "COMPLETED",
+                )
+            )
+        return records
 
     monkeypatch.setattr(command, "in_fresh_process", run)
     ended = fingertap("waterfall", "soft", "--out", tmp_path)
     assert ended.code == 0
-    assert ended.err == "".join(
-        f"fingertap: caution: soft, {label}: it is wet\n" for label in ("fem3d", "hcm + hertz")
-    )
+    assert ended.err.splitlines() == [
+        "fingertap: caution: soft, fem3d and 1 more: it is wet",
+        "fingertap: caution: soft, hcm + shear: UNBALANCED: it is dry",
+    ]
 
 
 @pytest.mark.usefixtures("figures_kept")

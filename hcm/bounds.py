@@ -9,7 +9,6 @@ from numbers import Real
 from typing import Any, Literal, get_args, get_origin
 
 PLAIN = {float, int}
-LARGEST = sys.float_info.max  # a whole number beyond it is no float
 
 
 class ParameterError(ValueError):
@@ -45,7 +44,7 @@ class Bound:
             return False
         number = value if plain else _plain(value)
         inside = self.above < number < self.below and self.at_least <= number <= self.at_most
-        return inside and -LARGEST <= number <= LARGEST
+        return inside and abs(number) <= sys.float_info.max  # a whole number may be longer
 
     def allowed(self) -> str:
         """The words that say what is allowed."""

@@ -8,8 +8,6 @@ from numbers import Real
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
-LARGEST = sys.float_info.max  # a whole number beyond it is no float
-
 
 @dataclass(frozen=True)
 class Bound:
@@ -40,7 +38,7 @@ class Bound:
             return False
         number = _plain(value)
         inside = self.above < number < self.below and self.at_least <= number <= self.at_most
-        return inside and -LARGEST <= number <= LARGEST
+        return inside and abs(number) <= sys.float_info.max  # a whole number may be longer
 
     def allowed(self) -> str:
         """The words that say what is allowed, and the advice."""

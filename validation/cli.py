@@ -12,6 +12,7 @@ import cyclopts
 
 from validation.errors import OutsideToleranceError, RunFailedError, UserError, reason
 
+KEPT = "files that were finished are kept"
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
 
 app = cyclopts.App(
@@ -94,18 +95,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        say_error(
-            f"{reason(error)}; files that were finished are kept: when that is mended, the same"
-            " command goes on"
-        )
+        say_error(f"{reason(error)}; {KEPT}: when that is mended, the same command goes on")
         sys.exit(RunFailedError.exit_code)
     except MemoryError:
-        say_error(
-            "out of memory; files that were finished are kept: use a smaller scene or a larger"
-            " limit"
-        )
+        say_error(f"out of memory; {KEPT}: use a smaller scene or a larger limit")
         sys.exit(RunFailedError.exit_code)
     except KeyboardInterrupt as error:
         by = f" by {error}" if str(error) else ""
-        say_error(f"interrupted{by}; files that were finished are kept")
+        say_error(f"interrupted{by}; {KEPT}")
         sys.exit(RunFailedError.exit_code)

@@ -81,9 +81,9 @@ class RunRecord:
         return f"{self.model} {self.variant}".strip()
 
     @property
-    def caution(self) -> str:
-        """What a completed run says of itself, after its name; empty where it says nothing."""
-        return f"{self.scene}, {self.label}: {self.message}" if self.ok and self.message else ""
+    def doubt(self) -> str:
+        """What the run says of itself, after its status where it did not complete; or nothing."""
+        return self.message if self.ok else f"{self.status}: {self.message}"
 
     def value(self, key: str) -> float | None:
         """One scalar as a finite float, or None."""

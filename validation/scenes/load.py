@@ -58,10 +58,11 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
             "or give the path of a TOML file"
         )
     if not os.path.isfile(path):
-        why = "No such file or directory" if not there else "is no file"
-        why = "is a folder" if os.path.isdir(path) else why
-        what = "give the path of a TOML file" if there else "check the path"
-        raise UserError(f"scene {show(source)}: cannot be read ({why}); {what}")
+        why, remedy = "No such file or directory", "check the path"
+        if there:
+            why = "is a folder" if os.path.isdir(path) else "is no file"
+            remedy = "give the path of a TOML file"
+        raise UserError(f"scene {show(source)}: cannot be read ({why}); {remedy}")
     return scene_name(source), read_toml(path, f"scene {source}")
 
 

@@ -52,12 +52,13 @@ def _nearest(last: str, keys: list[str]) -> list[str]:
 
 def show(value: object) -> str:
     """A value as TOML would write it, shortened."""
-    try:
-        text = str(value).lower() if isinstance(value, bool) else repr(value)
-    except ValueError:  # Python writes no more than some thousand digits
-        text = "a number of thousands of digits"
     if isinstance(value, date | time):  # a datetime is a date
         text = value.isoformat()
+    else:
+        try:
+            text = str(value).lower() if isinstance(value, bool) else repr(value)
+        except ValueError:  # Python writes no more than some thousand digits
+            text = "a number of thousands of digits"
     text = " ".join(text.split())
     return text if len(text) <= 60 else text[:57] + "..."
 

@@ -68,7 +68,7 @@ def unit_notes(runs: Runs) -> list[str]:
 def cautions(runs: Runs) -> list[str]:
     """What the compared runs and their reference say of themselves."""
     named = (run for s in runs.scenes for run in (*runs.compared(s), runs.reference(s)))
-    return [run.caution for run in named if run is not None and run.caution]
+    return [f"{run.scene}, {run.label}: {run.doubt}" for run in named if run and run.doubt]
 
 
 def sentences(rows: list[Difference]) -> list[str]:

@@ -70,9 +70,8 @@ def waterfall(
     output(f"errors in %; files in {folder}")
     said: dict[str, list[str]] = {}
     for run in (reference, *runs):
-        if run.message:
-            doubt = run.message if run.ok else f"{run.status}: {run.message}"
-            said.setdefault(doubt, []).append(run.label)
+        if run.doubt:
+            said.setdefault(run.doubt, []).append(run.label)
     for doubt, (first, *more) in said.items():
         others = f" and {len(more)} more" * bool(more)
         say(f"caution: {named.name}, {first}{others}: {doubt}")

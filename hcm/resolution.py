@@ -62,7 +62,10 @@ def over_phase(stages: int) -> int:
 
 def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, ...]) -> int:
     """Phases between two events of `kinds` that take fewer than `FEW` steps."""
-    rows = history.time_s.searchsorted([e.time_s for e in events if e.kind in kinds])
+    times = [e.time_s for e in events if e.kind in kinds]
+    if len(times) < 2:
+        return 0
+    rows = history.time_s.searchsorted(times)
     return sum(int(b) - int(a) < FEW for a, b in pairwise(rows))
 
 

@@ -175,7 +175,8 @@ def integrate_flight(
     begin, before, kept = state[:links].copy(), np.zeros(links), 0.0
     while not parts or (code == ENDED and until < end and steps < most_steps):
         piece = piece_at(drive, time)
-        rods = rods._replace(torque=piece.torques, since=piece.begin_s)
+        if piece.torques is not rods.torque:
+            rods = rods._replace(torque=piece.torques, since=piece.begin_s)
         until, h, code = min(end, piece.end_s), plan.flight_step, FULL
         flown: list[Floats] = []
         while code == FULL and steps < most_steps:
@@ -195,9 +196,8 @@ def integrate_flight(
             load += (table[:, :1] - piece.begin_s) * piece.torques[1]
         if parts:  # what the torque jumps by; the first row is the last piece's
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
-        withheld = np.full(len(table), kept)
-        if rises:
-            withheld += _withheld(table, begin, piece.torques[1])
+        withheld = _withheld(table, begin, piece.torques[1]) if rises else np.zeros(len(table))
+        withheld += kept
         before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)
         parts.append((table[first:], load[first:], withheld[first:]))
     if len(parts) > 1:

@@ -131,7 +131,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
     (one of 7 kHz, hardly excited here, by 1.7e-4 and so out of phase). All shorter ones that were
     tried get there too, and those of up to 140 us.
     """
-    rigid: Options = {"flight": "rigid", "flight_step": 1e-2}
+    rigid: Options = {"flight": "rigid"}
     loose: Options = {"flight_step": 1e-2, "flight_tolerance": 3e-6}
     fixed: Options = {"contact_tolerance": 0, "newton_tolerance": 1e-5}
     fine: Options = {
@@ -148,10 +148,10 @@ def hcm_settings(quick: bool) -> list[Setting]:
 
     few = (2, 3, TAP_ELEMENTS)
     settings = series("rigid flight", (
-        (n, {"flight_tolerance": f, "contact_step": h, "newton_tolerance": t})
+        (n, {"flight_step": s, "flight_tolerance": f, "contact_step": h, "newton_tolerance": t})
         for n in few
-        for f, t in ((1e-4, 1e-3), (1e-5, 1e-4))
-        for h in (1.5e-5, 8e-6, 5e-6, 4e-6, 3e-6)
+        for s, f, t in ((1.5e-2, 1e-4, 1e-3), (1e-2, 1e-5, 1e-4))
+        for h in (1.7e-5, 1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
     ), BASE, fixed, rigid)  # fmt: skip
     settings += series("fixed contact steps", (
         (n, {"contact_step": h}) for n in few for h in (8e-6, 5e-6, 3e-6)

@@ -70,14 +70,15 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     Raises
     ------
     ParameterError
-        A column has no such field, or not as many rows as the others.
+        There are no columns, or one has no such field or not as many rows as the others.
     """
+    check_kind("columns", columns, Mapping)
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
     for name, column in columns.items():
         # an array of no dimension has a size only by its class
         if not isinstance(column, Sized) or getattr(column, "ndim", 1) == 0:
             raise ParameterError(f"column {name!r}: must be a list, one value a scene")
-        part, _, of = name.partition(".")
+        part, _, of = str(name).partition(".")
         owner = scene.finger.phalanges[0] if part == "phalanx" else getattr(scene, part, None)
         if part not in parts or of not in {f.name for f in fields(owner)}:  # type: ignore[arg-type]
             raise ParameterError(f"column {name!r}: must be a field of {', '.join(sorted(parts))}")

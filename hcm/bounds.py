@@ -8,7 +8,10 @@ from functools import cache
 from numbers import Real
 from typing import Any, Literal, get_args, get_origin
 
+import numpy as np
+
 PLAIN = {float, int}
+NAMES = (str, bool, np.bool_)
 
 
 class ParameterError(ValueError):
@@ -69,7 +72,7 @@ def check_fields(owner: Any) -> None:
         value = getattr(owner, name)
         if value is None and default is None:
             continue
-        if names and value not in names:
+        if names and not (isinstance(value, NAMES) and value in names):
             allowed = " or ".join(map(repr, names))
             raise ParameterError(f"{name} = {value!r}: must be {allowed}")
         if many and not isinstance(value, tuple):

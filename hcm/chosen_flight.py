@@ -23,7 +23,7 @@ from typing import Any
 
 from hcm.fall import Fall
 from hcm.model import Scene
-from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx
+from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx, Settings
 from hcm.resolution import over_phase
 from hcm.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
@@ -51,8 +51,8 @@ BENT_TOLERANCE = 1e-4
 # elements of a phalanx that bends slowly in flight: those of the contact change 32 taps at 1e-3 and
 # 1e-4 by 0.2 of the error wanted from 2 elements, 0.05 from 3 (medians)
 BENT_ELEMENTS = 4
-# of eps: errors of the rods' flight over the surface's depth
-RODS_SHARE = 1e-3
+# of eps: errors of a step over the surface's depth, of rods' flights and of those after a tap
+SHARE = 1e-3
 
 Stated = Mapping[str, Any]
 
@@ -107,7 +107,7 @@ def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Cho
     return (
         Choice("flight", "rigid", why),
         Choice("flight_step", step, why_step),
-        Choice("flight_tolerance", RODS_SHARE * accuracy, "a share of the accuracy"),
+        Choice("flight_tolerance", SHARE * accuracy, "a share of the accuracy"),
     )
 
 
@@ -124,7 +124,7 @@ def _elastic(
     elastic = (
         Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
-        Choice("flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"),
+        _tolerance(accuracy, scene.settings),
     )
 
     def of_elements(few: int, why: str) -> tuple[Choice, ...]:
@@ -151,6 +151,15 @@ def _elastic(
     counts = tuple([count_elements(p, highest, (720.0 * turn) ** 0.25) for p in phalanges])
     few = of_elements(max(counts), "skipped until the touch: the contact's, above that frequency")
     return Flown((*elastic, *few, Choice("flight_step", step, why)), 0.0, counts, True, stages)
+
+
+def _tolerance(accuracy: float, settings: Settings) -> Choice:
+    """A tap leaves the finger vibrating: equal steps of the flight behind it lose that energy."""
+    if settings.taps > 1 or settings.end_time is not None:
+        return Choice("flight_tolerance", SHARE * accuracy, "flights after a tap vibrate")
+    return Choice(
+        "flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"
+    )
 
 
 def _in_phase(stages: int, turn: float) -> float:

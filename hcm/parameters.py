@@ -143,6 +143,11 @@ class TorqueTable:
                 f"torques: {len(self.time)} times and {len(self.values)} rows of values: must be"
                 " as many, at least one"
             )
+        if len(lengths := {len(row) for row in self.values}) > 1:
+            words = " and ".join(map(str, sorted(lengths)))
+            raise ParameterError(
+                f"torques.values: has rows of {words} values: must be as many, one per phalanx"
+            )
         for torque in chain.from_iterable(self.values):
             if not (known := Bound("N m")).holds(torque):
                 raise ParameterError(f"torques.values = {torque!r}: must be {known.allowed()}")

@@ -8,6 +8,10 @@ from numbers import Real
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
+import numpy as np
+
+NAMES = (str, bool, np.bool_)
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -72,7 +76,8 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
         names = [n for m in members if get_origin(m) is Literal for n in get_args(m)]
         names += [False, True] if bool in members else []
         kinds = [m for m in members if isinstance(m, type) and is_dataclass(m)]
-        if (names or kinds) and not (value in names or isinstance(value, tuple(kinds))):
+        known = isinstance(value, NAMES) and value in names
+        if (names or kinds) and not (known or isinstance(value, tuple(kinds))):
             allowed = [*map(repr, names), *(f"a {kind.__name__}" for kind in kinds)]
             raise error(f"{key} = {value!r}: must be {' or '.join(allowed)}")
         if not bounds:

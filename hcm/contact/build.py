@@ -114,7 +114,7 @@ def beyond_checks(
         found.append(
             f"the tip's compliance is a closed form that was checked for poisson_ratio {low:g} to"
             f" {high:g} and last phalanges {ANGLES_CHECKED[0]:g} to {ANGLES_CHECKED[1]:g} degrees"
-            f" below the horizontal, not {nu:g} and {degrees:.0f}: state tip.compliance_nn, .."
+            f" below the horizontal, not {nu:g} and {degrees:.4g}: state tip.compliance_nn, .."
         )
     if assumptions.has("lowest_point"):
         radius = last.diameter / 2

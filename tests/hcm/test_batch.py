@@ -232,6 +232,8 @@ def test_what_is_no_scene_is_refused_in_its_place(accuracy: float | None) -> Non
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
+        (None, "columns = None: must be a Mapping"),
+        ({1: [1.0]}, "column 1: must be a field"),
         ({"surface.slope": [1.0]}, "'surface.slope'"),
         ({"finger.phalanges": [1.0]}, "'finger.phalanges'"),
         ({"friction": [1.0]}, "'friction'"),
@@ -240,6 +242,6 @@ def test_what_is_no_scene_is_refused_in_its_place(accuracy: float | None) -> Non
         ({"surface.friction": [1.0], "tip.restitution": [1.0, 0.5]}, r"\[1, 2\] rows"),
     ],
 )
-def test_wrong_columns_are_refused(columns: dict[str, Any], said: str) -> None:
+def test_wrong_columns_are_refused(columns: Any, said: str) -> None:
     with pytest.raises(hcm.ParameterError, match=said):
         list(hcm.vary(SCENE, columns))

@@ -59,6 +59,8 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (hcm.Settings(), "end_time", -1.0, "a finite number in s, > 0"),
     (hcm.Settings(), "estimate", "no", "False or True"),
     (hcm.Drive(), "reaction", "no", "False or True"),
+    (hcm.Drive(), "reaction", 1.0, "False or True"),
+    (hcm.Settings(), "flight", np.array([1, 2]), "'elastic' or 'rigid'"),
     (hcm.Assumptions(), "hertz", "false", "False or True"),
 ]
 

@@ -49,6 +49,7 @@ def test_parts_of_another_kind(name: str, value: Any, allowed: str) -> None:
         (rf.TorqueTable, {"time": (0.0,), "values": (1.0,)}, r"values = \(1.0,\): must be a tuple"),
         (rf.Settings, {"contact": 3}, "contact = 3: must be 'penalty' or .* or a LumpedContact"),
         (rf.Settings, {"estimate": "no"}, "estimate = 'no': must be False or True"),
+        (rf.Settings, {"estimate": np.array([1, 2])}, "must be False or True"),
         (rf.Settings, {"threads": 2.0}, "threads = 2.0: must be a whole number"),
         (rf.Surface, {"height": True, "friction": 0.3}, "height = True: must be a finite number"),
         (rf.Surface, {"height": 10**400, "friction": 0.3}, "height = 1.*: must be a finite number"),

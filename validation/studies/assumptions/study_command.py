@@ -7,6 +7,7 @@ refined model once more, with an elastic flight, and with its own end of the tap
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.compare.figures import assumption_bars
-from validation.errors import RunFailedError
+from validation.errors import RunFailedError, UserError
 from validation.harness.console import output
 from validation.harness.figures import BLACK, GREY, ORANGE, panels
 from validation.harness.files import output_folder, write_json, write_text
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 
 WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in TAP_AND_STRESS}  # percent
 OUTER = 5.0  # percent, that no number of any scene may be beyond
+SEEDS = 2**32 - 1  # the largest that pandas takes
 APART = 1e-3  # of durations over the same touches, whose steps' errors are 1e-4
 DRAWN, EDGE = (0.1, 100.0), 8.0  # percent: what the waterfall shows, and the map
 
@@ -78,10 +80,22 @@ def study(
     Raises
     ------
     UserError
-        The output folder is refused: nothing was run.
+        A number is none of those allowed, or the output folder is refused: nothing was run.
     RunFailedError
         Runs failed, or the stored numbers were not found again.
     """
+    stored = read_study()
+    stored = stored[stored[STATUS] == "COMPLETED"]
+    # of the two choices of scenes only one is solved
+    most = 0 if solve else len(stored)
+    allowed = {
+        "--again": (again, 0, most), "--solve": (solve, 0, math.inf), "--seed": (seed, 0, SEEDS),
+        "--workers": (workers, 1, math.inf),
+    }  # fmt: skip
+    for option, (number, least, largest) in allowed.items():
+        if number is not None and not least <= number <= largest:
+            words = f"{least} to {largest}" if largest < math.inf else f"{least} or more"
+            raise UserError(f"{option} {number}: must be {words}")
     folder = output_folder(out / "study")
     if solve:
         table = solved(points(solve, seed), workers, out)
@@ -91,9 +105,7 @@ def study(
         write_json((folder / FILE).with_suffix(".json"), made)
         output(f"{known(table).sum()} of {len(table)} scenes keep the bars; {folder / FILE}")
     elif again:
-        stored = read_study()
-        stored = stored[stored[STATUS] == "COMPLETED"]
-        _repeat(stored.sample(min(again, len(stored)), random_state=seed), workers, out)
+        _repeat(stored.sample(again, random_state=seed), workers, out)
     else:
         table, variants = read_study(), every()
         runs = by_variants(table, variants, workers, out)

@@ -12,6 +12,7 @@ from validation.harness.processes import workers
 from validation.harness.provenance import cores
 from validation.harness.quantities import COMPONENTS, QUANTITIES
 from validation.runs.execute import compile_in_fresh_process
+from validation.scenes.load import load_scene
 from validation.studies.calibration.report import write_report
 from validation.studies.calibration.scenes import case
 from validation.studies.calibration.solves import solve_case
@@ -51,13 +52,15 @@ def calibrate(
     Raises
     ------
     UserError
-        The output folder cannot be written, another command writes to it, or the number is none:
-        nothing was run.
+        The output folder cannot be written, another command writes to it, or a number is none
+        of those allowed: nothing was run.
     RunFailedError
         A process died; the finished scenes are kept, and the same command goes on.
     """
     if scenes < 1 or first < 0:
         raise UserError(f"--scenes {scenes} --first {first}: must be 1 or more, and 0 or more")
+    if accuracy is not None:
+        load_scene("soft", (f"solver.accuracy={accuracy}",))
     folder = output_folder(out / "calibration")
     count = QUICK_SCENES if quick else scenes
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}

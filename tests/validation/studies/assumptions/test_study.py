@@ -274,6 +274,25 @@ def test_stored_numbers_that_are_not_found_again_fail(
     assert "beyond the stored errors" in ended.err
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--again", -1), "--again -1: must be 0 to 128"),
+        (("--again", 129), "--again 129: must be 0 to 128"),
+        (("--again", 1, "--solve", 1), "--again 1: must be 0 to 0"),
+        (("--solve", -3), "--solve -3: must be 0 or more"),
+        (("--seed", -1, "--again", 1), "--seed -1: must be 0 to 4294967295"),
+        (("--workers", 0), "--workers 0: must be 1 or more"),
+    ],
+)
+def test_numbers_that_no_study_has_are_refused(
+    given: tuple[object, ...], said: str, fingertap: Run, tmp_path: Path
+) -> None:
+    ended = fingertap("study", *given, "--out", tmp_path)
+    assert (ended.code, said in ended.err) == (2, True)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.slow
 def test_stored_references_are_found_again(fingertap: Run, tmp_path: Path) -> None:
     ended = fingertap("study", "--again", 2, "--workers", 1, "--out", tmp_path)

@@ -145,3 +145,10 @@ def test_no_scenes_are_refused(tmp_path: Path) -> None:
     arguments: dict[str, Any] = {"scenes": 0, "out": tmp_path}
     with pytest.raises(UserError, match="--scenes 0 --first 0: must be 1 or more"):
         calibrate(**arguments)
+
+
+@pytest.mark.parametrize("accuracy", [math.nan, 7.0, -1.0])
+def test_an_accuracy_that_no_run_can_keep_is_refused(accuracy: float, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"solver\.accuracy = .*: must be"):
+        calibrate(scenes=1, accuracy=accuracy, out=tmp_path)
+    assert not list(tmp_path.iterdir())

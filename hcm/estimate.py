@@ -30,6 +30,7 @@ from hcm.companion import (
 from hcm.flight_band import flight_band, touch_band
 from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import Status, Summary, TapResult
+from hcm.summary import vertex
 from hcm.workload import most_steps
 
 Again = Callable[[Finger, Settings], TapResult]
@@ -98,6 +99,13 @@ def signed_error(own: Floats, other: Floats, factor: float = 1.0) -> float:
     return error if small + error < large - error else max(error, large + small)
 
 
+def between_rows(time: Floats, values: Floats) -> float:
+    """By what the largest of |values| is below the vertex of a parabola through three rows."""
+    size = np.abs(values)
+    row = int(size.argmax())
+    return float(vertex(time, size, 0, size.size, row)[1] - size[row])
+
+
 def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Floats:
     """Times of the maxima of F_n that an `error` of each may raise to the largest."""
     inner = (force[1:-1] >= force[:-2]) & (force[1:-1] > force[2:])
@@ -162,9 +170,12 @@ def compare(
     of["peak_tangential_force_N"] = max(
         of["peak_normal_force_N"] / max(peak, 1e-300) * abs(s.peak_tangential_force_N or 0.0),
         signed_error(a.tangential_force_N[mine], b.tangential_force_N[its]),
+        between_rows(a.time_s[mine], a.tangential_force_N[mine]),
     )
     of["peak_stress_R_Pa"] = max(
-        band.stress, signed_error(a.stress_R_Pa[mine], b.stress_R_Pa[its], stress_factor)
+        band.stress,
+        signed_error(a.stress_R_Pa[mine], b.stress_R_Pa[its], stress_factor),
+        between_rows(a.time_s[mine], a.stress_R_Pa[mine]),
     )
     since = a.time_s[mine] - (s.contact_time_s or 0.0)
     rivals = rival_peaks(a.normal_force_N[mine], since, peak, of["peak_normal_force_N"])

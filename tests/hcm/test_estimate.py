@@ -8,6 +8,7 @@ import pytest
 import hcm
 from hcm.estimate import (
     NAMES,
+    between_rows,
     compare,
     estimate_errors,
     later_taps,
@@ -114,6 +115,13 @@ def test_a_flight_that_vibrates_differs_by_its_amplitude(one: hcm.TapResult) -> 
             assert band.approach == pytest.approx(2**0.5 * amplitude * lasting, rel=0.05)
         else:
             assert band.approach < 0.2 * amplitude  # as far as the steps resolve it
+
+
+def test_rows_miss_the_largest_value_between_them() -> None:
+    time = np.array([0.0, 0.2, 0.7, 1.0])
+    parabola = -3.0 + (time - 0.5) ** 2
+    assert between_rows(time, parabola) == pytest.approx(0.04, rel=1e-12)
+    assert between_rows(time, time) == 0.0
 
 
 def test_extremes_of_either_sign_are_rivals() -> None:

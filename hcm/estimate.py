@@ -240,9 +240,12 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
     if not (shares[1:] > LARGEST_ERROR).any():
         return ()
     worst = 1 + int(shares[1:].argmax())
+    apart = f"{_percent(float(shares[worst]))} apart in two runs, which bounds nothing"
+    if shares[worst] == math.inf:
+        apart = "there is none in a second run"
     return (
         "estimated errors are the first tap's: later ones depend on the vibration that it leaves"
-        f" (peak normal force of tap {worst + 1}: {_percent(float(shares[worst]))})",
+        f" (peak normal force of tap {worst + 1}: {apart})",
     )
 
 

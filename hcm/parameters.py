@@ -271,10 +271,11 @@ def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:
     """
     rows = (drive.torques,) if drive.table is None else drive.table.values
     for row in rows:
-        if row and len(row) != len(finger.phalanges):
+        if len(row) != len(finger.phalanges) and (row or drive.table is not None):
+            none = ", or none" if drive.table is None else ""
             raise ParameterError(
                 f"torques has {len(row)} values: must be one per phalanx"
-                f" ({len(finger.phalanges)}), or none"
+                f" ({len(finger.phalanges)}){none}"
             )
     if surface.height >= finger.length:
         raise ParameterError(

@@ -155,5 +155,8 @@ def test_a_table_that_does_not_fit_is_refused() -> None:
     table = hcm.TorqueTable((0.0,), ((0.0, 0.0),))
     with pytest.raises(hcm.ParameterError, match="one per phalanx"):
         hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive(table=table))
+    empty = hcm.TorqueTable((0.0,), ((),))
+    with pytest.raises(hcm.ParameterError, match=r"0 values: must be one per phalanx \(3\)$"):
+        hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive(table=empty))
     with pytest.raises(hcm.ParameterError, match="where a table is given"):
         hcm.Drive((1.0, 1.0), table=table)

@@ -86,16 +86,16 @@ def study(
     """
     stored = read_study()
     stored = stored[stored[STATUS] == "COMPLETED"]
-    # of the two choices of scenes only one is solved
-    most = 0 if solve else len(stored)
     allowed = {
-        "--again": (again, 0, most), "--solve": (solve, 0, math.inf), "--seed": (seed, 0, SEEDS),
-        "--workers": (workers, 1, math.inf),
+        "--again": (again, 0, len(stored)), "--solve": (solve, 0, math.inf),
+        "--seed": (seed, 0, SEEDS), "--workers": (workers, 1, math.inf),
     }  # fmt: skip
     for option, (number, least, largest) in allowed.items():
         if number is not None and not least <= number <= largest:
             words = f"{least} to {largest}" if largest < math.inf else f"{least} or more"
             raise UserError(f"{option} {number}: must be {words}")
+    if again and solve:
+        raise UserError(f"--again {again}: --solve takes scenes of its own; leave one out")
     folder = output_folder(out / "study")
     if solve:
         table = solved(points(solve, seed), workers, out)

@@ -279,7 +279,7 @@ def test_stored_numbers_that_are_not_found_again_fail(
     [
         (("--again", -1), "--again -1: must be 0 to 128"),
         (("--again", 129), "--again 129: must be 0 to 128"),
-        (("--again", 1, "--solve", 1), "--again 1: must be 0 to 0"),
+        (("--again", 1, "--solve", 1), "--again 1: --solve takes scenes of its own"),
         (("--solve", -3), "--solve -3: must be 0 or more"),
         (("--seed", -1, "--again", 1), "--seed -1: must be 0 to 4294967295"),
         (("--workers", 0), "--workers 0: must be 1 or more"),

@@ -11,7 +11,8 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 
 PLAIN = {float, int}
-NAMES = (str, bool, np.bool_)
+# kinds of a name or a truth value: 1.0 equals True as well, and arrays compare one by one
+NAME_TYPES = (str, bool, np.bool_)
 
 
 class ParameterError(ValueError):
@@ -72,7 +73,7 @@ def check_fields(owner: Any) -> None:
         value = getattr(owner, name)
         if value is None and default is None:
             continue
-        if names and not (isinstance(value, NAMES) and value in names):
+        if names and not (isinstance(value, NAME_TYPES) and value in names):
             allowed = " or ".join(map(repr, names))
             raise ParameterError(f"{name} = {value!r}: must be {allowed}")
         if many and not isinstance(value, tuple):

@@ -52,7 +52,7 @@ BENT_TOLERANCE = 1e-4
 # 1e-4 by 0.2 of the error wanted from 2 elements, 0.05 from 3 (medians)
 BENT_ELEMENTS = 4
 # of eps: errors of a step over the surface's depth, of rods' flights and of those after a tap
-SHARE = 1e-3
+STEP_SHARE = 1e-3
 
 Stated = Mapping[str, Any]
 
@@ -107,7 +107,7 @@ def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Cho
     return (
         Choice("flight", "rigid", why),
         Choice("flight_step", step, why_step),
-        Choice("flight_tolerance", SHARE * accuracy, "a share of the accuracy"),
+        Choice("flight_tolerance", STEP_SHARE * accuracy, "a share of the accuracy"),
     )
 
 
@@ -156,7 +156,7 @@ def _elastic(
 def _tolerance(accuracy: float, settings: Settings) -> Choice:
     """A tap leaves the finger vibrating: equal steps of the flight behind it lose that energy."""
     if settings.taps > 1 or settings.end_time is not None:
-        return Choice("flight_tolerance", SHARE * accuracy, "flights after a tap vibrate")
+        return Choice("flight_tolerance", STEP_SHARE * accuracy, "flights after a tap vibrate")
     return Choice(
         "flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"
     )

@@ -160,6 +160,7 @@ def compare(
     }
     row, mine, its = first_contact(own), first_tap(own), first_tap(other)
     a, b = own.history, other.history
+    time = a.time_s[mine]
     lost = float(np.abs(a.energy_balance_J[: mine.stop]).max())
     lost /= max(float(a.kinetic_energy_J[row]), 1e-300)
     share = max(band.approach / vn, 0.5 * lost, unseen)
@@ -170,14 +171,14 @@ def compare(
     of["peak_tangential_force_N"] = max(
         of["peak_normal_force_N"] / max(peak, 1e-300) * abs(s.peak_tangential_force_N or 0.0),
         signed_error(a.tangential_force_N[mine], b.tangential_force_N[its]),
-        between_rows(a.time_s[mine], a.tangential_force_N[mine]),
+        between_rows(time, a.tangential_force_N[mine]),
     )
     of["peak_stress_R_Pa"] = max(
         band.stress,
         signed_error(a.stress_R_Pa[mine], b.stress_R_Pa[its], stress_factor),
-        between_rows(a.time_s[mine], a.stress_R_Pa[mine]),
+        between_rows(time, a.stress_R_Pa[mine]),
     )
-    since = a.time_s[mine] - (s.contact_time_s or 0.0)
+    since = time - (s.contact_time_s or 0.0)
     rivals = rival_peaks(a.normal_force_N[mine], since, peak, of["peak_normal_force_N"])
     of["peak_normal_force_time_s"] = max(
         of["peak_normal_force_time_s"],

@@ -10,7 +10,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 
-NAMES = (str, bool, np.bool_)
+# kinds of a name or a truth value: 1.0 equals True as well, and arrays compare one by one
+NAME_TYPES = (str, bool, np.bool_)
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
         names = [n for m in members if get_origin(m) is Literal for n in get_args(m)]
         names += [False, True] if bool in members else []
         kinds = [m for m in members if isinstance(m, type) and is_dataclass(m)]
-        known = isinstance(value, NAMES) and value in names
+        known = isinstance(value, NAME_TYPES) and value in names
         if (names or kinds) and not (known or isinstance(value, tuple(kinds))):
             allowed = [*map(repr, names), *(f"a {kind.__name__}" for kind in kinds)]
             raise error(f"{key} = {value!r}: must be {' or '.join(allowed)}")

@@ -175,7 +175,7 @@ def integrate_flight(
     begin, before, kept = state[:links].copy(), np.zeros(links), 0.0
     while not parts or (code == ENDED and until < end and steps < most_steps):
         piece = piece_at(drive, time)
-        if piece.torques is not rods.torque:
+        if piece.torques is not rods.torque:  # a copy takes as long as a step
             rods = rods._replace(torque=piece.torques, since=piece.begin_s)
         until, h, code = min(end, piece.end_s), plan.flight_step, FULL
         flown: list[Floats] = []

@@ -84,10 +84,11 @@ def study(
     RunFailedError
         Runs failed, or the stored numbers were not found again.
     """
-    stored = read_study()
-    stored = stored[stored[STATUS] == "COMPLETED"]
+    table = read_study()
+    ended = (table[STATUS] == "COMPLETED").to_numpy()
+    solid = table[ended]
     allowed = {
-        "--again": (again, 0, len(stored)), "--solve": (solve, 0, math.inf),
+        "--again": (again, 0, len(solid)), "--solve": (solve, 0, math.inf),
         "--seed": (seed, 0, SEEDS), "--workers": (workers, 1, math.inf),
     }  # fmt: skip
     for option, (number, least, largest) in allowed.items():
@@ -105,13 +106,11 @@ def study(
         write_json((folder / FILE).with_suffix(".json"), made)
         output(f"{known(table).sum()} of {len(table)} scenes keep the bars; {folder / FILE}")
     elif again:
-        _repeat(stored.sample(again, random_state=seed), workers, out)
+        _repeat(solid.sample(again, random_state=seed), workers, out)
     else:
-        table, variants = read_study(), every()
+        variants = every()
         runs = by_variants(table, variants, workers, out)
         numbers = numbers_of(runs)
-        ended = (table[STATUS] == "COMPLETED").to_numpy()
-        solid = table[ended]
         given = solid[[e.key for e in TAP_AND_STRESS]].to_numpy()
         errors = 100.0 * (numbers[:, ended] / given - 1.0)
         names = [*(variant.name for variant in variants), ELASTIC, OWN]

@@ -1,11 +1,11 @@
 """A run that keeps a relative error: solved, judged by a coarser one, and solved again if need be.
 
-The coarser run has errors `COMPANION` times as large: those of steps in contact go with h^2, of
-elements in a vibration that is followed with l^2 and of its steps with h^(3/2) (`hcm.chosen`), of
-elements otherwise with l^4. Two runs then differ by COMPANION -+ 1 times the finer one's error, and
-`SAFETY` is for those whose errors fall together more slowly. A phalanx of one element has two in
-the other run, whose error is then a quarter of its own at most: what lies between the two is all
-but that of it.
+The coarser run has errors `COMPANION` times as large: those of steps in contact go with h^2, of a
+vibration that is followed with h^(3/2) and with l^4 at least (`hcm.chosen_flight`), of elements in
+contact with l^4 or, refined, l^2. Two runs then differ by COMPANION -+ 1 times the finer one's
+error, and `SAFETY` is for those whose errors fall together more slowly. A phalanx of one element
+has two in the other run, whose error is then a quarter of its own at most: what lies between the
+two is all but that of it.
 """
 
 import math
@@ -103,7 +103,8 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
     ]
     longer, flown = 1.0, settings.flight_elements
     if chosen.followed:
-        longer, flown = COMPANION ** (2 / 3), round(flown / math.sqrt(COMPANION))
+        longer = COMPANION ** (2 / 3)
+        flown = min(round(flown / COMPANION**0.25), max(flown - 1, min(flown, 1)))
     coarse = replace(
         settings,
         flight_elements=flown,

@@ -56,6 +56,9 @@ REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.12
 # of elements, in the phalanges before the last: a wave comes back from them when the tap is nearly
 # over. 85 taps at 1e-3 keep their errors with 0.7 of them; with 0.6, 3 of 208 more miss 1e-3
 INNER_SHARE = 0.8
+# eps over that of the contact beside a flight whose vibration is followed, which may take ten times
+# as long: what the contact leaves would have both solved again
+BESIDE = 2.0
 # of eps, and at most: errors of an acceleration, by the contact's integrator; collocation's
 # iteration ends on its way of a step
 NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
@@ -134,7 +137,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     whirls = acting_joints(scene.drive, len(phalanges))[0].size > 0
     flight = choose_flight(accuracy, scene, fall, frequency, whirls, stated)
     lumped = not scene.assumptions.any
-    wave = accuracy**0.25 / ELEMENT_SHARE if lumped else accuracy**0.5 / REFINED_ELEMENT_SHARE
+    in_contact = accuracy / BESIDE if flight.followed and not whirls else accuracy
+    wave = in_contact**0.25 / ELEMENT_SHARE if lumped else in_contact**0.5 / REFINED_ELEMENT_SHARE
     waves = [*[wave / INNER_SHARE] * (len(phalanges) - 1), wave]
     counts = tuple([
         max(count_elements(p, frequency, turn), least)
@@ -145,7 +149,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     stages = stated.get("stages", flight.stages)
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
-    step = min(min(of_turn * math.sqrt(accuracy), LONGEST_TURN) / frequency, 1.0)
+    step = min(min(of_turn * math.sqrt(in_contact), LONGEST_TURN) / frequency, 1.0)
     share, most = DRIVEN_NEWTON if method == GAUSS and whirls else NEWTON[method]
     fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if method == GAUSS and not whirls else 0.0
     newton = min(max(share * accuracy, fine, 1e-12), most)

@@ -9,9 +9,9 @@ eps for
 
     w_f = w_1 r^(1/p) up to w_c, from there w_c (r (w_1/w_c)^p)^(1/(1 + p)),   r ~ V_0/(v eps),
 
-w_1 the slowest phalanx's. It turns by w_f t_c (1 + phi) in a flight of t_c, phi = (kappa l)^4/720
-on cubic elements and (s!)^2/((2 s)! (2 s + 1)!) (w_f h)^(2 s) by s stages: hence l and h, for a
-turn that is wrong by `TURN`.
+w_1 the slowest phalanx's. It turns by w_f t_c (1 + phi) in a flight of t_c, phi as `_wave` has it
+on elements and (s!)^2/((2 s)! (2 s + 1)!) (w_f h)^(2 s) by s stages: hence l and h, for a turn that
+is wrong by `TURN`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,12 @@ BEND_SHARE, REFINED_BEND_SHARE = 0.25, 0.3
 BY_TORQUE, BY_WEIGHT, REFINED_BY_WEIGHT = (1.0, 0.5), (0.25, 1.5), (0.5, 1.5)
 # rad, of w_f at the touch, by the elements and by the steps
 TURN = 0.3
+# of the relative error of a hinged beam's first six frequencies by customized masses 1.2 to 5.5e-5
+# (kappa l)^6 is left; rad, of an element, beyond which cubics are no waves any more
+FREE_END, LONGEST_WAVE = 3e-5, 1.5
+# of r, for what is followed a little further: a flight that is judged not to keep the accuracy is
+# solved again, in three times the time
+BY_STEPS = 1.5
 # where a vibration shortens the steps of 5: those of 8 are 2.1 times as long, their cost 1.6 times
 FOLLOWING_STAGES = 8
 # steps where it is not, over eps^(-1/4) where it is below QUIET of the error wanted: in a dozen,
@@ -127,30 +133,28 @@ def _elastic(
         _tolerance(accuracy, scene.settings),
     )
 
-    def of_elements(few: int, why: str) -> tuple[Choice, ...]:
-        # torques may whirl a finger, and its tap then hangs on all that the flight does
-        return () if whirls else (Choice("flight_elements", few, why),)
-
     # nor may whirling ones take longer steps
     quiet = rung <= QUIET * accuracy and not whirls
     steps = min(FEWEST_STEPS / min(accuracy, 1e-2) ** 0.25, FEW_STEPS) if quiet else FEW_STEPS
     longest = min(fall.time / steps, 1.0)
     if rung <= accuracy:
         why = f"skipped: the vibration, {rung:.1g} of the tap, is not followed"
-        few = of_elements(
-            BENT_ELEMENTS, "skipped until the touch: the contact's, as it bends slowly"
-        )
+        fewer = "skipped until the touch: the contact's, as it bends slowly"
+        few = Choice("flight_elements", BENT_ELEMENTS, fewer)
         one = (1,) * len(phalanges)
-        return Flown((*elastic, *few, Choice("flight_step", longest, why)), rung, one)
-    highest = followed_frequency(scene.finger, frequency, rung / accuracy, decay)
+        return Flown((*elastic, few, Choice("flight_step", longest, why)), rung, one)
+    share = (1.0 if whirls else BY_STEPS) * rung / accuracy
+    highest = followed_frequency(scene.finger, frequency, share, decay)
     turn = TURN / (highest * fall.time)
     stages = STAGES if _in_phase(STAGES, turn) >= highest * longest else FOLLOWING_STAGES
     stages = stated.get("stages", stages)
     step = min(_in_phase(stages, turn) / highest, longest)
     why = f"the vibration, {rung:.1g} of the tap, arrives in phase up to {hz(highest)}"
-    counts = tuple([count_elements(p, highest, (720.0 * turn) ** 0.25) for p in phalanges])
-    few = of_elements(max(counts), "skipped until the touch: the contact's, above that frequency")
-    return Flown((*elastic, *few, Choice("flight_step", step, why)), 0.0, counts, True, stages)
+    wave = _wave(turn, scene.assumptions.has("shear"))
+    counts = tuple([count_elements(p, highest, wave) for p in phalanges])
+    fewer = "skipped until the touch: the contact's, above that frequency"
+    few = Choice("flight_elements", max(counts), fewer)
+    return Flown((*elastic, few, Choice("flight_step", step, why)), 0.0, counts, True, stages)
 
 
 def _tolerance(accuracy: float, settings: Settings) -> Choice:
@@ -160,6 +164,17 @@ def _tolerance(accuracy: float, settings: Settings) -> Choice:
     return Choice(
         "flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"
     )
+
+
+def _wave(turn: float, sheared: bool) -> float:
+    """Turn kappa l of a wave by an element at which its frequency is wrong by the share `turn`.
+
+    By customized masses (`hcm.beam.customized_mass`) that is `FREE_END` (kappa l)^6, with shear
+    (kappa l)^4/720 (measured on hinged beams of L/d 4 and 10).
+    """
+    if sheared:
+        return float((720.0 * turn) ** 0.25)
+    return min((turn / FREE_END) ** (1 / 6), LONGEST_WAVE)
 
 
 def _in_phase(stages: int, turn: float) -> float:

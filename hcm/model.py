@@ -19,6 +19,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
+from hcm.beam.customized_mass import customized
 from hcm.beam.drive import Piece, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
@@ -207,9 +208,15 @@ def build_model(
     )
 
 
-def until_touch(model: Model) -> Model:
-    """The same, for a run that ends with its first touch."""
-    return model._replace(plan=model.plan._replace(taps=0), tap_ends=None)
+def until_touch(model: Model, finger: Finger, assumptions: Assumptions) -> Model:
+    """The finger's model with customized masses, for a run that ends with its first touch."""
+    chain = customized(model.chain, finger, assumptions)
+    return model._replace(
+        chain=chain,
+        generalized_alpha=model.generalized_alpha._replace(chain=chain),
+        plan=model.plan._replace(taps=0),
+        tap_ends=None,
+    )
 
 
 def plan_of(settings: Settings, height: float) -> Plan:

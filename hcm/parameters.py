@@ -197,8 +197,9 @@ class Settings:
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4
     """Longest step out of contact."""
     flight_elements: Annotated[int, Bound(integer=True, at_least=0, at_most=10_000)] = 0
-    """Of each phalanx in an elastic flight, at most those of the finger, into which the first touch
-    divides them (`hcm.beam.division`); 0: the finger's throughout."""
+    """Of each phalanx in an elastic flight up to the first touch, which divides them into those of
+    the finger (`hcm.beam.division`), the most there can be. Their masses are such that few of them
+    keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's throughout."""
     flight_tolerance: Annotated[float, Bound(at_least=0, at_most=1)] = 1e-6
     """Bound on a flight step's local error over the surface's depth (surface.height), which
     shortens the steps where vibrations matter; 0 keeps all flight steps at `flight_step`. The depth

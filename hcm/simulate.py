@@ -101,13 +101,14 @@ def simulate(
     started = time.perf_counter()
     model = build_model(finger, surface, tip, drive, settings, start, assumptions)
     few = flight_elements(finger, settings)
-    if few == finger:
+    if few is None:
         rods = None
         if settings.flight == "rigid":
             rods = fall.rods if fall else build_rods(finger, surface, drive, assumptions)
         begun = start_beams(model, rods, fall)
     else:
-        flight = until_touch(build_model(few, surface, tip, drive, settings, start, assumptions))
+        flight = build_model(few, surface, tip, drive, settings, start, assumptions)
+        flight = until_touch(flight, few, assumptions)
         up = start_beams(flight)
         flown, ended, _ = _take_steps(flight, up, progress)
         divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)

@@ -17,11 +17,11 @@ from hcm.compiled import kernel_with
 from hcm.parameters import Finger, Settings
 
 
-def flight_elements(finger: Finger, settings: Settings) -> Finger:
-    """The finger with its elements of an elastic flight."""
+def flight_elements(finger: Finger, settings: Settings) -> Finger | None:
+    """The finger with its elements of an elastic flight; None: those that it has throughout."""
     most = settings.flight_elements
     if settings.flight == "rigid" or not most:
-        return finger
+        return None
     return Finger(tuple([replace(p, elements=min(p.elements, most)) for p in finger.phalanges]))
 
 

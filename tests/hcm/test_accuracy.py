@@ -10,7 +10,7 @@ import hcm
 from hcm.accuracy import HELD, other_transitions, simulate_within
 from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
-from hcm.chosen import NEWTON, contact_frequency, settings_for
+from hcm.chosen import BESIDE, NEWTON, contact_frequency, settings_for
 from hcm.chosen_flight import BY_WEIGHT, FEW_STEPS, FOLLOWING_STAGES, QUIET, followed_frequency
 from hcm.companion import first_tap
 from hcm.estimate import VERTEX_SHARE
@@ -220,9 +220,10 @@ def test_elements_and_steps_keep_the_orders_of_the_errors() -> None:
     for method in ("generalized-alpha", "gauss"):
         how = {"contact_integrator": method, "stages": 5}
         pair = [chosen(a, **how).scene.settings for a in (1e-3, 1e-5)]
-        assert pair[0].contact_step / pair[1].contact_step == pytest.approx(10.0)
+        assert pair[0].contact_step / pair[1].contact_step == pytest.approx(10.0 * BESIDE**0.5)
+    assert (coarse.followed, fine.followed) == (False, True)
     counts = (c.scene.finger.phalanges[-1].elements for c in (fine, coarse))
-    assert next(counts) / 10 == pytest.approx(next(counts), abs=1)
+    assert next(counts) / (10 * BESIDE**0.25) == pytest.approx(next(counts), abs=1)
 
 
 def test_the_tip_is_shielded_where_its_spring_is_softer_than_the_beam() -> None:
@@ -310,7 +311,7 @@ RINGING = hcm.Scene(
 
 
 def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
-    """Two elements, stated, turn the vibration too far: that is found out, and said."""
+    """Two elements, stated, bring the vibration out of phase: that is found out, and said."""
     tight = settings_for(5e-5, RINGING).scene
     plain = replace(tight, settings=replace(tight.settings, estimate=False))
     exact = numbers(hcm.simulate(**plain.arguments()))
@@ -322,7 +323,7 @@ def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
     phalanx = replace(RINGING.finger.phalanges[0], elements=2)
     few = simulate_within(1e-3, replace(RINGING, finger=hcm.Finger((phalanx,))), {"elements": 2})
     wrong = np.abs(numbers(few) / exact - 1.0).max()
-    assert wrong > 5e-3
+    assert wrong > 2e-3
     assert few.accuracy.expected > wrong
     assert any("was wanted" in caution for caution in few.cautions)
 
@@ -336,7 +337,7 @@ WHIRLED = hcm.Scene(
 
 
 def test_iterations_leave_no_error_in_a_flight_without_damping() -> None:
-    """Changed by less than 0.1 % by a thousandth of the tolerance, by 5 % by that of a fall."""
+    """Changed by less than 0.1 % by a thousandth of the tolerance, by 0.4 % by that of a fall."""
     scene = settings_for(1e-2, WHIRLED).scene
     share, loosest = NEWTON[scene.settings.contact_integrator]
 
@@ -346,7 +347,7 @@ def test_iterations_leave_no_error_in_a_flight_without_damping() -> None:
 
     exact = solved(1e-3 * scene.settings.newton_tolerance)
     assert np.abs(solved(scene.settings.newton_tolerance) / exact - 1.0).max() < 1e-3
-    assert np.abs(solved(min(1e-2 * share, loosest)) / exact - 1.0).max() > 1e-2
+    assert np.abs(solved(min(1e-2 * share, loosest)) / exact - 1.0).max() > 3e-3
 
 
 def test_a_sudden_torques_vibration_is_not_left_to_a_rigid_flight() -> None:

@@ -11,6 +11,7 @@ import hcm
 from hcm.arrays import Floats
 from hcm.assumptions import NEEDS, Assumptions
 from hcm.beam.chain import Chain, build_chain
+from hcm.beam.customized_mass import customized
 from hcm.beam.energy import energies
 from hcm.beam.refinement import beams_of, moments, refine_chain
 from hcm.flight.rigid_chain import build_rods, rates
@@ -116,6 +117,8 @@ def test_beams_that_move_rigidly_are_the_rods(chosen: tuple[bool, ...]) -> None:
     lengths = np.array([p.length for p in beams.phalanges])
     fill_rigid_motion(state, lengths, chain, q, v)
     kinetic, strain, gravity = energies(q, v, chain)
+    keeps_time = customized(chain, body, assumptions)
+    assert energies(q, v, keeps_time)[0] == pytest.approx(kinetic, rel=1e-13)
     mass, first, second = moments(body, assumptions)
     speed, arm = lengths[0] * 2.0, first[1] * mass[1] * lengths[1]
     wanted = 0.5 * second[0] * mass[0] * speed**2 + 0.5 * mass[1] * speed**2
@@ -126,6 +129,7 @@ def test_beams_that_move_rigidly_are_the_rods(chosen: tuple[bool, ...]) -> None:
     assert gravity == pytest.approx(fall - 9.8 * arm * np.sin(0.7), rel=1e-5)
     for e in range(chain.first.size):
         assert np.linalg.eigvalsh(chain.mass[e]).min() > 0
+        assert np.linalg.eigvalsh(keeps_time.mass[e]).min() > 0
 
 
 def test_a_round_bar_falls_as_a_compound_pendulum() -> None:

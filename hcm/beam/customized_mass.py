@@ -1,0 +1,50 @@
+"""Masses of the few elements of a flight, with which their vibrations keep time.
+
+With consistent masses a wave of wave number kappa runs fast on elements of length l: its frequency
+is too high by (kappa l)^4/1440, with shear by much more. To an element of mass m, here, a kinetic
+energy is added for either axis,
+
+    m/2 (e_2 c_2.^2 + e_3 c_3.^2),
+    c_2 = l (r'_2 - r'_1),    c_3 = r_1 - r_2 + l (r'_1 + r'_2)/2,
+    e_2 = (1 + 5 Phi)/720,
+    e_3 = [23 + 170 Phi + 315 Phi^2 + 175 Phi^3
+           + g (420 - 840 Phi - 2100 Phi^2 + 25200 g Phi)]/(2100 (1 + Phi)^3),
+
+g = I/(A l^2) with rotary inertia, else 0, Phi of `hcm.beam.refinement`. c_2 and c_3 are the even
+and the odd bending, which no rigid motion has: mass, centre and moment of inertia stay. With these
+e_2 and e_3 two more terms of a frequency's series in kappa l, in a long row of elements, are those
+of Timoshenko's beam, and (kappa l)^8 is wrong. Free ends and hinges leave more: 2e-5 (kappa l)^6 of
+a hinged beam without shear. This is a customized mass as Felippa, Guo and Park call it (Arch.
+Comput. Methods Eng. 22, 2015); e_2 and e_3 are ours, by computer algebra.
+
+In contact the tip's force acts on one node, and from three elements on consistent masses are as
+good: the first touch brings them back, with the contact's elements.
+"""
+
+import numpy as np
+
+from hcm.assumptions import Assumptions
+from hcm.beam.chain import Chain
+from hcm.beam.refinement import beams_of, shear_number
+from hcm.parameters import Finger
+
+
+def shares(phi: float, g: float) -> tuple[float, float]:
+    """e_2 and e_3 of elements with these Phi and I/(A l^2)."""
+    odd = 23 + 170 * phi + 315 * phi**2 + 175 * phi**3
+    odd += g * (420 - 840 * phi - 2100 * phi**2 + 25200 * g * phi)
+    return (1 + 5 * phi) / 720, odd / (2100 * (1 + phi) ** 3)
+
+
+def customized(chain: Chain, finger: Finger, assumptions: Assumptions) -> Chain:
+    """The chain of `beams_of(finger)` with such masses (N, 4, 4)."""
+    mass, e, rotary = chain.mass.copy(), 0, assumptions.has("rotary_inertia")
+    for beam in beams_of(finger, assumptions).phalanges:
+        el = beam.length / beam.elements
+        g = beam.second_moment / (beam.area * el**2) if rotary else 0.0
+        even, odd = shares(shear_number(beam, assumptions), g)
+        c2, c3 = np.array([0.0, -el, 0.0, el]), np.array([1.0, el / 2, -1.0, el / 2])
+        own = even * np.outer(c2, c2) + odd * np.outer(c3, c3)
+        mass[e : e + beam.elements] += beam.line_density * el * own
+        e += beam.elements
+    return chain._replace(mass=mass)

@@ -22,6 +22,7 @@ from hcm.estimate import (
     compare,
     later_taps,
     relative_errors,
+    stress_of,
     tap_peaks,
 )
 from hcm.model import Scene
@@ -126,9 +127,12 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
     of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION - 1)
+    bent = 0.0
+    if rods and (fall := chosen.fall):
+        bent = stress_of(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1]) / SAFETY
     errors: dict[str, float | tuple[float, float]] = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
-        for name, e in compare(result, coarse, of_stress, left_out, rods, located).items()
+        for name, e in compare(result, coarse, of_stress, left_out, rods, located, bent).items()
     }
     cautions = (
         *result.cautions,

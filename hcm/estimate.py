@@ -28,7 +28,7 @@ from hcm.companion import (
     undamped,
 )
 from hcm.flight_band import flight_band, touch_band
-from hcm.parameters import GAUSS, Finger, Settings
+from hcm.parameters import GAUSS, Finger, Phalanx, Settings
 from hcm.result import Status, Summary, TapResult
 from hcm.summary import vertex
 from hcm.workload import most_steps
@@ -134,15 +134,22 @@ def turn_band(own: TapResult, other: TapResult) -> float:
     return math.sqrt(float(np.mean(apart * apart))) / abs(float(slope))
 
 
+def stress_of(speed: float, phalanx: Phalanx) -> float:
+    """Stress at mid-length, Pa, of a beam on two hinges that vibrates at `speed`, m/s, in its first
+    shape: E kappa d/2 with kappa sqrt(E I) = v sqrt(rho A), which is 2 v sqrt(E rho) in a rod.
+    """
+    return 2.0 * speed * math.sqrt(phalanx.youngs_modulus * phalanx.density)
+
+
 def compare(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0,
-    rods: bool = False, located: bool = False,
+    rods: bool = False, located: bool = False, unseen_stress: float = 0.0,
 ) -> dict[str, float | tuple[float, float]]:  # fmt: skip
     """Estimated errors by what two completed runs differ by; inf where the other has no tap.
 
     unseen : share of the speed of approach that both lack, in a vibration about as long as the tap.
     rods : whether both flew as rods. located : whether the peak is a located event's row, as
-    collocation's is, and no vertex between rows.
+    collocation's is, and no vertex between rows. unseen_stress : at R that both lack, Pa.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
@@ -175,6 +182,7 @@ def compare(
     )
     of["peak_stress_R_Pa"] = max(
         band.stress,
+        unseen_stress,
         signed_error(a.stress_R_Pa[mine], b.stress_R_Pa[its], stress_factor),
         between_rows(time, a.stress_R_Pa[mine]),
     )
@@ -277,7 +285,11 @@ def estimate_errors(
         return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
     how = {"rods": settings.flight == "rigid", "located": settings.contact_integrator == GAUSS}
-    errors = compare(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, **how)
+    approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
+    bent = stress_of(left_out * abs(approach[1]), finger.phalanges[-1])
+    errors = compare(
+        own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, unseen_stress=bent, **how
+    )
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:

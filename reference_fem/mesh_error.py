@@ -26,7 +26,7 @@ import meshes
 from reference_fem.hertz import hertz_contact_radius
 from reference_fem.result import TapResult
 from reference_fem.settings import Material
-from reference_fem.summary import PROMINENCE
+from reference_fem.summary import PROMINENCE, stress_during
 from reference_fem.transitions import confirmed_maxima
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
@@ -152,22 +152,24 @@ def rivals(run: TapResult, errors: Mapping[str, float]) -> dict[str, float]:
 
     A number known to ε is a maximum only among those that do not come within 2 ε of it: else
     a peak's time may be off by what lies between the two, and a signed extreme by the distance to
-    that of the other sign.
+    that of the other sign. A stress that grows as the tap ends is known as its end is.
     """
     start, whole = run.summary.contact_time_s, run.summary.contact_duration_s
     if start is None or whole is None:
         return {}
     found = {}
-    samples, forces = run.history, run.forces
-    for name, time, values in (
-        (STRESS, samples.time_s, samples.stress_R_Pa),
-        (TANGENTIAL, forces.time_s, forces.tangential_force_N),
-    ):
-        during = values[(time >= start) & (time <= start + whole)]
+    forces = run.forces
+    tap = (forces.time_s >= start) & (forces.time_s <= start + whole)
+    stress = stress_during(run.history, start, start + whole)
+    for name, during in ((STRESS, stress), (TANGENTIAL, forces.tangential_force_N[tap])):
         least, most = during.min(initial=0.0), during.max(initial=0.0)
         if name in errors and 0.0 < max(most, -least) <= min(most, -least) + 2.0 * errors[name]:
             found[name] = max(errors[name], float(most - least))
-    tap = (forces.time_s >= start) & (forces.time_s <= start + whole)
+    if STRESS in errors and DURATION in errors:
+        largest = float(np.abs(stress).max(initial=0.0))
+        for end in (start + whole - errors[DURATION], start + whole + errors[DURATION]):
+            there = np.abs(stress_during(run.history, start, max(end, start))).max(initial=0.0)
+            found[STRESS] = max(found.get(STRESS, errors[STRESS]), abs(float(there) - largest))
     normal, since = forces.normal_force_N[tap], forces.time_s[tap] - start
     tops = np.array(confirmed_maxima(normal, PROMINENCE * normal.max(initial=0.0)), dtype=int)
     if tops.size and LATE in errors:

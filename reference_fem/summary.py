@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from reference_fem.arrays import Array
 from reference_fem.result import ForceRecord, History, Summary
 from reference_fem.transitions import confirmed_maxima, slip_states
 
@@ -29,7 +30,7 @@ def summarize(
       scalars cover what there was
     - peaks: over every step; the first peak is the first turning point of F_n (`transitions`)
     - impulse: ∫ F_n dt, trapezoid over every step
-    - stress at R: the reading of largest magnitude during the tap, signed
+    - stress at R: the reading of largest magnitude during the tap, signed (`stress_during`)
 
     Parameters
     ----------
@@ -55,8 +56,7 @@ def summarize(
     slips = (
         slip_states(normal, tangential, friction, LEAST_NORMAL * peak) if friction > 0.0 else None
     )
-    during = (history.time_s >= contact_time) & (history.time_s <= time[-1])
-    stress = history.stress_R_Pa[during]
+    stress = stress_during(history, contact_time, float(time[-1]))
     return replace(
         blank,
         contact_time_s=contact_time,
@@ -73,6 +73,19 @@ def summarize(
         reverse_slip=None if slips is None else slips.reverse_slip,
         peak_stress_R_Pa=float(stress[np.argmax(np.abs(stress))]) if stress.size else None,
     )
+
+
+def stress_during(history: History, start: float, end: float) -> Array:
+    """Readings at R from `start` to `end`, s, with what they are there, linear between samples.
+
+    A finger may bend most as its tip leaves: next to the last sample in a tap of 30 that is up to
+    a fourth more.
+    """
+    time, stress = history.time_s, history.stress_R_Pa
+    if not time.size:
+        return stress
+    ends = np.interp((start, end), time, stress)
+    return np.concatenate([ends[:1], stress[(time >= start) & (time <= end)], ends[1:]])
 
 
 def _crossing(forces: ForceRecord, first: int) -> float:

@@ -24,6 +24,7 @@ from reference_fem.mesh_error import (
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start
 from reference_fem.rigid_flight import descent, surface_gap
+from reference_fem.summary import stress_during
 from reference_fem.true_body import true_chain, true_gap
 
 R, L = 0.0075, 0.04
@@ -252,6 +253,22 @@ def test_a_rival_of_the_peak_leaves_its_time_open(error: float, late: float) -> 
     # the stress is of either sign, then
     assert found.get("peak_stress_R_Pa", error) == pytest.approx(1.98 if late > 0.1 else error)
     assert "peak_tangential_force_N" not in found
+
+
+def test_a_stress_that_grows_as_the_tap_ends_is_read_there_and_known_as_its_end_is() -> None:
+    """10 Pa/s, read every 0.1 s: 9 Pa at the last sample in a tap of 0.95 s, 9.5 Pa at its end."""
+    time = np.arange(0.0, 1.45, 0.1)
+    grows = SimpleNamespace(time_s=time, stress_R_Pa=10.0 * time)
+    assert stress_during(grows, 0.0, 0.95).max() == pytest.approx(9.5)
+    assert stress_during(grows, 0.25, 0.35).tolist() == pytest.approx([2.5, 3.0, 3.5])
+    sample = SimpleNamespace(time_s=time[:0], stress_R_Pa=time[:0])
+    assert stress_during(sample, 0.0, 1.0).size == 0
+    run = run_of(9.5, contact_time_s=0.0, contact_duration_s=0.95, peak_normal_force_time_s=0.5)
+    run.history.time_s, run.history.stress_R_Pa = grows.time_s, grows.stress_R_Pa
+    force = np.sin(np.pi * time / 0.95) + 2e-3
+    run.forces = SimpleNamespace(time_s=time, normal_force_N=force, tangential_force_N=force)
+    known = dict.fromkeys(POWERS, 1e-3) | {"contact_duration_s": 0.02}
+    assert rivals(run, known)["peak_stress_R_Pa"] == pytest.approx(0.2)
 
 
 def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:

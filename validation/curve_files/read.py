@@ -50,5 +50,6 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
     curves, notes = curves_of(read(text, source, sidecar), source, sidecar)
     name = file_name(path.name)
     record = record_of(curves, scene, name)
-    record = replace(record, provenance={**record.provenance, "data": {name: notes}})
+    # what it doubts is among the notes, with what to do
+    record = replace(record, message="", provenance={**record.provenance, "data": {name: notes}})
     return Reference(record, tuple(f"{name}: {note}" for note in notes))

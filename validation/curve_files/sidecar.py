@@ -10,12 +10,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from validation.errors import UserError
 from validation.harness.quantities import ESTIMATED, TIP_VELOCITY
 from validation.harness.record_schema import LARGEST, SIGNED
+from validation.models.curves import TIMES
 from validation.scenes.load import read_toml
 from validation.scenes.messages import one_line
 from validation.scenes.quantity import Quantity
 
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
-TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
 
 
 class _Table(BaseModel):

@@ -3,13 +3,11 @@
 import numpy as np
 
 from validation.curve_files.samples import Floats, Samples
-from validation.curve_files.sidecar import TIMES, Sidecar
+from validation.curve_files.sidecar import Sidecar
 from validation.errors import UserError
-from validation.models.curves import Curves, tap_scalars
+from validation.models.curves import Curves, other_than_stated
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
-# of a number, or of the tap's duration, by which a stated one may differ without a line about it
-APART = 0.05
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 
 
@@ -98,23 +96,11 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         notes.append(f"no uncertainty is known, so no verdict: give sigma columns, or {beside}")
     scalars = sidecar.scalars.model_dump(exclude_unset=True)
     curves = Curves(time, contact["normal_force"], tangential, scalars, errors)
-    return curves, [*notes, *_other_than_stated(curves, beside)]
-
-
-def _other_than_stated(curves: Curves, beside: str) -> list[str]:
-    """A line for each number that the source states otherwise than its curves have it."""
-    notes, own = [], tap_scalars(curves)
-    for key, value in own.items():
-        stated = curves.scalars.get(key, value)
-        # the place of a peak and that of a touch lie between samples
-        scale = own["contact_duration_s"] if key in TIMES else abs(value)
-        if abs(stated - value) > APART * scale + curves.errors.get(key, 0.0):
-            notes.append(
-                f"scalars.{key} = {stated:.4g} counts, and the curves have {value:.4g}: take it"
-                f" out of {beside} unless it is the better one (half_model, time_offset_s and"
-                " threshold_N change the curves alone)"
-            )
-    return notes
+    remedy = (
+        f"take it out of {beside} unless it is the better one (half_model, time_offset_s and"
+        " threshold_N change the curves alone)"
+    )
+    return curves, [*notes, *[f"{line}: {remedy}" for line in other_than_stated(curves)]]
 
 
 def _of_the_whole(sidecar: Sidecar, beside: str) -> str:

@@ -14,6 +14,10 @@ from validation.scenes.load import NamedScene
 
 Floats = NDArray[np.float64]
 
+TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
+# of a number, or of the tap's duration, by which a stated one may differ without a line about it
+APART = 0.05
+
 
 @dataclass(frozen=True)
 class Curves:
@@ -83,6 +87,18 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
     return scalars
 
 
+def other_than_stated(curves: Curves) -> list[str]:
+    """A line for each number that the source states otherwise than its curves have it."""
+    lines, own = [], tap_scalars(curves)
+    for key, value in own.items():
+        stated = curves.scalars.get(key, value)
+        # the place of a peak and that of a touch lie between samples
+        scale = own["contact_duration_s"] if key in TIMES else abs(value)
+        if abs(stated - value) > APART * scale + curves.errors.get(key, 0.0):
+            lines.append(f"scalars.{key} = {stated:.4g} counts, and the curves have {value:.4g}")
+    return lines
+
+
 def _zero(time: Floats, force: Floats, step: int) -> float:
     """Where the force passes zero between samples step - 1 and step."""
     before, after = float(force[step - 1]), float(force[step])
@@ -93,7 +109,7 @@ def _zero(time: Floats, force: Floats, step: int) -> float:
 def record_of(
     curves: Curves, scene: NamedScene, model: str, *, wall_time_s: float | None = None
 ) -> RunRecord:
-    """The curves as the record of a completed run.
+    """The curves as the record of a completed run, cautioned where its scalars contradict them.
 
     Parameters
     ----------
@@ -116,7 +132,7 @@ def record_of(
         variant="",
         status="COMPLETED",
         ok=True,
-        message="",
+        message="; ".join(other_than_stated(curves)),
         summary={entry.key: found.get(entry.key) for entry in QUANTITIES},
         history={
             "time_s": curves.time_s,

@@ -12,6 +12,7 @@ from validation.errors import UserError
 from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome, shown
+from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 
@@ -35,8 +36,15 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
     import reference_fem
 
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
-    if wanted is None or fem.estimate is False or fem.mesh is not None:
+    if wanted is None or fem.estimate is False:
         return solve(scene)
+    if fem.mesh is not None:
+        run = solve(scene)
+        return replace(run, record=_told(run.record, wanted))
+    try:  # as it is stated, before a share of it is asked for
+        sizes_of(scene.tables)
+    except ValueError as error:
+        raise UserError(f"scene {scene.name}: {error}") from error
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs = max(FIRST * wanted, smallest), list[Outcome]()
     while True:
@@ -59,24 +67,27 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
             target = smallest
     told = [run.record.accuracy["expected"] for run in runs]
     best = runs[-1] if told[-1] is not None else runs[max(0, len(runs) - 2)]
-    record, expects = best.record, best.record.accuracy["expected"]
-    reason, short = "of the mesh, which states more than it leaves", ""
+    reason = "of the mesh, which states more than it leaves"
     if len(runs) > 1:
         reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
-    if expects is not None and expects > wanted:
-        short = f"expects a relative error of {expects:.2g}; {wanted:g} was wanted"
     tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
+    record, time = best.record, sum(run.record.summary["wall_time_s"] for run in runs)
+    choices = [*record.accuracy["choices"], tried]
     record = replace(
-        record.with_summary(wall_time_s=sum(run.record.summary["wall_time_s"] for run in runs)),
-        message="; ".join(filter(None, (short, record.message))),
-        accuracy={
-            "wanted": wanted,
-            "expected": expects,
-            "choices": [*record.accuracy["choices"], tried],
-        },
+        record.with_summary(wall_time_s=time),
+        accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
-    return replace(best, record=record)
+    return replace(best, record=_told(record, wanted))
+
+
+def _told(record: RunRecord, wanted: float) -> RunRecord:
+    """The record, a caution before its own where it expects more than is wanted."""
+    expects = record.accuracy["expected"]
+    if expects is None or expects <= wanted:
+        return record
+    short = f"expects a relative error of {expects:.2g}; {wanted:g} was wanted"
+    return replace(record, message="; ".join(filter(None, (short, record.message))))
 
 
 def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:
@@ -101,14 +112,18 @@ def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:
 def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord) -> dict[str, Any]:
     """`RunRecord.accuracy` of a run on a mesh of these sizes; empty where none was asked for.
 
-    solved : the reference's settings and materials
+    sizing : None of a mesh that is read. solved : the reference's settings and materials
     """
     import meshes
     import reference_fem
 
     accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
-    if accuracy is None or sizing is None:
+    if accuracy is None:
         return {}
+    expected = largest_share(record.errors, record)
+    if sizing is None:
+        mesh = {"setting": "mesh", "value": shown(fem.mesh), "reason": "stated: it stays as it is"}
+        return {"wanted": accuracy, "expected": expected, "choices": [mesh]}
     settings, materials = solved
     shafts = "the errors that shafts leave go with its square"
     found = {
@@ -135,7 +150,6 @@ def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord)
         {"setting": name, "value": shown(value), "reason": "stated" if name in stated else reason}
         for name, (value, reason) in found.items()
     ]
-    expected = largest_share(record.errors, record)
     return {"wanted": accuracy, "expected": expected, "choices": choices}
 
 

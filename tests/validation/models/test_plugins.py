@@ -184,3 +184,15 @@ def test_exudyn_agrees_on_the_soft_finger(fingertap: Run) -> None:
     for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
         assert found["exudyn"][key] == pytest.approx(found["hcm"][key], rel=1e-3)
     assert "drive.torques" in fingertap("run", "driven-1", "--model", "exudyn").refusal
+
+
+def test_scalars_that_contradict_the_curves_are_said() -> None:
+    """They count, as a solver may know them better than its samples do."""
+    scene, own = load_scene("soft"), tap_scalars(half_sine())["peak_normal_force_N"]
+    near = replace(half_sine(), scalars={"peak_normal_force_N": 1.04 * own})
+    assert record_of(near, scene, "mine").message == ""
+    record = record_of(replace(near, scalars={"peak_normal_force_N": 3.0}), scene, "mine")
+    assert record.value("peak_normal_force_N") == 3.0
+    assert record.message == (
+        f"scalars.peak_normal_force_N = 3 counts, and the curves have {own:.4g}"
+    )

@@ -8,6 +8,7 @@ import pytest
 
 import reference_fem
 from reference_fem.accuracy import sizes_for
+from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.models import solid, solid_inputs, solid_mesh
 from validation.models.adapter import Outcome
@@ -245,3 +246,9 @@ def test_a_finer_mesh_states_no_less_than_what_a_coarser_one_is_off() -> None:
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
     assert record.errors["peak_stress_R_Pa"] == pytest.approx(18e3)
     assert record.errors["peak_normal_force_N"] == 0.01
+
+
+def test_what_is_refused_beside_an_accuracy_is_refused_as_it_was_stated() -> None:
+    asked = ["solver.accuracy=0.01", "solver.fem.preset=fast"]
+    with pytest.raises(UserError, match=r"solver.accuracy = 0.01 is"):
+        solve(load_scene("soft", asked), "fem3d", None)

@@ -112,13 +112,13 @@ def folded(result: TapResult, length: float) -> bool:
     return bool(np.einsum("ij,ij->i", before, before).min() < (FOLDED * length) ** 2)
 
 
-def grazes(result: TapResult) -> bool:
-    """Whether the first tap barely ended, or barely did not."""
+def grazes(result: TapResult, share: float = GRAZE) -> bool:
+    """Whether the first tap barely ended, or barely did not: by less than that `share`."""
     history, summary = result.history, result.summary
     assert summary.contact_time_s is not None
     assert summary.tip_velocity_at_contact_m_per_s is not None
-    slow = GRAZE * abs(summary.tip_velocity_at_contact_m_per_s[1])
-    weak = GRAZE * (summary.peak_normal_force_N or 0.0)
+    slow = share * abs(summary.tip_velocity_at_contact_m_per_s[1])
+    weak = share * (summary.peak_normal_force_N or 0.0)
     for event in result.events:
         left, turned_back = event.kind == "separation", event.kind == "restitution_to_compression"
         if event.time_s < summary.contact_time_s or not (left or turned_back):

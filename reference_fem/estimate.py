@@ -127,6 +127,7 @@ def estimated(
             given.mesh.dim,
         ),
         given.section,
+        given.mesh.dim,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
     late, of_speed, other = math.inf, 0.0, None

@@ -14,6 +14,7 @@ from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.estimate import Given, _of_flight, standing_out
 from reference_fem.mesh_error import (
     LEAST,
+    PLANE,
     POWERS,
     Other,
     Resolution,
@@ -308,6 +309,8 @@ def test_meshes_that_agree_leave_what_their_edges_allow() -> None:
     assert apart[PEAK] == pytest.approx(0.1 / 3 + 0.15 * 0.2**2)
     coarse = Resolution(2.0, 1.0)
     assert tap_errors(run, Other(run, (2.0, 2.0)), coarse)[PEAK] == coarse.allowance
+    plane = tap_errors(run, Other(run, (2.0, 2.0)), replace(coarse, dim=2))
+    assert plane[PEAK] == PLANE * coarse.allowance
     # two blocks have no two meshes: a ratio near 1 tells little, not everything
     ratios = tap_errors(run, Other(run_of(1.1), (1.001, 1.001)), fine)[PEAK]
     assert 0.1 < ratios < 1.0

@@ -262,6 +262,10 @@ def test_a_stress_that_grows_as_the_tap_ends_is_read_there_and_known_as_its_end_
     grows = SimpleNamespace(time_s=time, stress_R_Pa=10.0 * time)
     assert stress_during(grows, 0.0, 0.95).max() == pytest.approx(9.5)
     assert stress_during(grows, 0.25, 0.35).tolist() == pytest.approx([2.5, 3.0, 3.5])
+    # a run ends before its next sample, and within it the last three are taken for a parabola
+    curved = SimpleNamespace(time_s=time[:6], stress_R_Pa=time[:6] ** 2)
+    assert stress_during(curved, 0.0, 0.55)[-1] == pytest.approx(0.55**2)
+    assert stress_during(curved, 0.0, 9.0)[-1] == pytest.approx(0.6**2)
     sample = SimpleNamespace(time_s=time[:0], stress_R_Pa=time[:0])
     assert stress_during(sample, 0.0, 1.0).size == 0
     run = run_of(9.5, contact_time_s=0.0, contact_duration_s=0.95, peak_normal_force_time_s=0.5)

@@ -57,8 +57,8 @@ OF_PATCH = {IMPULSE: 0.25, TANGENTIAL: 1.8}
 OF_SECTION, OF_STRESS = 0.15, 0.45
 # Share of the patch's that is left where two meshes agree and both resolve the patch.
 LEAST = 1.0 / 3.0
-# What meshes leave in plane stress, over all this: next to meshes of 0.4 of the finest edges, 8 of 46
-# taps at 1e-2 had numbers beyond twice what is stated without it, none of 42 with it.
+# What meshes leave in plane stress, over all this: next to meshes of 0.4 of the finest edges, 8 of
+# 46 taps at 1e-2 had numbers beyond twice what is stated without it, none of 42 with it.
 PLANE = 2.0
 # Ratio of edges below which a companion tells next to nothing.
 LEAST_RATIO = 1.2

@@ -31,9 +31,9 @@ from hcm.result import Accuracy, Choice, Status, TapResult
 from hcm.simulate import Progress, simulate
 
 COMPANION, SAFETY = 3.0, 1.5
-# of an accuracy, a tap that ends by less may not end: at 1e-2 one left at 0.024 of its approach, in
-# both runs that were compared, that goes on for as long again
-GRAZE_OVER = 3.0
+# of an accuracy, and at most: a tap that ends by less may not end. At 1e-2 one left at 0.024 of its
+# approach, in both runs that were compared, that goes on for as long again
+GRAZE_OVER, MOST_GRAZED = 3.0, 0.05
 HELD = (
     "peak_normal_force_N",
     "normal_impulse_N_s",
@@ -71,12 +71,12 @@ def simulate_within(
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
             break
         result, expected = _compared(result, coarse, chosen)
-        grazed = grazes(result, max(GRAZE, GRAZE_OVER * accuracy))
-        chance = folded(result, scene.finger.length) or grazed
-        if again or (expected <= accuracy and not chance):
+        chance = folded(result, scene.finger.length) or grazes(result)
+        may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
+        if again or (expected <= accuracy and not (chance or may_go_on)):
             break
         again = f"solved again: {expected:.2g} was expected of the first run"
-        if chance:
+        if chance or may_go_on:
             again = "solved again: the finger folds up, or its tap barely ends"
         smaller = min(max(expected / accuracy, COMPANION), COMPANION**2)
         target = accuracy / smaller
@@ -102,14 +102,17 @@ def _solve(chosen: Chosen, progress: Progress | None) -> TapResult:
 def _coarser(chosen: Chosen, taps: int) -> Scene:
     """Wrong by COMPANION times as much, but for single elements; few steps in flight stay."""
     scene, settings = chosen.scene, chosen.scene.settings
-    fewer = [
-        replace(p, elements=round(p.elements / math.sqrt(COMPANION)) if p.elements > 1 else 2)
-        for p in scene.finger.phalanges
-    ]
-    longer, flown = 1.0, settings.flight_elements
+    longer, flown, kept = 1.0, settings.flight_elements, 1
     if chosen.followed:
         longer = COMPANION ** (2 / 3)
-        flown = min(round(flown / COMPANION**0.25), max(flown - 1, min(flown, 1)))
+        flown = min(flown, max(p.elements for p in scene.finger.phalanges))
+        flown = 2 if flown == 1 else min(round(flown / COMPANION**0.25), max(flown - 1, 0))
+        kept = flown  # no phalanx flies on more than it touches with
+    fewer = [
+        replace(p, elements=max(round(p.elements / math.sqrt(COMPANION)), min(p.elements, kept)))
+        if p.elements > 1 else replace(p, elements=2)
+        for p in scene.finger.phalanges
+    ]  # fmt: skip
     coarse = replace(
         settings,
         flight_elements=flown,
@@ -130,13 +133,16 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     settings = chosen.scene.settings
     rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
+    single |= chosen.followed and settings.flight_elements == 1
     of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION - 1)
     bent = 0.0
     if rods and (fall := chosen.fall):
-        bent = stress_of(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1]) / SAFETY
+        bent = stress_of(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1])
+    # what rods leave out of the stress is no difference of two runs, and has no need of its safety
+    apart_by = compare(result, coarse, of_stress, left_out, rods, located, bent / SAFETY)
     errors: dict[str, float | tuple[float, float]] = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
-        for name, e in compare(result, coarse, of_stress, left_out, rods, located, bent).items()
+        for name, e in apart_by.items()
     }
     cautions = (
         *result.cautions,

@@ -57,7 +57,7 @@ REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.12
 # over. 85 taps at 1e-3 keep their errors with 0.7 of them; with 0.6, 3 of 208 more miss 1e-3
 INNER_SHARE = 0.8
 # eps over that of the contact beside a flight whose vibration is followed, which may take ten times
-# as long: what the contact leaves would have both solved again
+# as long: what the contact leaves would have both solved again (a driven finger's flight has more)
 BESIDE = 2.0
 # of eps, and at most: errors of an acceleration, by the contact's integrator; collocation's
 # iteration ends on its way of a step

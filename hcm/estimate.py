@@ -136,7 +136,7 @@ def turn_band(own: TapResult, other: TapResult) -> float:
 
 def stress_of(speed: float, phalanx: Phalanx) -> float:
     """Stress at mid-length, Pa, of a beam on two hinges that vibrates at `speed`, m/s, in its first
-    shape: E kappa d/2 with kappa sqrt(E I) = v sqrt(rho A), which is 2 v sqrt(E rho) in a rod.
+    shape: E d/2 times the curvature v sqrt(rho A/(E I)), which is 2 v sqrt(E rho) in a round rod.
     """
     return 2.0 * speed * math.sqrt(phalanx.youngs_modulus * phalanx.density)
 

@@ -198,8 +198,9 @@ class Settings:
     """Longest step out of contact."""
     flight_elements: Annotated[int, Bound(integer=True, at_least=0, at_most=10_000)] = 0
     """Of each phalanx in an elastic flight up to the first touch, which divides them into those of
-    the finger (`hcm.beam.division`), the most there can be. Their masses are such that few of them
-    keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's throughout."""
+    the finger (`hcm.beam.division`), the most there can be. Their masses, also of as many as the
+    finger's, keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's own elements
+    and masses throughout."""
     flight_tolerance: Annotated[float, Bound(at_least=0, at_most=1)] = 1e-6
     """Bound on a flight step's local error over the surface's depth (surface.height), which
     shortens the steps where vibrations matter; 0 keeps all flight steps at `flight_step`. The depth

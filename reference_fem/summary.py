@@ -79,7 +79,8 @@ def stress_during(history: History, start: float, end: float) -> Array:
     """Readings at R from `start` to `end`, s, with what they are there, linear between samples.
 
     A finger may bend most as its tip leaves: next to the last sample in a tap of 30 that is up to
-    a fourth more. A run may end before the next one: by up to a sample the last three foretell it.
+    a fourth more. A run may end before the next one: by up to a sample the last three foretell it,
+    by a parabola.
     """
     time, stress = history.time_s, history.stress_R_Pa
     if not time.size:

@@ -12,10 +12,12 @@ energy is added for either axis,
 
 g = I/(A l^2) with rotary inertia, else 0, Phi of `hcm.beam.refinement`. c_2 and c_3 are the even
 and the odd bending, which no rigid motion has: mass, centre and moment of inertia stay. With these
-e_2 and e_3 two more terms of a frequency's series in kappa l, in a long row of elements, are those
-of Timoshenko's beam, and (kappa l)^8 is wrong. Free ends and hinges leave more: 2e-5 (kappa l)^6 of
-a hinged beam without shear. This is a customized mass as Felippa, Guo and Park call it (Arch.
-Comput. Methods Eng. 22, 2015); e_2 and e_3 are ours, by computer algebra.
+e_2 and e_3 two more terms of a frequency's series in kappa l, at constant Phi and g in a long row
+of elements, are those of Timoshenko's beam, and (kappa l)^8 is wrong. Free ends and hinges of a
+given beam leave more: order 6 in l without shear, 4 with it, 2 with rotary inertia too, a tenth to
+a hundredth of what consistent masses do. This is a customized mass as Felippa, Guo and Park call it
+(Arch. Comput. Methods Eng. 22, 2015); e_2 and e_3 are ours, by computer algebra. An end that tapers
+(a half-ball with its contact at the axis' end) has a whole cylinder's.
 
 In contact the tip's force acts on one node, and from three elements on consistent masses are as
 good: the first touch brings them back, with the contact's elements.

@@ -91,10 +91,13 @@ def other_than_stated(curves: Curves) -> list[str]:
     """A line for each number that the source states otherwise than its curves have it."""
     lines, own = [], tap_scalars(curves)
     for key, value in own.items():
-        stated = curves.scalars.get(key, value)
+        stated, error = curves.scalars.get(key), curves.errors.get(key)
+        if stated is None:
+            continue
         # the place of a peak and that of a touch lie between samples
         scale = own["contact_duration_s"] if key in TIMES else abs(value)
-        if abs(stated - value) > APART * scale + curves.errors.get(key, 0.0):
+        # a NaN compares false
+        if not abs(stated - value) <= APART * scale + (error or 0.0):
             lines.append(f"scalars.{key} = {stated:.4g} counts, and the curves have {value:.4g}")
     return lines
 

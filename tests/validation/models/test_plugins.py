@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import math
 import os
 import sys
 from collections.abc import Callable
@@ -196,3 +197,7 @@ def test_scalars_that_contradict_the_curves_are_said() -> None:
     assert record.message == (
         f"scalars.peak_normal_force_N = 3 counts, and the curves have {own:.4g}"
     )
+    unknown = replace(near, scalars={"peak_normal_force_N": None}, errors={"contact_time_s": None})
+    assert record_of(unknown, scene, "mine").message == ""
+    nothing = replace(near, scalars={"peak_normal_force_N": math.nan})
+    assert "= nan counts" in record_of(nothing, scene, "mine").message

@@ -226,6 +226,29 @@ def test_a_finer_mesh_is_compared_with_the_run_before(monkeypatch: pytest.Monkey
     assert len(taps[1][0].cells) > len(taps[0][0].cells)
 
 
+def test_like_meshes_are_not_compared_and_a_contradiction_is_solved_again() -> None:
+    """0.7 of 0.003 is near the finest known, which is solved at once; 1.2 +- 0.5 % N beside
+    1.0 +- 1 % leaves 16 %, and another mesh is asked."""
+    asked: list[float] = []
+
+    def solver(scene: NamedScene) -> Outcome:
+        asked.append(scene.tables.solver.accuracy_of("fem") or 0.0)
+        force = 1.0 if len(asked) == 1 else 1.2
+        expected = 0.02 if len(asked) == 1 else 0.005
+        held = {"wanted": asked[-1], "expected": expected, "choices": []}
+        summary = {"wall_time_s": 1.0, **dict.fromkeys(reference_fem.HELD, force)}
+        errors = dict.fromkeys(reference_fem.HELD, expected * force)
+        return Outcome(RunRecord("soft", "fem2d", "", "COMPLETED", True, "", summary, errors,
+                                 accuracy=held), None, expected)  # fmt: skip
+
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.003"])).record
+    assert asked == [0.002]
+    asked.clear()
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
+    assert asked == pytest.approx([0.007, 0.0035, 0.002])
+    assert record.accuracy["expected"] == pytest.approx((0.2 - 0.02) / 1.2)
+
+
 def test_a_finer_mesh_states_no_less_than_what_a_coarser_one_is_off() -> None:
     """250 +- 6 kPa beside 281 +- 13: it is 18 off, by these two; 1 +- inf says nothing."""
     told = [

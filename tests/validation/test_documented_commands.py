@@ -51,7 +51,7 @@ SLOW = {
     "stress": "stress --quick",
     "calibrate": "calibrate --quick",
     "calibrate --first 2000": "calibrate --first 2000 --quick",
-    "calibrate --accuracy 1e-3 --scenes 200": "calibrate --accuracy 1e-3 --scenes 1",
+    "calibrate --accuracy 1e-3": "calibrate --accuracy 1e-3 --scenes 1",
     "calibrate --model fem3d --first 2000 --scenes 660":
         "calibrate --model fem3d --first 2000 --scenes 1",
     "python -m tests.faults.campaign --faults 200":

@@ -57,7 +57,7 @@ REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.12
 # over. 85 taps at 1e-3 keep their errors with 0.7 of them; with 0.6, 3 of 208 more miss 1e-3
 INNER_SHARE = 0.8
 # eps over that of the contact beside a flight whose vibration is followed, which may take ten times
-# as long: what the contact leaves would have both solved again (a driven finger's flight has more)
+# as long: what the contact leaves would have both solved again
 BESIDE = 2.0
 # of eps, and at most: errors of an acceleration, by the contact's integrator; collocation's
 # iteration ends on its way of a step
@@ -137,7 +137,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     whirls = acting_joints(scene.drive, len(phalanges))[0].size > 0
     flight = choose_flight(accuracy, scene, fall, frequency, whirls, stated)
     lumped = not scene.assumptions.any
-    in_contact = accuracy / BESIDE if flight.followed and not whirls else accuracy
+    in_contact = accuracy / BESIDE if flight.followed else accuracy
     wave = in_contact**0.25 / ELEMENT_SHARE if lumped else in_contact**0.5 / REFINED_ELEMENT_SHARE
     waves = [*[wave / INNER_SHARE] * (len(phalanges) - 1), wave]
     counts = tuple([

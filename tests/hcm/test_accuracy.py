@@ -311,7 +311,7 @@ RINGING = hcm.Scene(
 
 
 def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
-    """Two elements, stated, bring the vibration out of phase: that is found out, and said."""
+    """A single element, stated, brings the vibration out of phase: that is found out, and said."""
     tight = settings_for(5e-5, RINGING).scene
     plain = replace(tight, settings=replace(tight.settings, estimate=False))
     exact = numbers(hcm.simulate(**plain.arguments()))
@@ -320,10 +320,10 @@ def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
         result = simulate_within(accuracy, RINGING)
         assert np.abs(numbers(result) / exact - 1.0).max() <= accuracy
         assert result.accuracy.expected <= accuracy
-    phalanx = replace(RINGING.finger.phalanges[0], elements=2)
-    few = simulate_within(1e-3, replace(RINGING, finger=hcm.Finger((phalanx,))), {"elements": 2})
+    phalanx = replace(RINGING.finger.phalanges[0], elements=1)
+    few = simulate_within(1e-3, replace(RINGING, finger=hcm.Finger((phalanx,))), {"elements": 1})
     wrong = np.abs(numbers(few) / exact - 1.0).max()
-    assert wrong > 2e-3
+    assert wrong > 5e-3
     assert few.accuracy.expected > wrong
     assert any("was wanted" in caution for caution in few.cautions)
 

@@ -22,9 +22,9 @@ from hcm.estimate import (
     compare,
     later_taps,
     relative_errors,
-    stress_of,
     tap_peaks,
 )
+from hcm.fall import stress_of
 from hcm.model import Scene
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
@@ -105,14 +105,13 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
     longer, flown, kept = 1.0, settings.flight_elements, 1
     if chosen.followed:
         longer = COMPANION ** (2 / 3)
-        flown = min(flown, max(p.elements for p in scene.finger.phalanges))
-        flown = 2 if flown == 1 else min(round(flown / COMPANION**0.25), max(flown - 1, 0))
+        most = max(p.elements for p in scene.finger.phalanges)
+        flown = _fewer(min(flown, most), COMPANION**0.25)
         kept = flown  # no phalanx flies on more than it touches with
     fewer = [
-        replace(p, elements=max(round(p.elements / math.sqrt(COMPANION)), min(p.elements, kept)))
-        if p.elements > 1 else replace(p, elements=2)
+        replace(p, elements=max(_fewer(p.elements, math.sqrt(COMPANION)), min(p.elements, kept)))
         for p in scene.finger.phalanges
-    ]  # fmt: skip
+    ]
     coarse = replace(
         settings,
         flight_elements=flown,
@@ -125,6 +124,11 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
         estimate=False,
     )
     return replace(scene, finger=Finger(tuple(fewer)), settings=coarse)
+
+
+def _fewer(elements: int, factor: float) -> int:
+    """That many times fewer, one at least; two in the place of one, none of none."""
+    return 2 if elements == 1 else max(min(round(elements / factor), elements - 1), 0)
 
 
 def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[TapResult, float]:

@@ -27,8 +27,9 @@ from hcm.companion import (
     stretched,
     undamped,
 )
+from hcm.fall import stress_of
 from hcm.flight_band import flight_band, touch_band
-from hcm.parameters import GAUSS, Finger, Phalanx, Settings
+from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import Status, Summary, TapResult
 from hcm.summary import vertex
 from hcm.workload import most_steps
@@ -132,13 +133,6 @@ def turn_band(own: TapResult, other: TapResult) -> float:
     apart = velocity - np.interp(time, b.time_s - theirs, b.tip_velocity_m_per_s[:, 1])
     slope = (velocity[-1] - velocity[0]) / (time[-1] - time[0])
     return math.sqrt(float(np.mean(apart * apart))) / abs(float(slope))
-
-
-def stress_of(speed: float, phalanx: Phalanx) -> float:
-    """Stress at mid-length, Pa, of a beam on two hinges that vibrates at `speed`, m/s, in its first
-    shape: E d/2 times the curvature v sqrt(rho A/(E I)), which is 2 v sqrt(E rho) in a round rod.
-    """
-    return 2.0 * speed * math.sqrt(phalanx.youngs_modulus * phalanx.density)
 
 
 def compare(

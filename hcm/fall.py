@@ -1,5 +1,6 @@
 """What a fall of rigid rods foretells of a tap: when, how fast, and what rods leave out."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,7 @@ from hcm.beam.drive import Piece
 from hcm.flight.rigid_chain import Rods, build_rods, clearance, survey
 from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
 from hcm.model import Scene, plan_of, rods_state
-from hcm.parameters import check_scene
+from hcm.parameters import Phalanx, check_scene
 from hcm.state import Plan
 
 # of a flight as rods, beside one that decides, over the surface's depth
@@ -59,3 +60,10 @@ def rods_fall(scene: Scene) -> Fall | None:
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
     time = float(flight.time[-1]) - start_s
     return Fall(time, speed, first, last, largest, sunk, flight, plan, (rods, pieces))
+
+
+def stress_of(speed: float, phalanx: Phalanx) -> float:
+    """Stress at mid-length, Pa, of a beam on two hinges that vibrates at `speed`, m/s, in its first
+    shape: E d/2 times the curvature v sqrt(rho A/(E I)), which is 2 v sqrt(E rho) in a round rod.
+    """
+    return 2.0 * speed * math.sqrt(phalanx.youngs_modulus * phalanx.density)

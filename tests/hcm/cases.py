@@ -9,11 +9,13 @@ from scipy.linalg import eigh
 import hcm
 from hcm import loop
 from hcm.arrays import Floats
+from hcm.assumptions import Assumptions
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain, Probe, build_chain
 from hcm.beam.equations import residual, tangent
 from hcm.beam.minimal_coordinates import acceleration, expand, minimal_coordinates
 from hcm.beam.outline import Outline
+from hcm.beam.refinement import beams_of, refine_chain
 from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw, contact_law
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
@@ -241,3 +243,30 @@ def bordered_acceleration(
     for axis in range(2):
         full[chain.hinge + axis] = -out[chain.hinge_outer + axis]
     return full
+
+
+def refined(body: hcm.Finger, assumptions: Assumptions) -> Chain:
+    chain, _ = build_chain(beams_of(body, assumptions), hcm.Drive())
+    return refine_chain(chain, body, hcm.Drive(), assumptions)
+
+
+def transverse(chain: Chain) -> tuple[Floats, Floats]:
+    """Stiffness and mass (2 m, 2 m) of one straight phalanx's deflections and slopes."""
+    size = 2 * chain.first.size + 2
+    stiffness, mass = np.zeros((2, size, size))
+    for e in range(chain.first.size):
+        own = slice(2 * e, 2 * e + 4)
+        stiffness[own, own] += chain.bending[e]
+        mass[own, own] += chain.mass[e]
+    return stiffness, mass
+
+
+def timoshenko(
+    k: float, bending: float, line: float, turning: float = 0.0, soft: float = 0.0
+) -> float:
+    """w^2 of the lower branch of E I k^4 - [m + k^2 (J + E I m/S)] w^2 + (J m/S) w^4 = 0
+    (Timoshenko 1922), m = rho A, J = rho I, S = kappa G A; soft : 1/S.
+    """
+    b = line + k**2 * (turning + bending * line * soft)
+    a, c = turning * line * soft, bending * k**4
+    return float(2 * c / (b + np.sqrt(b * b - 4 * a * c)))

@@ -1,7 +1,9 @@
 """Settings that follow from an accuracy: the error asked for is kept, and what is stated stays."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -13,8 +15,8 @@ from hcm.beam.outline import build_outline, depth
 from hcm.chosen import BESIDE, NEWTON, contact_frequency, settings_for
 from hcm.chosen_flight import BY_WEIGHT, FEW_STEPS, FOLLOWING_STAGES, QUIET, followed_frequency
 from hcm.companion import first_tap
-from hcm.estimate import VERTEX_SHARE, stress_of
-from hcm.fall import RODS_TOLERANCE, rods_fall
+from hcm.estimate import VERTEX_SHARE
+from hcm.fall import RODS_TOLERANCE, rods_fall, stress_of
 from hcm.flight.rigid_chain import body_depth, build_rods
 from hcm.model import rigid_motion
 from hcm.parameters import STAGES
@@ -34,6 +36,15 @@ def truth(scene: hcm.Scene) -> np.ndarray:
         contact_tolerance=0.0, estimate=False,
     )  # fmt: skip
     return numbers(hcm.simulate(**replace(scene, finger=fine, settings=settings).arguments()))
+
+
+def once(
+    accuracy: float, scene: hcm.Scene, stated: Mapping[str, object] = MappingProxyType({})
+) -> hcm.TapResult:
+    """A run with the settings of that accuracy, which nothing judges."""
+    chosen = settings_for(accuracy, scene, stated).scene
+    plain = replace(chosen, settings=replace(chosen.settings, estimate=False))
+    return hcm.simulate(**plain.arguments())
 
 
 def numbers(result: hcm.TapResult) -> np.ndarray:
@@ -312,9 +323,7 @@ RINGING = hcm.Scene(
 
 def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
     """A single element, stated, brings the vibration out of phase: that is found out, and said."""
-    tight = settings_for(5e-5, RINGING).scene
-    plain = replace(tight, settings=replace(tight.settings, estimate=False))
-    exact = numbers(hcm.simulate(**plain.arguments()))
+    exact = numbers(once(5e-5, RINGING))
     for accuracy in (1e-2, 1e-3):
         assert settings_for(accuracy, RINGING).followed
         result = simulate_within(accuracy, RINGING)
@@ -330,9 +339,7 @@ def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:
 
 def test_a_single_element_in_flight_is_judged_by_two() -> None:
     """By one as well, it was 2.8 % off and expected 0.014 %."""
-    tight = settings_for(5e-5, RINGING).scene
-    plain = replace(tight, settings=replace(tight.settings, estimate=False))
-    exact = numbers(hcm.simulate(**plain.arguments()))
+    exact = numbers(once(5e-5, RINGING))
     scene = replace(RINGING, settings=replace(RINGING.settings, flight_elements=1))
     result = simulate_within(1e-3, scene, {"flight_elements": 1})
     wrong = np.abs(numbers(result) / exact - 1.0).max()
@@ -420,9 +427,7 @@ def test_the_stress_of_what_rods_leave_out_is_stated() -> None:
         start=hcm.RigidStart((-0.0263,), (0.0,)), assumptions=hcm.Assumptions("refined"),
     )  # fmt: skip
     result = simulate_within(1e-3, scene)
-    exact = settings_for(1e-4, scene, {"flight": "elastic"}).scene
-    exact = replace(exact, settings=replace(exact.settings, estimate=False))
-    stress = hcm.simulate(**exact.arguments()).summary.peak_stress_R_Pa
+    stress = once(1e-4, scene, {"flight": "elastic"}).summary.peak_stress_R_Pa
     assert result.given["settings"].flight == "rigid"
     off = abs(result.summary.peak_stress_R_Pa - stress)
     assert off > 1e-3 * stress

@@ -11,10 +11,18 @@ import hcm
 from hcm.accuracy import HELD
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
-from hcm.beam.chain import Chain, build_chain
+from hcm.beam.chain import Chain
 from hcm.beam.customized_mass import customized
-from hcm.beam.refinement import refine_chain
-from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger, order_of
+from tests.hcm.cases import (
+    SOFT,
+    SOFT_TIP,
+    SURFACE,
+    finger,
+    order_of,
+    refined,
+    timoshenko,
+    transverse,
+)
 
 THICK = replace(SOFT, poisson_ratio=0.4)
 BEAMS = (Assumptions(), Assumptions(shear=True), Assumptions(rotary_inertia=True),
@@ -22,28 +30,26 @@ BEAMS = (Assumptions(), Assumptions(shear=True), Assumptions(rotary_inertia=True
 IDS = ("rigid sections", "shear", "rotary inertia", "both")
 
 
+def body_of(elements: int, length: float) -> hcm.Finger:
+    return hcm.Finger((replace(THICK, elements=elements, length=length),))
+
+
 def consistent(elements: int, assumptions: Assumptions, length: float = SOFT.length) -> Chain:
-    body = hcm.Finger((replace(THICK, elements=elements, length=length),))
-    return refine_chain(build_chain(body, hcm.Drive())[0], body, hcm.Drive(), assumptions)
+    return refined(body_of(elements, length), assumptions)
 
 
 def chain_of(elements: int, assumptions: Assumptions, length: float = SOFT.length) -> Chain:
-    body = hcm.Finger((replace(THICK, elements=elements, length=length),))
-    return customized(consistent(elements, assumptions, length), body, assumptions)
+    body = body_of(elements, length)
+    return customized(refined(body, assumptions), body, assumptions)
 
 
-def timoshenko(kappa: float, assumptions: Assumptions) -> float:
-    """w^2 of the lower branch of E I k^4 - w^2 (m + k^2 (J + E I m/S)) + w^4 J m/S = 0
-    (Timoshenko 1922), m = rho A, J = rho I, S = kappa G A (Hutchinson 2001).
-    """
-    nu, bending = 0.4, THICK.bending_stiffness
-    line, turning = THICK.line_density, THICK.density * THICK.second_moment
+def square_of(kappa: float, assumptions: Assumptions) -> float:
+    """w^2 of that wave in an endless beam, shear by Hutchinson's coefficient (2001)."""
+    nu, turning = 0.4, THICK.density * THICK.second_moment
     turning *= float(assumptions.has("rotary_inertia"))
     shear = 6 * (1 + nu) ** 2 / (7 + 12 * nu + 4 * nu**2) / (2 * (1 + nu))
     soft = 1.0 / (shear * THICK.youngs_modulus * THICK.area) if assumptions.has("shear") else 0.0
-    b = line + kappa**2 * (turning + bending * line * soft)
-    a, c = turning * line * soft, bending * kappa**4
-    return float(2 * c / (b + np.sqrt(b * b - 4 * a * c)))
+    return timoshenko(kappa, THICK.bending_stiffness, THICK.line_density, turning, soft)
 
 
 def frequency_of_a_wave(chain: Chain, turn: float) -> float:
@@ -62,7 +68,7 @@ def test_waves_in_a_long_row_are_the_beams_to_order_eight(assumptions: Assumptio
     length = float(chain.length[0])
     turns = np.array([0.25, 0.35, 0.5])
     errors = [
-        abs(frequency_of_a_wave(chain, turn) / timoshenko(turn / length, assumptions) - 1)
+        abs(frequency_of_a_wave(chain, turn) / square_of(turn / length, assumptions) - 1)
         for turn in turns
     ]
     assert order_of(turns, errors) == pytest.approx(8, abs=0.5)
@@ -70,12 +76,7 @@ def test_waves_in_a_long_row_are_the_beams_to_order_eight(assumptions: Assumptio
 
 def hinged_frequencies(chain: Chain) -> Floats:
     """w (m,) of a beam on a hinge, its other end free, without its rigid turn."""
-    size = 2 * chain.first.size + 2
-    stiff, mass = np.zeros((2, size, size))
-    for e in range(chain.first.size):
-        own = slice(2 * e, 2 * e + 4)
-        stiff[own, own] += chain.bending[e]
-        mass[own, own] += chain.mass[e]
+    stiff, mass = transverse(chain)
     squares: Floats = eigh(stiff[1:, 1:], mass[1:, 1:], eigvals_only=True)[1:]
     return np.sqrt(squares)
 

@@ -8,14 +8,13 @@ import pytest
 from scipy.linalg import eigh
 
 import hcm
-from hcm.arrays import Floats
 from hcm.assumptions import NEEDS, Assumptions
-from hcm.beam.chain import Chain, build_chain
 from hcm.beam.customized_mass import customized
 from hcm.beam.energy import energies
-from hcm.beam.refinement import beams_of, moments, refine_chain
+from hcm.beam.refinement import beams_of, moments
 from hcm.flight.rigid_chain import build_rods, rates
 from hcm.model import fill_rigid_motion
+from tests.hcm.cases import refined, timoshenko, transverse
 
 R, L, E, RHO, NU = 0.0075, 0.04, 1e9, 1400.0, 0.4
 KAPPA = 6 * (1 + NU) ** 2 / (7 + 12 * NU + 4 * NU**2)
@@ -26,22 +25,6 @@ MASSES = ("rotary_inertia", "half_ball", "lowest_point", "shear")
 
 def phalanx(elements: int = 4, length: float = L) -> hcm.Phalanx:
     return hcm.Phalanx(length, 2 * R, E, RHO, elements, poisson_ratio=NU)
-
-
-def refined(body: hcm.Finger, assumptions: Assumptions) -> Chain:
-    chain, _ = build_chain(beams_of(body, assumptions), hcm.Drive())
-    return refine_chain(chain, body, hcm.Drive(), assumptions)
-
-
-def transverse(chain: Chain) -> tuple[Floats, Floats]:
-    """Stiffness and mass (2 m, 2 m) of one straight phalanx's deflections and slopes."""
-    size = 2 * chain.first.size + 2
-    stiffness, mass = np.zeros((2, size, size))
-    for e in range(chain.first.size):
-        own = slice(2 * e, 2 * e + 4)
-        stiffness[own, own] += chain.bending[e]
-        mass[own, own] += chain.mass[e]
-    return stiffness, mass
 
 
 @pytest.mark.parametrize("elements", [1, 2, 7])
@@ -58,20 +41,14 @@ def test_a_cantilever_is_timoshenkos(elements: int) -> None:
 
 
 def test_frequencies_of_a_hinged_beam_are_timoshenkos() -> None:
-    """(rho I rho A/kappa G A) w^4 - [rho A + k^2 (rho I + E I rho A/kappa G A)] w^2 + E I k^4 = 0,
-    k = n pi/L, sine shapes between hinges (Timoshenko 1922).
+    """w^2 of k = n pi/L, sine shapes between hinges.
 
     Shear is constant in an element, so that its share s/(1 + s), s = k^2 E I/(kappa G A), of the
     deflection is inertia on straight lines, whose w^2 is (k l)^2/12 too large; rotary inertia takes
     a little of that.
     """
     line, turning, soft = RHO * AREA, RHO * INERTIA, KAPPA * SHEAR * AREA
-    wanted = []
-    for n in (1, 2, 3):
-        k = n * np.pi / L
-        b = line + k**2 * (turning + E * INERTIA * line / soft)
-        a, c = turning * line / soft, E * INERTIA * k**4
-        wanted.append(2 * c / (b + np.sqrt(b * b - 4 * a * c)))
+    wanted = [timoshenko(n * np.pi / L, E * INERTIA, line, turning, 1.0 / soft) for n in (1, 2, 3)]
     errors = []
     share = (np.pi / L) ** 2 * E * INERTIA / soft
     for elements in (16, 32, 64):

@@ -5,7 +5,7 @@ import numpy as np
 from validation.curve_files.samples import Floats, Samples
 from validation.curve_files.sidecar import Sidecar
 from validation.errors import UserError
-from validation.models.curves import Curves, other_than_stated
+from validation.models.curves import Curves, other_than_stated, tap_scalars
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
@@ -100,7 +100,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         f"take it out of {beside} unless it is the better one (half_model, time_offset_s and"
         " threshold_N change the curves alone)"
     )
-    return curves, [*notes, *[f"{line}: {remedy}" for line in other_than_stated(curves)]]
+    doubts = other_than_stated(curves, tap_scalars(curves))
+    return curves, [*notes, *[f"{line}: {remedy}" for line in doubts]]
 
 
 def _of_the_whole(sidecar: Sidecar, beside: str) -> str:

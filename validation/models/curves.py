@@ -87,9 +87,9 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
     return scalars
 
 
-def other_than_stated(curves: Curves) -> list[str]:
-    """A line for each number that the source states otherwise than its curves have it."""
-    lines, own = [], tap_scalars(curves)
+def other_than_stated(curves: Curves, own: Mapping[str, float]) -> list[str]:
+    """A line for each number that the source states otherwise than `own`, its curves' scalars."""
+    lines = []
     for key, value in own.items():
         stated, error = curves.scalars.get(key), curves.errors.get(key)
         if stated is None:
@@ -127,7 +127,8 @@ def record_of(
     unknown = set(curves.scalars) - {entry.key for entry in QUANTITIES}
     if unknown:
         raise ValueError(f"unknown scalars: {', '.join(sorted(unknown))}")
-    found = {**tap_scalars(curves), "wall_time_s": wall_time_s, **curves.scalars}
+    own = tap_scalars(curves)
+    found = {**own, "wall_time_s": wall_time_s, **curves.scalars}
     tangential = curves.tangential_force_N
     return RunRecord(
         scene=scene.name,
@@ -135,7 +136,7 @@ def record_of(
         variant="",
         status="COMPLETED",
         ok=True,
-        message="; ".join(other_than_stated(curves)),
+        message="; ".join(other_than_stated(curves, own)),
         summary={entry.key: found.get(entry.key) for entry in QUANTITIES},
         history={
             "time_s": curves.time_s,

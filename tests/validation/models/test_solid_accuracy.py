@@ -1,6 +1,8 @@
 """A solid that is held to an accuracy: its mesh, its damping, and when it is solved again."""
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -118,6 +120,17 @@ def test_finer_meshes_come_to_a_limit_where_the_material_relaxes() -> None:
 SHORT = "expects a relative error of {}; 0.01 was wanted; coarse"
 
 
+def completed(
+    wanted: float | None, expected: float | None, of_mesh: float | None,
+    errors: Mapping[str, float] = MappingProxyType({}), **summary: float,
+) -> Outcome:  # fmt: skip
+    """A run that a solver may have given."""
+    held = {"wanted": wanted, "expected": expected, "choices": []}
+    found = {"wall_time_s": 1.0, **summary}
+    record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", found, errors, accuracy=held)
+    return Outcome(record, None, of_mesh)
+
+
 @pytest.mark.parametrize(
     ("first", "further", "asked", "kept", "caution"),
     [
@@ -160,11 +173,7 @@ def test_a_solid_that_expects_more_is_solved_again(
 @pytest.mark.parametrize("of_mesh", [0.004, None])
 def test_what_no_mesh_lessens_is_told_and_not_solved_again(of_mesh: float | None) -> None:
     """The tap may have another end; None: it is not known which touch is the first."""
-    held = {"wanted": 0.01, "expected": 0.3, "choices": []}
-    found = RunRecord(
-        "soft", "fem3d", "", "COMPLETED", True, "", {"wall_time_s": 1.0}, accuracy=held
-    )
-    once = [Outcome(found, None, of_mesh)]
+    once = [completed(0.01, 0.3, of_mesh)]
     record = solved_within(lambda asked: once.pop(), load_scene("soft", ["solver.accuracy=0.01"]))
     assert record.record.message == "expects a relative error of 0.3; 0.01 was wanted"
     (told,) = record.record.accuracy["choices"]
@@ -178,10 +187,7 @@ def test_a_solid_that_keeps_its_accuracy_is_solved_once(estimate: bool, asked: f
 
     def solver(scene: NamedScene) -> Outcome:
         seen.append(scene.tables.solver.accuracy_of("fem"))
-        held = {"wanted": seen[-1], "expected": 0.009 if estimate else None, "choices": []}
-        found = {"wall_time_s": 1.0}
-        record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", found, accuracy=held)
-        return Outcome(record, None, 0.009)
+        return completed(seen[-1], 0.009 if estimate else None, 0.009)
 
     overrides = ["solver.accuracy=0.01", f"solver.fem.estimate={str(estimate).lower()}"]
     record = solved_within(solver, load_scene("soft", overrides)).record
@@ -195,10 +201,7 @@ def test_a_further_mesh_has_finer_edges_than_the_coarsest() -> None:
 
     def solver(scene: NamedScene) -> Outcome:
         seen.append(scene.tables.solver.accuracy_of("fem") or 0.0)
-        held = {"wanted": seen[-1], "expected": 0.03 / len(seen), "choices": []}
-        found = {"wall_time_s": 1.0}
-        record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", found, accuracy=held)
-        return Outcome(record, None, 0.03 / len(seen))
+        return completed(seen[-1], 0.03 / len(seen), 0.03 / len(seen))
 
     solved_within(solver, load_scene("soft", ["solver.accuracy=0.025"]))
     first, second = (sizes_for(accuracy).edge for accuracy in seen)
@@ -235,11 +238,9 @@ def test_like_meshes_are_not_compared_and_a_contradiction_is_solved_again() -> N
         asked.append(scene.tables.solver.accuracy_of("fem") or 0.0)
         force = 1.0 if len(asked) == 1 else 1.2
         expected = 0.02 if len(asked) == 1 else 0.005
-        held = {"wanted": asked[-1], "expected": expected, "choices": []}
-        summary = {"wall_time_s": 1.0, **dict.fromkeys(reference_fem.HELD, force)}
         errors = dict.fromkeys(reference_fem.HELD, expected * force)
-        return Outcome(RunRecord("soft", "fem2d", "", "COMPLETED", True, "", summary, errors,
-                                 accuracy=held), None, expected)  # fmt: skip
+        summary = dict.fromkeys(reference_fem.HELD, force)
+        return completed(asked[-1], expected, expected, errors, **summary)
 
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.003"])).record
     assert asked == [0.002]
@@ -261,10 +262,7 @@ def test_a_finer_mesh_states_no_less_than_what_a_coarser_one_is_off() -> None:
     def solver(scene: NamedScene) -> Outcome:
         summary, errors = told.pop(0)
         expected = 0.02 if told else 0.005
-        held = {"wanted": 0.01, "expected": expected, "choices": []}
-        found = {"wall_time_s": 1.0, **summary}
-        return Outcome(RunRecord("soft", "fem2d", "", "COMPLETED", True, "", found, errors,
-                                 accuracy=held), None, expected)  # fmt: skip
+        return completed(0.01, expected, expected, errors, **summary)
 
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
     assert record.errors["peak_stress_R_Pa"] == pytest.approx(18e3)

@@ -11,7 +11,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.equations import resists_rates
 from hcm.beam.outline import Outline, depth
-from hcm.compiled import kernel, kernel_with
+from hcm.compiled import ByKind, kernel, kernel_with
 from hcm.contact.contract import begin_mode, keep, place, velocity
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, STICK, Contact
@@ -162,3 +162,7 @@ def advance(
             code = DONE
             break
     return contact[:], clock[:], n_rows, n_events, code
+
+
+# Its kind: the classes of the integrator and of its law.
+advance_by_kind = ByKind(advance)

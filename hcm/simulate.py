@@ -206,6 +206,7 @@ def _take_steps(
     until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
     try:
         integrator = model.integrator()
+        kind = integrator.__class__, integrator.law.__class__
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
             size = min(TABLE_ROWS, settings.max_steps - last.steps)
@@ -217,8 +218,8 @@ def _take_steps(
                 iterations=min(most, spent + per_call), end_time=min(until.end_time, over)
             )
             record = empty_record(size + between, EVENT_ROWS, model.chain, model.frames)
-            contact, clock, rows, events, code = loop.advance(
-                motion, new, last.contact, last.clock, plan, integrator, model.probe,
+            contact, clock, rows, events, code = loop.advance_by_kind(
+                kind, motion, new, last.contact, last.clock, plan, integrator, model.probe,
                 model.outline, record,
             )  # fmt: skip
             first_row = begun.segment.rows[0]

@@ -10,7 +10,7 @@ from hcm.beam.chain import Probe
 from hcm.beam.drive import Piece, piece_at, set_drive
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
-from hcm.compiled import kernel
+from hcm.compiled import ByKind, kernel
 from hcm.contact.contract import Law, begin_mode, place, velocity
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, Contact
@@ -126,8 +126,9 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     set_drive(end, piece_at(model.drive, end), motion.drive)
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
-    contact, clock, steps, code, solved, left_out = write_flight(
-        flight, model.plan.contact_step, model.settings.consistent_start, rods, motion,
+    kind = model.generalized_alpha.law.__class__, flight.states.flags.c_contiguous
+    contact, clock, steps, code, solved, left_out = write_flight_by_kind(
+        kind, flight, model.plan.contact_step, model.settings.consistent_start, rods, motion,
         model.generalized_alpha, model.probe, model.outline, rows, reactions, model.frames,
     )  # fmt: skip
     at, rows, reactions = Clock(*clock), rows[: steps + 2], reactions[: steps + 2]
@@ -237,3 +238,7 @@ def write_flight(
     )
     approach = abs(clearance(states[m], rods)[1])
     return contact[:], clock[:], m, code, solved, left_out / max(approach, 1e-300)
+
+
+# Its kind: the law's class, and whether a row of the flight follows the one before without a gap.
+write_flight_by_kind = ByKind(write_flight)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hcm.compiled import ByKind
 from tests.validation.commands import Capture, Ended, Patch, Run, Use, call, fake_adapter
 from validation.harness.provenance import provenance
 from validation.harness.record import Event, RunRecord
@@ -26,6 +27,21 @@ def interrupts_are_heard() -> Iterator[None]:
     yield
     for number, answer in before.items():
         signal.signal(number, answer)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kinds_are_looked_at() -> Iterator[None]:
+    """Calls that numba does not look at have the types that their kernel was compiled for."""
+    call = ByKind.__call__
+
+    def looked_at(kernel: ByKind, kind: Any, *args: Any) -> Any:
+        entry = kernel.entries.get(kind)
+        assert entry is None or kernel.looked_at(args) is entry
+        return call(kernel, kind, *args)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ByKind, "__call__", looked_at)
+        yield
 
 
 @pytest.fixture

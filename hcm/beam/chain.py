@@ -22,7 +22,7 @@ import numpy as np
 from hcm.arrays import Floats, Ints
 from hcm.beam.drive import acting_joints, piece_at, torques_on_nodes
 from hcm.beam.element import UNIT_MASS, fill_matrices
-from hcm.compiled import kernel_with
+from hcm.compiled import ByKind, kernel_with
 from hcm.parameters import Drive, Finger, Phalanx
 
 
@@ -102,7 +102,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
         np.empty(0), np.empty(0, dtype=np.int64), scale, n - 4, _roundoff(given), relaxation,
         any(p.relaxation_time for p in phalanges),
     )  # fmt: skip
-    fill_chain(np.array(counts), np.array(given), drive.fall, chain, rest)
+    fill_chain_by_kind(None, np.array(counts), np.array(given), drive.fall, chain, rest)
     joint, sign = acting_joints(drive, links)
     if joint.size:
         torque = piece_at(torques_on_nodes(drive, links), 0.0).torques[0].copy()
@@ -159,6 +159,8 @@ def fill_chain(
         chain.weight[place - 1] -= moment_y
         arc += given[w, 4]
 
+
+fill_chain_by_kind = ByKind(fill_chain)
 
 # Smallest eigenvalue of an element mass matrix over the mass, in units of 1 and 1/l.
 SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])

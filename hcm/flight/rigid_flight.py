@@ -14,7 +14,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.drive import Piece, piece_at
-from hcm.compiled import kernel
+from hcm.compiled import ByKind, kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince
 from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip_below_zero
@@ -155,6 +155,9 @@ def take_steps(
     return rows.shape[0] - 1, FULL, repeats, trials, h
 
 
+take_steps_by_kind = ByKind(take_steps)
+
+
 def integrate_flight(
     rods: Rods, state: Floats, time: float, plan: Plan, most_steps: int,
     drive: Sequence[Piece] = (),
@@ -181,9 +184,9 @@ def integrate_flight(
         flown: list[Floats] = []
         while code == FULL and steps < most_steps:
             rows = np.empty((1 + min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
-            written, code, repeated, tried, h = take_steps(
-                time, h, until, plan.flight_step, tolerance, state, new, stages, bool(flown), rods,
-                rows,
+            written, code, repeated, tried, h = take_steps_by_kind(
+                None, time, h, until, plan.flight_step, tolerance, state, new, stages, bool(flown),
+                rods, rows,
             )  # fmt: skip
             flown.append(rows[min(len(flown), 1) : 1 + written])
             time = float(rows[written, 0]) if written else time

@@ -2,10 +2,11 @@
 
 The step is repeated with trial lengths h' in (0, h], the integrator being the interpolant, until a
 bracket of the event function's sign change is shorter than `TIME_RESOLUTION`, or than what
-Newton's tolerance leaves uncertain of a trial. A slot is looked at
-when its sign has changed over the step, or when its rates at both ends and the cubic through them
-suspect a dip below zero in between. An event function that starts at zero (it has just fired, or
-two events coincide) is judged by where it goes: it fires again only after it has been positive.
+Newton's tolerance leaves uncertain of a trial, or a trial lies that little past it by its own value
+and rate. A slot is looked at when its sign has changed over the step, or when its rates at both
+ends and the cubic through them suspect a dip below zero in between. An event function that starts
+at zero (it has just fired, or two events coincide) is judged by where it goes: it fires again only
+after it has been positive.
 """
 
 import math
@@ -22,6 +23,10 @@ TIME_RESOLUTION = 1e-15
 # Trials of one length differ by Newton's tolerance in their acceleration, which moves an event by
 # about that share of the step; a bracket this many times longer can still be halved.
 NOISE = 10.0
+# Of that bracket, by which trials aim past the zero, so that one is past it and ends the search.
+PAST = 0.2
+# Of the zero of a cubic on (0, 1).
+ROOT_ITERATIONS, ROOT_RESOLUTION = 20, 1e-12
 NO_EVENT = -1
 
 
@@ -57,14 +62,24 @@ def overshot(
 
 
 @kernel
+def hermite_slope(
+    h: float, g0: float, d0: float, g1: float, d1: float
+) -> tuple[float, float, float]:
+    """A, B, C of p'(s) = A s^2 + B s + C, s = t/h, of the cubic with values g and rates d at the
+    ends of a step h.
+    """
+    a = 6.0 * (g0 - g1) + 3.0 * h * (d0 + d1)
+    b = 6.0 * (g1 - g0) - h * (4.0 * d0 + 2.0 * d1)
+    return a, b, h * d0
+
+
+@kernel
 def dip_below_zero(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
     """Time in (0, h) where the cubic Hermite interpolant has a minimum below zero, or 0."""
     if not (g0 > 0.0 and g1 > 0.0 and d0 < 0.0 and d1 > 0.0):
         return 0.0
-    # p'(s) = A s^2 + B s + C on s = t/h, a minimum where p' rises through zero
-    a = 6.0 * (g0 - g1) + 3.0 * h * (d0 + d1)
-    b = 6.0 * (g1 - g0) - h * (4.0 * d0 + 2.0 * d1)
-    c = h * d0
+    a, b, c = hermite_slope(h, g0, d0, g1, d1)
+    # a minimum where p' rises through zero
     root = math.sqrt(max(b * b - 4.0 * a * c, 0.0))
     s = 2.0 * c / (-b - root) if b + root != 0.0 else 0.5
     if not 0.0 < s < 1.0:
@@ -74,16 +89,38 @@ def dip_below_zero(h: float, g0: float, d0: float, g1: float, d1: float) -> floa
 
 
 @kernel
+def zero_of_cubic(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
+    """Time in (0, h) where the cubic Hermite interpolant is zero, g0 > 0 > g1: by Newton's method,
+    with bisection where it leaves the bracket.
+    """
+    a, b, c = hermite_slope(h, g0, d0, g1, d1)
+    low, high, s = 0.0, 1.0, g0 / (g0 - g1)
+    for _ in range(ROOT_ITERATIONS):
+        value = g0 + s * (c + s * (0.5 * b + s * a / 3.0))
+        low, high = (s, high) if value > 0.0 else (low, s)
+        slope, before = c + s * (b + s * a), s
+        s = s - value / slope if slope != 0.0 else math.inf
+        if not low < s < high:
+            s = 0.5 * (low + high)
+        if abs(s - before) < ROOT_RESOLUTION:
+            break
+    return s * h
+
+
+@kernel
 def locate(
     slot: int, high: float, g_low: float, g_high: float, tolerance: float, contact: Contact,
     old: Motion, new: Motion, integrator: AnyIntegrator,
 ) -> tuple[float, int]:  # fmt: skip
-    """Bracketing search (Illinois, with bisection when it stalls) for the slot's zero in [0, high].
+    """Bracketing search for the slot's zero in [0, high], which `new` is the step to.
 
-    Returns the bracket's end just past the event (0 when it fires at once) and the trials used;
-    a trial whose Newton iteration fails ends the search with NaN.
+    Cubics through the bracket's ends and their rates say where, with bisection when that stalls.
+    Returns the bracket's end just past the event (0 when it fires at once), which `new` is then the
+    step to, and the trials used; a trial whose Newton iteration fails ends the search with NaN.
     """
-    low, trials, lower_point = 0.0, 0, high
+    low, trials, lower_point, latest = 0.0, 0, high, high
+    d_low = rates_at(old, contact, integrator)[slot]
+    d_high = rates_at(new, contact, integrator)[slot]
     while g_low <= tolerance:
         # starts at zero: look for a moment at which it is positive
         lower_point *= 0.25
@@ -92,32 +129,35 @@ def locate(
         trials += 1
         if not take_step(lower_point, contact, old, new, integrator):
             return math.nan, trials
+        latest = lower_point
         g = values_at(new, contact, integrator)[slot]
+        d = rates_at(new, contact, integrator)[slot]
         if g > tolerance:
-            low, g_low = lower_point, g
+            low, g_low, d_low = lower_point, g, d
         elif g < -tolerance:
-            high, g_high = lower_point, g
-    side, share = 0, max(1e-14, NOISE * integrator.co.tolerance)
-    while high - low > TIME_RESOLUTION + share * high and trials < TRIALS and -g_high > 0.0:
-        middle = high - g_high * (high - low) / (g_high - g_low)
+            high, g_high, d_high = lower_point, g, d
+    share = max(1e-14, NOISE * integrator.co.tolerance)
+    resolution = TIME_RESOLUTION + share * high
+    while (
+        high - low > resolution and trials < TRIALS
+        and -g_high > max(tolerance, -d_high * resolution)
+    ):  # fmt: skip
+        middle = low + zero_of_cubic(high - low, g_low, d_low, g_high, d_high) + PAST * resolution
         if trials % 8 == 7 or (trials > 16 and trials % 2) or not low < middle < high:
             middle = 0.5 * (low + high)
         trials += 1
         if not take_step(middle, contact, old, new, integrator):
             return math.nan, trials
+        latest = middle
         g = values_at(new, contact, integrator)[slot]
+        d = rates_at(new, contact, integrator)[slot]
         if g > 0.0:
-            low, g_low = middle, g
-            if side == 1:
-                g_high *= 0.5
-            side = 1
+            low, g_low, d_low = middle, g, d
         else:
-            high, g_high = middle, g
-            if -g <= tolerance:
-                break
-            if side == -1:
-                g_low *= 0.5
-            side = -1
+            high, g_high, d_high = middle, g, d
+        resolution = TIME_RESOLUTION + share * high
+    if latest != high and not take_step(high, contact, old, new, integrator):
+        return math.nan, trials
     return high, trials
 
 
@@ -162,8 +202,6 @@ def first_event(
             h, found, changed = event, slot, True
             if h == 0.0:
                 return h, found, total
-            if not take_step(h, contact, old, new, integrator):
-                return math.nan, slot, total
             g1 = values_at(new, contact, integrator)
             d1 = rates_at(new, contact, integrator)
         if not changed:

@@ -16,7 +16,7 @@ from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import event_search
 from hcm.integrators.event_search import NO_EVENT, rates_at, values_at
-from hcm.integrators.gauss import accelerate, move_velocities, step
+from hcm.integrators.gauss import accelerate, move_velocities
 from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.state import Motion
@@ -204,8 +204,6 @@ def end_early(
         slot, h, begin, end, tolerance, contact, old, new, integrator
     )
     if length > 0.0:
-        if not step(length, contact, old, new, integrator):
-            return math.nan, trials
         fill_stages(length, old, integrator)
     return length, trials
 

@@ -11,7 +11,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import hcm.compiled
-from hcm.compiled import kernel_with
+from hcm.compiled import ByKind, kernel_with
 
 Decorator = Callable[[Callable[..., float]], Callable[..., float]]
 KERNEL = kernel_with("contract", cache=False)  # a cached function's code can't be looked at
@@ -56,6 +56,22 @@ def test_a_kernel_that_allocates_is_refused() -> None:
 
     with pytest.raises(numba.TypingError, match="empty"):
         allocating(3)
+
+
+def test_a_kind_is_looked_at_once() -> None:
+    @KERNEL
+    def last(x: np.ndarray) -> float:
+        return x[x.size - 1]
+
+    by_kind, numbers = ByKind(last), {"floats": np.arange(3.0), "counts": np.arange(3)}
+    for _ in range(2):
+        for kind, x in numbers.items():
+            assert by_kind(kind, x) == 2
+    assert len({*by_kind.entries.values()}) == 2
+    # an array of another type or layout would be misread: all tests look for one
+    for other in (numbers["counts"], np.arange(6.0)[::2]):
+        with pytest.raises(AssertionError):
+            by_kind("floats", other)
 
 
 def test_every_kernel_is_stamped_with_the_files_that_it_is_compiled_from() -> None:

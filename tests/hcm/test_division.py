@@ -155,7 +155,7 @@ def test_a_flight_that_does_not_touch_ends_as_it_would() -> None:
 
 
 def test_an_interrupt_in_the_flight_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    own, calls = loop.advance, []
+    own, calls = loop.advance_by_kind, []
 
     def interrupted(*given: object) -> object:
         calls.append(1)
@@ -163,7 +163,7 @@ def test_an_interrupt_in_the_flight_ends_the_run(monkeypatch: pytest.MonkeyPatch
             raise KeyboardInterrupt
         return own(*given)
 
-    monkeypatch.setattr(loop, "advance", interrupted)
+    monkeypatch.setattr(loop, "advance_by_kind", interrupted)
     result = tap(2)
     assert result.status is hcm.Status.INTERRUPTED
     assert (len(calls), result.history.time_s.size) == (1, 2)

@@ -146,12 +146,15 @@ def hcm_settings(quick: bool) -> list[Setting]:
     def series(name: str, cases: Iterable[tuple[int, Options]], *base: Options) -> list[Setting]:
         return [hcm_setting(STUDY, name, n, *base, changes) for n, changes in cases]
 
-    few = (2, 3, TAP_ELEMENTS)
+    few, fine_steps = (2, 3, TAP_ELEMENTS), (1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
     settings = series("rigid flight", (
         (n, {"flight_step": s, "flight_tolerance": f, "contact_step": h, "newton_tolerance": t})
         for n in few
-        for s, f, t in ((1.5e-2, 1e-4, 1e-3), (1e-2, 1e-5, 1e-4))
-        for h in (1.7e-5, 1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
+        for s, f, t, steps in (
+            (3e-2, 1e-3, 1e-3, (1.8e-5,)), (1.5e-2, 1e-4, 1e-3, fine_steps),
+            (1e-2, 1e-5, 1e-4, fine_steps),
+        )
+        for h in steps
     ), BASE, fixed, rigid)  # fmt: skip
     settings += series("fixed contact steps", (
         (n, {"contact_step": h}) for n in few for h in (8e-6, 5e-6, 3e-6)

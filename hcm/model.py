@@ -21,7 +21,7 @@ from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.chain import Chain, Probe, build_chain, build_probe
 from hcm.beam.customized_mass import customized
 from hcm.beam.drive import Piece, torques_on_nodes
-from hcm.beam.outline import Outline, build_outline, depth
+from hcm.beam.outline import Outline, build_outline, depth_by_kind
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.bounds import Bound, check_fields
 from hcm.compiled import kernel
@@ -174,7 +174,7 @@ def build_model(
             )
     tip_radius = last.diameter / 2 if assumptions.has("lowest_point") else 0.0
     outline = build_outline(finger, surface.height, tip_radius)
-    if (cut := depth(q, chain, outline)[0]) > 0:
+    if (cut := depth_by_kind(None, q, chain, outline)[0]) > 0:
         raise ParameterError(
             f"height = {surface.height!r}: the surface cuts {cut:.3g} m into the finger at the"
             " start; it must lie below it"

@@ -86,6 +86,8 @@ def torques_on_rods(drive: Drive, count: int) -> tuple[tuple[Piece, ...], Floats
     """Pieces of the torques on rigid phalanges, reactions included, and the largest (P,) at the two
     ends of each, N m, which may cancel.
     """
+    if drive.table is None and not any(drive.torques):
+        return (Piece(0.0, math.inf, np.zeros((2, count))),), np.zeros(count)
     values = torque_rows(drive, count)
     ends = np.abs(values)
     if drive.reaction:

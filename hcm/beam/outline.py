@@ -22,7 +22,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain
 from hcm.beam.element import polynomial
-from hcm.compiled import kernel
+from hcm.compiled import ByKind, kernel
 from hcm.parameters import Finger
 
 # Parts into which an element is divided where its bound is below the surface: a curvature of 10/m
@@ -101,3 +101,6 @@ def depth(q: Floats, chain: Chain, outline: Outline) -> tuple[float, int, float]
             if floor - level > deepest:
                 deepest, element, place = floor - level, e, x
     return deepest if element >= 0 else 0.0, element, place
+
+
+depth_by_kind = ByKind(depth)

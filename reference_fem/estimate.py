@@ -4,7 +4,9 @@
   touches. So a facet's sagitta, masses that a mesh kept, an end that barely touches and a chain
   that whirls without order show alike: the last two arrive at another touch, and of the tap nothing
   is known. After a rigid flight the steps that lead to the touch change the speed too: until a wave
-  has come from its hinge the tip falls freely.
+  has come from its hinge the tip falls freely. What it leaves out (`left_out`) is read off such a
+  flight of phalanges that begin turned by what they bend, and the speed that they ring at; a coarse
+  flight has that in a phase of chance.
 - The tap: a companion, a mesh of other edges, coarser or finer, taps from the run's own impact
   state (`mesh_error`). A force follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz),
   impulse ~ v.
@@ -19,6 +21,7 @@ import numpy as np
 import meshes
 from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, grain, spike
+from reference_fem.left_out import left_out
 from reference_fem.mesh_error import (
     PEAK,
     Other,
@@ -58,9 +61,13 @@ ELSEWHERE = (
     "the round end's own flight comes to another touch: it grazes the surface, or magnifies small "
     "differences, so that no mesh tells which touch is the first: start nearer to it ([start])"
 )
+RINGS = (
+    "what bends and rings on the way changes the speed at contact by {}: let the elements fly "
+    "(solver.fem.flight = 'coarse'; 'explicit' takes the run's own), or start nearer ([start])"
+)
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
-# Share of a number beyond which a run carries a caution.
-LARGEST_ERROR = 0.02
+# Share of a number beyond which a run carries a caution, and of the speed that a flight leaves out.
+LARGEST_ERROR, LARGEST_LEFT_OUT = 0.02, 0.01
 # The companion starts with this share of the tip's radius below it, more than the lowest nodes of
 # any mesh lie above the round end.
 CLEARANCE = 0.05
@@ -130,7 +137,7 @@ def estimated(
         given.mesh.dim,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
-    late, of_speed, other = math.inf, 0.0, None
+    late, of_speed, left_s, of_bending, other = math.inf, 0.0, 0.0, 0.0, None
     of_mesh: dict[str, float] = {}
     of_ends: dict[str, float] = {}
     open_ends: tuple[str, ...] = ()
@@ -141,8 +148,12 @@ def estimated(
         late = max(late, sagitta_s)
         sooner = _pole_velocity(given, chain, flown.before(sagitta_s))
         apart = np.maximum(apart, np.abs(_pole_velocity(given, chain, touch) - sooner))
-        errors = {"contact_time_s": late, VELOCITY: (float(apart[0]), float(apart[1]))}
-        of_speed = float(max(apart)) / fall
+        of_speed, left = float(max(apart)) / fall, np.zeros(2)
+        if given.settings.flight != "explicit":
+            left_s, left = _left_out(given, chain, flown, given.mesh.shape, fall)
+            of_bending = float(max(left)) / fall
+        errors["contact_time_s"] = late + left_s
+        errors[VELOCITY] = float(apart[0] + left[0]), float(apart[1] + left[1])
         if companion is not None:
             tap = again(companion, flown.before(CLEARANCE * given.radius / fall))
             if tap.status is Status.INTERRUPTED:
@@ -155,10 +166,11 @@ def estimated(
             ratios = (at_contact, average)
             other = Other(tap, ratios)
     if run.summary.contact_duration_s is not None:
-        of_tap = tap_errors(run, other, resolution)
+        of_tap, of_left = tap_errors(run, other, resolution), dict[str, float]()
         for name in of_tap:
             if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
                 of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
+                of_left[name] = of_bending * OF_SPEED.get(name, 1.2) * value
         of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
         of_tap |= rivals(run, of_tap)
         if given.settings.tap_until_s == 0.0:
@@ -166,10 +178,16 @@ def estimated(
         if of_speed != math.inf:  # a companion's tap may have the other end
             alone = tap_errors(run, None, resolution) if open_ends else of_tap
             of_mesh = {"contact_time_s": late, **alone}
-        errors |= {name: max(error, of_ends.get(name, 0.0)) for name, error in of_tap.items()}
+        errors |= {
+            name: max(error, of_ends.get(name, 0.0)) + of_left.get(name, 0.0)
+            for name, error in of_tap.items()
+        }
     doubts = (*caution(run.summary, errors, resolution.coarse), *open_ends)
     if of_speed == math.inf:
         doubts = (*doubts, ELSEWHERE)
+    elif of_bending > LARGEST_LEFT_OUT:
+        share = _percent(of_bending) if of_bending < math.inf else "an unknown share"
+        doubts = (*doubts, RINGS.format(share))
     if companion is None:
         doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)
@@ -212,6 +230,31 @@ def _of_flight(
         return math.inf, np.full(2, math.inf)
     its = _pole_velocity(given, true, other)
     return abs(touch.time_s - other.time_s), np.abs(own - its) + led
+
+
+def _left_out(
+    given: Given, chain: RigidChain, flown: Descent, geometry: meshes.FingerGeometry, fall: float
+) -> tuple[float, Array]:
+    """What a flight leaves out of arrival, s, and of the pole's velocity; inf where phalanges that
+    begin turned by the angle that they bend have no such touch.
+
+    fall : speed at the touch, m/s
+    """
+    touch = flown.state_at(flown.touch_s)
+    left = left_out(chain, flown, given.model.copies, geometry, given.materials)
+    if given.settings.flight == "coarse":
+        return 0.0, np.full(2, left.speed)
+    # against each other, which a whirl magnifies most
+    turned = left.angle * (-1.0) ** np.arange(chain.links)
+    bent = replace(flown.start, angles=flown.start.angles - turned)
+    end = touch.time_s + 0.5 * (touch.time_s - flown.start.time_s)
+    state_at, arrival = fly(chain, bent, surface_gap(given.model, chain), end, TOLERANCE)
+    other = None if arrival is None else state_at(arrival)
+    if other is None or np.abs(other.angles - touch.angles).max() > ANOTHER:
+        return math.inf, np.full(2, math.inf)
+    changed = _pole_velocity(given, chain, touch) - _pole_velocity(given, chain, other)
+    late = abs(touch.time_s - other.time_s) + left.depth / fall
+    return late, np.abs(changed) + left.speed
 
 
 def _pole_velocity(given: Given, chain: RigidChain, state: ChainState) -> Array:

@@ -210,8 +210,9 @@ def test_a_run_states_the_errors_of_other_ends_and_of_a_spike(
     monkeypatch.setattr("reference_fem.estimate.standing_out", lambda *_: 1e3)
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     run = rf.simulate(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse"))
-    assert run.errors["contact_duration_s"] == 7.0
-    assert run.errors[PEAK] == 1e3
+    # and what its rigid flight leaves out, of a peak of 284 N
+    assert run.errors["contact_duration_s"] == pytest.approx(7.0, rel=1e-9)
+    assert run.errors[PEAK] == pytest.approx(1e3, rel=1e-4)
     assert set(run.mesh_errors) == set(run.errors) - {"tip_velocity_at_contact_m_per_s"}
     assert 0.0 < run.mesh_errors[PEAK] < 1e3
     assert 0.0 < run.mesh_errors["contact_duration_s"] < 1.0

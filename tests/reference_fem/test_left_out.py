@@ -1,0 +1,121 @@
+"""What a rigid flight leaves out: closed forms, and flights of the elements themselves."""
+
+import math
+
+import numpy as np
+import pytest
+
+import meshes
+import reference_fem as rf
+from reference_fem.estimate import Given, _left_out
+from reference_fem.left_out import BY_TORQUE, BY_WEIGHT, left_out, sag
+from reference_fem.model import build_model
+from reference_fem.rigid_chain import ChainState, chain_and_start
+from reference_fem.rigid_flight import Descent, descent
+from reference_fem.true_body import true_chain
+
+R, L = 0.0075, 0.04
+FINGER = meshes.FingerGeometry((L,) * 3, (2 * R,) * 3)
+COARSE = meshes.Sizing(8e-3, 14e-3, 8e-3)
+SURFACE = rf.Surface(0.1, 0.5)
+DRIVEN = rf.Drive(torques=(0.02, 0.01, -0.005))
+WHIRL = rf.Drive(torques=(0.2, 0.0, -0.05))
+SOFT = rf.Material(1e9, 0.4, 1400.0)
+RUBBER = rf.Material(1e7, 0.4, 1400.0)
+G = 9.8
+
+
+def one_rod(drive: rf.Drive) -> tuple[np.ndarray, np.ndarray, float]:
+    """δ, ω₁ and the vibration's speed of a rod that begins to fall, in its first instant."""
+    rod = meshes.FingerGeometry((L,), (2 * R,), tip="flat")
+    chain = true_chain(rod, (SOFT,), drive, 3)
+    rest = ChainState(np.zeros(1), np.zeros(1), 0.0)
+    still = Descent(rest, 0.0, lambda _: rest)
+    of = left_out(chain, still, 1, rod, (SOFT,))
+    assert of.angle == pytest.approx(of.depth / L, rel=1e-12)
+    return *sag(chain, rest, chain.torques.at(0.0), rod, (SOFT,)), of.speed
+
+
+def test_a_rod_sags_under_the_load_at_its_hinge() -> None:
+    """At rest the hinge's end alone has no acceleration: p = ρ A g, and 5 p L⁴/384 E I."""
+    area, stiffness = math.pi * R**2, SOFT.youngs_modulus * math.pi * R**4 / 4
+    depth, frequency, rung = one_rod(rf.Drive())
+    assert depth[0] == pytest.approx(5 * 1400.0 * area * G * L**4 / (384 * stiffness), rel=1e-6)
+    first = (math.pi / L) ** 2 * math.sqrt(stiffness / (1400.0 * area))
+    assert frequency[0] == pytest.approx(first, rel=1e-12)
+    assert rung == pytest.approx(BY_WEIGHT * depth[0] * first, rel=1e-12)
+
+
+def test_a_torque_bends_a_rod_and_its_inertia() -> None:
+    """Without gravity: t L²/(9 √3 E I), and p = ρ A α L at the end, α = t/J about the hinge."""
+    mass, torque = 1400.0 * math.pi * R**2 * L, 0.01
+    stiffness = SOFT.youngs_modulus * math.pi * R**4 / 4
+    inertia = mass * (L**2 / 3 + R**2 / 4)
+    load = mass / L * torque / inertia * L
+    depth, frequency, rung = one_rod(rf.Drive(torques=(torque,), gravity=0.0))
+    known = (5 * load * L**4 / 384 + torque * L**2 / (9 * math.sqrt(3))) / stiffness
+    assert depth[0] == pytest.approx(known, rel=1e-5)
+    assert rung == pytest.approx(BY_TORQUE * known * frequency[0], rel=1e-5)
+
+
+def given(material: rf.Material, drive: rf.Drive) -> Given:
+    mesh, settings = meshes.finger_hexahedra(FINGER, COARSE), rf.Settings(contact="impulse")
+    model = build_model(mesh, (material,) * 3, SURFACE, drive, settings)
+    chain, first = chain_and_start(model.chain, None)
+    flown = descent(model, chain, first, settings)
+    return Given(mesh, model, (material,) * 3, drive, settings, None, flown)
+
+
+@pytest.mark.parametrize(("material", "drive"), [(SOFT, DRIVEN), (RUBBER, rf.Drive())])
+def test_elements_that_fly_arrive_within_what_is_left_out(
+    material: rf.Material, drive: rf.Drive
+) -> None:
+    of = given(material, drive)
+    chain, _ = chain_and_start(of.model.chain, None)
+    assert of.flown is not None
+    read = []
+    for flight in ("rigid", "explicit"):
+        settings = rf.Settings(contact="impulse", flight=flight, estimate=False)
+        summary = rf.simulate(of.mesh, (material,) * 3, SURFACE, drive, settings).summary
+        velocity = summary.tip_velocity_at_contact_m_per_s
+        assert velocity is not None
+        read.append((summary.contact_time_s, np.array(velocity)))
+    late, apart = _left_out(of, chain, of.flown, FINGER, abs(read[0][1][1]))
+    assert abs(read[0][0] - read[1][0]) < late
+    found = np.abs(read[0][1] - read[1][1])
+    assert (found < apart).all()
+    # no more than a bound needs: the speed's error goes into every number of the tap
+    assert apart.max() < 20 * found.max()
+
+
+def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
+    """The elements touch twice as late as the rods."""
+    of = given(SOFT, WHIRL)
+    chain, _ = chain_and_start(of.model.chain, None)
+    assert of.flown is not None
+    late, apart = _left_out(of, chain, of.flown, FINGER, 1.0)
+    assert late == np.inf
+    assert np.isinf(apart).all()
+
+
+@pytest.mark.parametrize("flight", ["rigid", "explicit"])
+def test_what_is_left_out_is_in_every_error_and_said(
+    flight: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But in those that a finer mesh may lessen; flights of the run's mesh leave out nothing."""
+    mesh = meshes.finger_hexahedra(FINGER, COARSE)
+    settings = rf.Settings(contact="impulse", flight=flight)
+    runs = []
+    for share in (0.0, 0.1):
+        monkeypatch.setattr(
+            "reference_fem.estimate._left_out", lambda *of, s=share: (s, np.full(2, s * of[-1]))
+        )
+        runs.append(rf.simulate(mesh, (RUBBER,) * 3, SURFACE, rf.Drive(), settings))
+    without, run = runs
+    left = flight == "rigid"
+    for name, power in (("peak_normal_force_N", 1.2), ("normal_impulse_N_s", 1.0)):
+        more = run.errors[name] - without.errors[name]
+        assert more == pytest.approx(left * 0.1 * power * getattr(run.summary, name), rel=1e-9)
+    assert run.errors["contact_time_s"] - without.errors["contact_time_s"] == left * 0.1
+    assert run.mesh_errors == without.mesh_errors
+    assert any("bends and rings on the way" in text for text in run.cautions) is left

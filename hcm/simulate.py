@@ -130,7 +130,10 @@ def simulate(
             slope = q[[event.kind for event in events].index("contact"), model.chain.tip + 2 :]
             angle = math.atan2(-slope[1], abs(slope[0]))
             peak, stress = summary.peak_normal_force_N, summary.peak_stress_R_Pa or 0.0
-            cautions += beyond_checks(finger.phalanges[-1], tip, assumptions, angle, peak, stress)
+            pull = -math.copysign(1.0, slope[0]) * (summary.peak_tangential_force_N or 0.0)
+            cautions += beyond_checks(
+                finger.phalanges[-1], tip, assumptions, angle, peak, stress, pull
+            )
         if taps and assumptions.has("hertz"):
             cautions += slow_end(history.time_s, history.normal_force_N, taps[0])
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:

@@ -191,6 +191,25 @@ def test_what_was_not_checked_is_said() -> None:
     pressed = 1e9 * 0.0075**2 * 4 / 3 / 0.84 * 0.42**3
     (large,) = beyond_checks(SOFT, own, Assumptions("refined"), 0.7, pressed, 1e6)
     assert "reaches 0.42 of the tip's" in large
+    (pulled,) = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.7, 100.0, 1e6, 30.0)
+    assert "towards its hinge (0.3 of the normal force)" in pulled
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("outwards", [False, True])
+def test_friction_that_pulls_towards_the_hinge_is_said(mirrored: bool, outwards: bool) -> None:
+    """A finger that swings its tip out over the surface, and its mirror image."""
+    angles, rates = np.array([0.4, 0.5, 0.6]), np.array([30.0, 20.0, 20.0 - 80.0 * outwards])
+    if mirrored:
+        angles, rates = np.pi - angles, -rates
+    start = hcm.RigidStart(tuple(angles.tolist()), tuple(rates.tolist()))
+    height = 0.04 * (np.sin(0.4) + np.sin(0.5)) + 0.0325 * np.sin(0.6) + 0.0075 + 2e-4
+    result = hcm.simulate(
+        hcm.Finger((SOFT,) * 3), hcm.Surface(height, 0.5), hcm.Tip(1e6),
+        settings=hcm.Settings(estimate=False), start=start, assumptions=Assumptions("refined"),
+    )  # fmt: skip
+    assert result.status is hcm.Status.COMPLETED
+    assert any("towards its hinge" in text for text in result.cautions) is outwards
 
 
 def test_a_tap_that_fades_out_says_so() -> None:

@@ -18,9 +18,11 @@ from hcm.chosen import Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes
 from hcm.estimate import (
     LARGEST_ERROR,
+    WHOLE,
     caution,
     compare,
     later_taps,
+    lost_energy,
     relative_errors,
     tap_peaks,
 )
@@ -53,7 +55,8 @@ def simulate_within(
     """`hcm.simulate` with the settings of `settings_for`.
 
     Where errors are estimated, a run that is expected to have a larger one, or whose tap may end by
-    chance, is solved once more for one that is 3 to 9 times smaller; the time is that of both.
+    chance, is solved once more for one that is 3 to 9 times smaller, as is any whose energy audit
+    does not close once it has touched; the time is that of both.
     """
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
     chosen = settings_for(accuracy, scene, stated)
@@ -63,6 +66,12 @@ def simulate_within(
         spent += result.statistics.wall_time_s
         expected = None
         touched = result.summary.contact_time_s is not None
+        if touched and result.status is Status.UNBALANCED and not again:
+            again = "solved again: the energy audit of the first run did not close"
+            target = accuracy / COMPANION**2
+            began = time.perf_counter()
+            chosen = choose(target, scene, stated)
+            continue
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
         coarser = _coarser(chosen, tap_peaks(result).size)
@@ -156,7 +165,9 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     )
     pairs = [(getattr(result.summary, name), getattr(coarse.summary, name)) for name in HELD]
     apart = [math.inf if its is None else abs(its / own - 1.0) for own, its in pairs]
-    expected = max(SAFETY * max(apart) / over, left_out)
+    if coarse.status not in WHOLE:
+        apart = [math.inf]
+    expected = max(SAFETY * max(*apart, 0.5 * lost_energy(result)) / over, left_out)
     return replace(result, errors=errors, cautions=cautions), expected
 
 

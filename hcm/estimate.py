@@ -159,12 +159,10 @@ def compare(
             max(abs(velocity[1] - theirs[1]), band.velocity[1], unseen * vn),
         ),
     }
-    row, mine, its = first_contact(own), first_tap(own), first_tap(other)
+    mine, its = first_tap(own), first_tap(other)
     a, b = own.history, other.history
     time = a.time_s[mine]
-    lost = float(np.abs(a.energy_balance_J[: mine.stop]).max())
-    lost /= max(float(a.kinetic_energy_J[row]), 1e-300)
-    share = max(band.approach / vn, 0.5 * lost, unseen)
+    share = max(band.approach / vn, 0.5 * lost_energy(own), unseen)
     of: dict[str, float] = {
         name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
     }
@@ -189,6 +187,15 @@ def compare(
         turn_band(own, other),
     )
     return {**errors, **of}
+
+
+def lost_energy(run: TapResult) -> float:
+    """Largest |energy balance| up to the end of the first tap, over the kinetic energy at its
+    touch.
+    """
+    history = run.history
+    lost = float(np.abs(history.energy_balance_J[: first_tap(run).stop]).max())
+    return lost / max(float(history.kinetic_energy_J[first_contact(run)]), 1e-300)
 
 
 def _apart(own: Summary, other: Summary, name: str) -> float:

@@ -185,5 +185,5 @@ def _short(result: TapResult, expected: float, accuracy: float, chance: bool) ->
         status = Status.UNREPEATABLE
         doubt = f"; {COMPANION:g} times the accuracy changes the first tap by {expected:.1g}"
         return replace(result, status=status, message=status.value + doubt, errors={})
-    short = f"expects a relative error of {expected:.2g}; {accuracy:g} was wanted"
+    short = f"expects a relative error of {expected:.3g}; {accuracy:g} was wanted"
     return replace(result, cautions=(*result.cautions, short))

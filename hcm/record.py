@@ -8,7 +8,7 @@ import numpy as np
 from hcm.arrays import Floats, Ints
 from hcm.beam.chain import Chain, Probe
 from hcm.beam.energy import energies, stress_at_probe
-from hcm.compiled import kernel, kernel_with
+from hcm.compiled import ByKind, kernel, kernel_with
 from hcm.contact.contract import (
     axis_end,
     particle_velocity,
@@ -141,6 +141,9 @@ def largest_imbalance(start: Floats, rows: Floats) -> tuple[float, float]:
     return kinetic, largest
 
 
+largest_imbalance_by_kind = ByKind(largest_imbalance)
+
+
 class Segment(NamedTuple):
     """Where a run stands after a call of the loop, and what that call has added to its history.
 
@@ -171,7 +174,7 @@ def first_segment(
     events = (Event(clock.time, EVENT_KINDS[TOUCH]),) if touched else ()
     q, v = np.empty((2, len(events), motion.q.size))
     q[:], v[:] = motion.q, motion.v
-    kinetic, imbalance = largest_imbalance(rows[0], rows)
+    kinetic, imbalance = largest_imbalance_by_kind(None, rows[0], rows)
     return Segment(contact, clock, steps, kinetic, imbalance, rows, reactions, events, q, v)
 
 
@@ -181,7 +184,7 @@ def next_segment(
 ) -> Segment:  # fmt: skip
     """What a call of the loop returned and wrote; `first_row` is the run's."""
     rows, located = record.rows[:steps].copy(), record.events
-    kinetic, imbalance = largest_imbalance(first_row, rows)
+    kinetic, imbalance = largest_imbalance_by_kind(None, first_row, rows)
     times, kinds = located.time[:events].tolist(), located.kind[:events].tolist()
     return Segment(
         contact,

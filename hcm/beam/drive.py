@@ -59,7 +59,11 @@ def _pieces(drive: Drive, values: Floats) -> tuple[Piece, ...]:
 
 def piece_at(pieces: Sequence[Piece], time_s: float) -> Piece:
     """The piece that goes on from a time; one that ends there, to round-off, is over."""
-    return next(p for p in pieces if p.end_s > time_s * (1.0 + SAME_TIME))
+    now = time_s * (1.0 + SAME_TIME)
+    for piece in pieces:  # a generator takes thrice as long
+        if piece.end_s > now:
+            return piece
+    raise ValueError(f"no piece goes on from {time_s} s")
 
 
 def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:

@@ -45,12 +45,16 @@ class Verdict:
         return "inside" if abs(self.difference) <= self.tolerance else "outside"
 
 
+# Of a number, what it can't be a percentage of: the arrival by a clock that starts at the touch.
+NOTHING = 1e-9
+
+
 def error_percent(value: float | None, target: float | None) -> float | None:
     """100 E/D = 100 (S - D)/D; None where it has no meaning.
 
     Negative means smaller in magnitude, for negative numbers (Ft, vy, a stress) as for others.
     """
-    if value is None or target is None or target == 0.0:
+    if value is None or target is None or abs(target) <= NOTHING * abs(value):
         return None
     return 100.0 * (value - target) / target
 

@@ -93,7 +93,7 @@ def _told(record: RunRecord, wanted: float) -> RunRecord:
     expects = record.accuracy["expected"]
     if expects is None or expects <= wanted:
         return record
-    short = f"expects a relative error of {expects:.2g}; {wanted:g} was wanted"
+    short = f"expects a relative error of {expects:.3g}; {wanted:g} was wanted"
     return replace(record, message="; ".join(filter(None, (short, record.message))))
 
 

@@ -75,7 +75,7 @@ def test_forces_without_contact_or_friction_are_not_compared(make_record: Make) 
 
 @pytest.mark.parametrize(
     ("value", "truth", "percent"),
-    [(110, 100, 10), (-90, -100, -10), (None, 100, None), (1, 0, None)],  # a smaller magnitude
+    [(110, 100, 10), (-90, -100, -10), (None, 100, None), (1, 0, None), (103, 4e-13, None)],
 )
 def test_error_percent(value: float | None, truth: float, percent: float | None) -> None:
     assert error_percent(value, truth) == pytest.approx(percent)

@@ -50,6 +50,10 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
         The arrays are no curves (shapes, order of time, finite numbers), there is no force, or
         they begin or end in contact.
     """
+    for name in ("time_s", "normal_force_N", "tangential_force_N"):
+        given = getattr(curves, name)
+        if given is not None and not isinstance(given, np.ndarray):
+            raise ValueError(f"{name} is a {type(given).__name__}: must be a NumPy array")
     time, normal = curves.time_s, curves.normal_force_N
     tangential = np.zeros_like(normal) if curves.tangential_force_N is None else (
         curves.tangential_force_N

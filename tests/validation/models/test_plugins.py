@@ -89,6 +89,11 @@ def _no_number() -> dict[str, Any]:
     return {**history, "normal_force_N": np.full_like(history["time_s"], np.nan)}
 
 
+def _lists(scene: Any, *_: Any) -> Outcome:
+    curves: Any = Curves
+    return Outcome(record_of(curves([0.0, 1.0], [0.0, 1.0]), scene, "mine"))
+
+
 def _exits(*_: Any, **__: Any) -> Outcome:
     sys.exit()
 
@@ -103,6 +108,7 @@ def _raises(*_: Any, **__: Any) -> Outcome:
         ({"run": _raises}, "ZeroDivisionError: of its own in two lines"),
         ({"run": _exits}, "SystemExit: no message"),
         ({"run": lambda *_: None}, "gave a NoneType"),
+        ({"run": _lists}, "time_s is a list: must be a NumPy array"),
         ({"run": _changed(summary={"peak_normal_force_N": float("nan")})}, "peak_normal_force_N"),
         ({"run": _changed(summary={})}, "summary"),
         ({"run": _changed(history=_no_number())}, "normal_force_N is not finite"),

@@ -62,7 +62,8 @@ def check_fields(owner: Any) -> None:
     """Check every field that declares a `Bound`, a ``Literal``, a truth value or a dataclass; what
     a tuple holds one by one.
 
-    None passes where it is the default. Numbers of numpy's are kept as plain ones.
+    None passes where it is the default. Numbers are kept as an int where whole ones are asked for,
+    else as a float, numpy's too.
 
     Raises
     ------
@@ -86,9 +87,12 @@ def check_fields(owner: Any) -> None:
             for bound in bounds:
                 if not bound.holds(part):
                     raise ParameterError(f"{name} = {part!r}: must be {bound.allowed()}")
-        if bounds and not PLAIN.issuperset(map(type, parts)):
-            kept = tuple(map(_plain, parts))
-            object.__setattr__(owner, name, kept if many else kept[0])
+        if bounds:
+            # kernels are compiled for one or the other
+            plain = int if bounds[0].integer else float
+            if not {plain}.issuperset(map(type, parts)):
+                kept = tuple(map(plain, parts))
+                object.__setattr__(owner, name, kept if many else kept[0])
 
 
 def _plain(number: Any) -> int | float:

@@ -130,7 +130,8 @@ def simulate(
             slope = q[[event.kind for event in events].index("contact"), model.chain.tip + 2 :]
             angle = math.atan2(-slope[1], abs(slope[0]))
             peak, stress = summary.peak_normal_force_N, summary.peak_stress_R_Pa or 0.0
-            pull = -math.copysign(1.0, slope[0]) * (summary.peak_tangential_force_N or 0.0)
+            pressed = int((history.normal_force_N * (history.time_s <= taps[0][1])).argmax())
+            pull = -math.copysign(1.0, slope[0]) * float(history.tangential_force_N[pressed])
             cautions += beyond_checks(
                 finger.phalanges[-1], tip, assumptions, angle, peak, stress, pull
             )

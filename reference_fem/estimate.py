@@ -61,10 +61,11 @@ ELSEWHERE = (
     "the round end's own flight comes to another touch: it grazes the surface, or magnifies small "
     "differences, so that no mesh tells which touch is the first: start nearer to it ([start])"
 )
-RINGS = (
-    "what bends and rings on the way changes the speed at contact by {}: let the elements fly "
-    "(solver.fem.flight = 'coarse'; 'explicit' takes the run's own), or start nearer ([start])"
-)
+RINGS = "what bends and rings on the way changes the speed at contact by {}: {}"
+REMEDY = {
+    "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
+    "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
+}
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
 # Share of a number beyond which a run carries a caution, and of the speed that a flight leaves out.
 LARGEST_ERROR, LARGEST_LEFT_OUT = 0.02, 0.01
@@ -187,7 +188,7 @@ def estimated(
         doubts = (*doubts, ELSEWHERE)
     elif of_bending > LARGEST_LEFT_OUT:
         share = _percent(of_bending) if of_bending < math.inf else "an unknown share"
-        doubts = (*doubts, RINGS.format(share))
+        doubts = (*doubts, RINGS.format(share, REMEDY[given.settings.flight]))
     if companion is None:
         doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)
@@ -223,13 +224,23 @@ def _of_flight(
     gap = surface_gap(given.model, true)
     if isinstance(given.settings.contact, str):
         gap = true_gap(geometry, given.model.surface.height)
-    end = touch.time_s + 0.5 * (touch.time_s - first.time_s)
-    state_at, arrival = fly(true, first, gap, end, TOLERANCE)
-    other = None if arrival is None else state_at(arrival)
-    if other is None or np.abs(other.angles - touch.angles).max() > ANOTHER:
+    other = _same_touch(true, first, gap, touch)
+    if other is None:
         return math.inf, np.full(2, math.inf)
     its = _pole_velocity(given, true, other)
     return abs(touch.time_s - other.time_s), np.abs(own - its) + led
+
+
+def _same_touch(
+    chain: RigidChain, start: ChainState, gap: Callable[[Array], float], touch: ChainState
+) -> ChainState | None:
+    """Where a flight comes to a touch; None where it does not, or to another one than `touch`."""
+    end = touch.time_s + 0.5 * (touch.time_s - start.time_s)
+    state_at, arrival = fly(chain, start, gap, end, TOLERANCE)
+    if arrival is None:
+        return None
+    found = state_at(arrival)
+    return None if np.abs(found.angles - touch.angles).max() > ANOTHER else found
 
 
 def _left_out(
@@ -241,16 +252,14 @@ def _left_out(
     fall : speed at the touch, m/s
     """
     touch = flown.state_at(flown.touch_s)
-    left = left_out(chain, flown, given.model.copies, geometry, given.materials)
+    left = left_out(chain, flown, given.drive, geometry, given.materials)
     if given.settings.flight == "coarse":
-        return 0.0, np.full(2, left.speed)
+        return left.depth / fall, np.full(2, left.speed)
     # against each other, which a whirl magnifies most
     turned = left.angle * (-1.0) ** np.arange(chain.links)
     bent = replace(flown.start, angles=flown.start.angles - turned)
-    end = touch.time_s + 0.5 * (touch.time_s - flown.start.time_s)
-    state_at, arrival = fly(chain, bent, surface_gap(given.model, chain), end, TOLERANCE)
-    other = None if arrival is None else state_at(arrival)
-    if other is None or np.abs(other.angles - touch.angles).max() > ANOTHER:
+    other = _same_touch(chain, bent, surface_gap(given.model, chain), touch)
+    if other is None:
         return math.inf, np.full(2, math.inf)
     changed = _pole_velocity(given, chain, touch) - _pole_velocity(given, chain, other)
     late = abs(touch.time_s - other.time_s) + left.depth / fall

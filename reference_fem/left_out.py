@@ -1,11 +1,12 @@
 """What a rigid flight leaves out: phalanges that bend under their loads and ring when these change.
 
 A phalanx is a beam on two hinges under the load of its own mass, ρA (f - r″) across it, and the
-torque on it. With p the larger load of both ends and t the torque,
+torques at its ends. With p the larger load and t the sum of the torques of both ends,
 
     δ = (5 p L⁴/384 + t L²/(9 √3))/(E I),  ω₁ = (π/L)² √(E I/(ρA)),
 
-and it rings at δ ω₁ where the loads come suddenly, of which a share reaches the tip as it touches.
+and it rings at δ ω₁ where the loads come suddenly, of which a share reaches the tip as it touches:
+in the time T of a flight it grows to no more than 1 - cos(ω₁ T) of it.
 """
 
 import math
@@ -18,13 +19,13 @@ import meshes
 from reference_fem.arrays import Array
 from reference_fem.rigid_chain import ChainState, RigidChain
 from reference_fem.rigid_flight import Descent
-from reference_fem.settings import Material
+from reference_fem.settings import Drive, Material
 
-BY_WEIGHT, BY_TORQUE = 0.1, 0.25
+WEIGHT_SHARE, TORQUE_SHARE = 0.1, 0.3
 """Of δ ω₁: where elements fly, tips of fingers that fall touch 0.01 to 0.08 of it slower or faster,
-of driven ones 0.1 to 0.3 (nine fingers of 1e7 to 1e9 Pa)."""
+of driven ones 0.1 to 0.3 (nine fingers of 1e7 to 1e9 Pa, whirls left out)."""
 SAMPLES = 50
-"""States of a flight at which its bending is looked at."""
+"""States of a flight at which its bending is looked at, with those at its torques' kinks."""
 
 
 class LeftOut(NamedTuple):
@@ -41,7 +42,7 @@ def sag(
 ) -> tuple[Array, Array]:  # fmt: skip
     """δ, m, and ω₁, rad/s, of each phalanx, (P,).
 
-    torques : on each body of the whole finger, N·m
+    torques : at the two ends of each phalanx of the whole finger, the sum of their sizes, N·m
     """
     own = chain.torques.at(state.time_s)
     changes = chain.rates_of_change(np.concatenate([state.angles, state.rates]), own)
@@ -54,24 +55,29 @@ def sag(
     modulus, density = np.array([(m.youngs_modulus, m.density) for m in materials]).T
     stiffness, line = modulus * math.pi * radii**4 / 4.0, density * math.pi * radii**2
     load = line * np.abs((ends * turned.conj()).imag).max(axis=0)
-    bent = 5.0 * load * lengths**4 / 384.0 + np.abs(torques) * lengths**2 / (9.0 * math.sqrt(3.0))
+    bent = 5.0 * load * lengths**4 / 384.0 + torques * lengths**2 / (9.0 * math.sqrt(3.0))
     return bent / stiffness, (math.pi / lengths) ** 2 * np.sqrt(stiffness / line)
 
 
 def left_out(
-    chain: RigidChain, flown: Descent, copies: int, geometry: meshes.FingerGeometry,
+    chain: RigidChain, flown: Descent, drive: Drive, geometry: meshes.FingerGeometry,
     materials: Sequence[Material],
 ) -> LeftOut:  # fmt: skip
     """What of a flight is left out.
 
-    chain : of one of so many copies of the finger
+    chain : of the whole finger, or of one of its like parts
     """
-    times = np.linspace(flown.start.time_s, flown.touch_s, SAMPLES)
-    found = [
-        sag(chain, flown.state_at(t), copies * chain.torques.at(t), geometry, materials)
-        for t in times
-    ]
-    depth, frequency = np.max([depth for depth, _ in found], axis=0), found[0][1]
+    begin, joints = flown.start.time_s, drive.torques_for(chain.links)
+    kinks = joints.times[(joints.times > begin) & (joints.times < flown.touch_s)]
+    found = []
+    for time in [*np.linspace(begin, flown.touch_s, SAMPLES), *kinks]:
+        ends = np.abs(joints.at(time))
+        if drive.reaction:
+            ends[:-1] += ends[1:]
+        found.append(sag(chain, flown.state_at(time), ends, geometry, materials))
+    frequency = found[0][1]
+    grown = 1.0 - np.cos(np.minimum(frequency * (flown.touch_s - begin), math.pi / 2.0))
+    depth = np.max([depth for depth, _ in found], axis=0) * grown
     angle = float((depth / np.array(geometry.lengths)).max())
-    share = BY_TORQUE if chain.torques.values.any() else BY_WEIGHT
+    share = TORQUE_SHARE if joints.values.any() else WEIGHT_SHARE
     return LeftOut(angle, float(depth.max()), share * float((depth * frequency).max()))

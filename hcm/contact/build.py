@@ -57,8 +57,8 @@ LARGEST_PATCH, LARGEST_STRAIN, SHORTEST = 0.41, 0.05, 2.5
 GROWTH, GROWN = 0.28, 0.28
 # E c D of a tip that radiates, and what it takes from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
-# Of F_n, towards the hinge: c_nt is that of tips which friction pulls away from it, where what a
-# patch and what finite strain make of it cancel. Here they add up.
+# Of F_n: with a pull of 0.2 of it towards the hinge a peak is 1 % high. c_nt is that of a pull away
+# from it, where what a patch and what finite strain make of it cancel; towards it they add up.
 PULLED = 0.1
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
 NU_CHECKED, ANGLES_CHECKED = (0.3, 0.49), (15.0, 62.0)
@@ -102,13 +102,13 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
 
 def beyond_checks(
     last: Phalanx, tip: Tip, assumptions: Assumptions, angle: float, peak: float, stress: float,
-    pull: float = 0.0,
+    pull: float,
 ) -> tuple[str, ...]:  # fmt: skip
     """Cautions of a tap: a closed form out of its range, a patch that is large or reaches the
     shaft, a beam's stress that is not a solid's.
 
     angle : of the last phalanx below the horizontal at the touch, rad. peak : of F_n, N. stress :
-        the peak at R, Pa. pull : largest F_t, positive towards the hinge, N.
+        the peak at R, Pa. pull : F_t as F_n is largest, positive towards the hinge, N.
     """
     found, nu, degrees = [], last.poisson_ratio or 0.0, math.degrees(angle)
     given = None not in (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
@@ -120,10 +120,12 @@ def beyond_checks(
             f" {high:g} and last phalanges {ANGLES_CHECKED[0]:g} to {ANGLES_CHECKED[1]:g} degrees"
             f" below the horizontal, not {nu:g} and {degrees:.4g}: state tip.compliance_nn, .."
         )
-    if assumptions.has("tip_compliance") and pull > PULLED * peak:
+    crosses = assumptions.has("tip_compliance") and tip.compliance_nt is None
+    if crosses and pull > PULLED * peak:
         found.append(
             f"friction pulls the tip towards its hinge ({pull / peak:.2g} of the normal force), for"
-            " which the tip's compliance was not checked: six peaks were 2 % low to 5 % high there"
+            " which the tip's compliance is not known: peaks of six such taps were 2 % low to 5 %"
+            " high"
         )
     if assumptions.has("lowest_point"):
         radius = last.diameter / 2

@@ -6,8 +6,9 @@ Three slots, each positive inside the mode and zero at the event:
     slot SEPARATION  restitution: F_n, or what vanishes with it (the law's `margins`)
     slot TANGENTIAL  stick: mu F_n - |F_t|, or what vanishes with it | slip: s V_P
 
-A slot that the mode does not have is +inf. Rates are exact within the mode, so that a double
-crossing inside a step can be suspected from its ends.
+A slot that the mode does not have is +inf. Rates are exact within the mode, but for products of
+velocities and a patch's growth at a round tip: a double crossing inside a step can be suspected
+from its ends, and a crossing be looked for by cubics.
 """
 
 from __future__ import annotations

@@ -78,12 +78,12 @@ def test_refusals_name_field_value_and_range(
     assert "\n" not in text
 
 
-def test_numbers_of_numpy_count_and_are_kept_as_plain_ones() -> None:
+def test_numbers_are_kept_as_the_plain_ones_that_are_asked_for() -> None:
     half = hcm.Surface(np.float32(0.5), np.float64(0.25))  # type: ignore[arg-type]
     assert half == hcm.Surface(0.5, 0.25)
     assert (type(half.height), type(half.friction)) == (float, float)
     torques = hcm.Drive((np.float32(0.5), 1)).torques  # type: ignore[arg-type]
-    assert [type(torque) for torque in torques] == [float, int]
+    assert [type(torque) for torque in torques] == [float, float]
     phalanx = dataclasses.replace(SOFT, elements=np.int64(5))
     assert phalanx == SOFT
     assert type(phalanx.elements) is int

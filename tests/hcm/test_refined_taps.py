@@ -177,19 +177,19 @@ def test_what_was_not_checked_is_said() -> None:
     cautions = " ".join(tap(replace(SOFT, poisson_ratio=0.2)).cautions)
     assert "checked for poisson_ratio 0.3 to 0.49" in cautions
     assert tap().cautions == ()
-    flat = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.05, 100.0, 6e7)
+    flat = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.05, 100.0, 6e7, 0.0)
     assert [text[:28] for text in flat] == [
         "the tip's compliance is a cl",
         "the stress at R is a beam's,",
         "the patch reaches the shaft,",
     ]
     own = hcm.Tip(1e6, compliance_nn=0.0, compliance_nt=0.0, compliance_tt=0.0)
-    assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0, 4e7) == ()
+    assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0, 4e7, 90.0) == ()
     short = replace(SOFT, length=0.03)
-    (stub,) = beyond_checks(short, own, Assumptions("refined"), 0.2, 100.0, 1e6)
+    (stub,) = beyond_checks(short, own, Assumptions("refined"), 0.2, 100.0, 1e6, 0.0)
     assert "a last phalanx of 2 diameters" in stub
     pressed = 1e9 * 0.0075**2 * 4 / 3 / 0.84 * 0.42**3
-    (large,) = beyond_checks(SOFT, own, Assumptions("refined"), 0.7, pressed, 1e6)
+    (large,) = beyond_checks(SOFT, own, Assumptions("refined"), 0.7, pressed, 1e6, 0.0)
     assert "reaches 0.42 of the tip's" in large
     (pulled,) = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.7, 100.0, 1e6, 30.0)
     assert "towards its hinge (0.3 of the normal force)" in pulled

@@ -45,8 +45,8 @@ class Verdict:
         return "inside" if abs(self.difference) <= self.tolerance else "outside"
 
 
-# Of a number, what it can't be a percentage of: the arrival by a clock that starts at the touch.
-NOTHING = 1e-9
+# Of a number, what a percentage of says nothing: an arrival by a clock that starts at the touch.
+LEAST_TARGET = 1e-9
 
 
 def error_percent(value: float | None, target: float | None) -> float | None:
@@ -54,7 +54,7 @@ def error_percent(value: float | None, target: float | None) -> float | None:
 
     Negative means smaller in magnitude, for negative numbers (Ft, vy, a stress) as for others.
     """
-    if value is None or target is None or abs(target) <= NOTHING * abs(value):
+    if value is None or target is None or abs(target) <= LEAST_TARGET * abs(value):
         return None
     return 100.0 * (value - target) / target
 

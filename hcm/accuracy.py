@@ -186,5 +186,6 @@ def _short(result: TapResult, expected: float, accuracy: float, chance: bool) ->
         status = Status.UNREPEATABLE
         doubt = f"; {COMPANION:g} times the accuracy changes the first tap by {expected:.1g}"
         return replace(result, status=status, message=status.value + doubt, errors={})
-    short = f"expects a relative error of {expected:.3g}; {accuracy:g} was wanted"
+    error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
+    short = f"expects {error}; {accuracy:g} was wanted"
     return replace(result, cautions=(*result.cautions, short))

@@ -176,7 +176,7 @@ def estimated(
         of_tap |= rivals(run, of_tap)
         if given.settings.tap_until_s == 0.0:
             of_ends, open_ends = other_ends(run, given.model)
-        if of_speed != math.inf:  # a companion's tap may have the other end
+        if max(of_speed, of_bending) < math.inf:  # a companion's tap may have the other end
             alone = tap_errors(run, None, resolution) if open_ends else of_tap
             of_mesh = {"contact_time_s": late, **alone}
         errors |= {

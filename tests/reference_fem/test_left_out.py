@@ -136,6 +136,21 @@ def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
     assert np.isinf(apart).all()
 
 
+def test_a_tap_of_which_nothing_is_known_asks_for_no_finer_mesh(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    unknown = np.inf, np.full(2, np.inf)
+    monkeypatch.setattr("reference_fem.estimate._left_out", lambda *_: unknown)
+    mesh = meshes.finger_hexahedra(FINGER, COARSE)
+    smooth = rf.Surface(0.1, 0.0)
+    run = rf.simulate(mesh, (SOFT,) * 3, smooth, rf.Drive(), rf.Settings(contact="impulse"))
+    errors = dict(run.errors)
+    assert errors.pop("peak_tangential_force_N") == 0.0
+    assert all(np.isinf(error).all() for error in errors.values())
+    assert run.mesh_errors == {}
+    assert any("by an unknown share" in text for text in run.cautions)
+
+
 @pytest.mark.parametrize("flight", ["rigid", "explicit"])
 def test_what_is_left_out_is_in_every_error_and_said(
     flight: str, monkeypatch: pytest.MonkeyPatch

@@ -93,7 +93,8 @@ def _told(record: RunRecord, wanted: float) -> RunRecord:
     expects = record.accuracy["expected"]
     if expects is None or expects <= wanted:
         return record
-    short = f"expects a relative error of {expects:.3g}; {wanted:g} was wanted"
+    error = f"a relative error of {expects:.3g}" if expects < math.inf else "an unknown error"
+    short = f"expects {error}; {wanted:g} was wanted"
     return replace(record, message="; ".join(filter(None, (short, record.message))))
 
 

@@ -15,14 +15,13 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from hcm.chosen import Chosen, choose, settings_for
-from hcm.companion import GRAZE, folded, grazes
+from hcm.companion import GRAZE, folded, grazes, lost_energy
 from hcm.estimate import (
     LARGEST_ERROR,
     WHOLE,
     caution,
     compare,
     later_taps,
-    lost_energy,
     relative_errors,
     tap_peaks,
 )
@@ -68,11 +67,11 @@ def simulate_within(
         expected = None
         touched = result.summary.contact_time_s is not None
         if touched and result.status is Status.UNBALANCED and not again:
-            began = time.perf_counter()
-            finer = choose(accuracy / COMPANION**2, scene, stated)
+            began, target = time.perf_counter(), accuracy / COMPANION**2
+            finer = choose(target, scene, stated)
             if finer.scene != chosen.scene:  # not all that matters is stated
                 again = "solved again: the energy audit of the first run did not close"
-                target, chosen = accuracy / COMPANION**2, finer
+                chosen = finer
                 continue
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break

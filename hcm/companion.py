@@ -106,6 +106,15 @@ def first_tap(result: TapResult) -> slice:
     return slice(first_contact(result), int(end))
 
 
+def lost_energy(run: TapResult) -> float:
+    """Largest |energy balance| up to the end of the first tap, over the kinetic energy at its
+    touch.
+    """
+    history = run.history
+    lost = float(np.abs(history.energy_balance_J[: first_tap(run).stop]).max())
+    return lost / max(float(history.kinetic_energy_J[first_contact(run)]), 1e-300)
+
+
 def folded(result: TapResult, length: float) -> bool:
     """Whether the tip came close to the fixed hinge before the first contact."""
     before = result.history.tip_position_m[: first_contact(result) + 1]

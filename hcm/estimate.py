@@ -20,10 +20,10 @@ from hcm.companion import (
     STEPS,
     TIGHTER,
     companion_finger,
-    first_contact,
     first_tap,
     folded,
     grazes,
+    lost_energy,
     stretched,
     undamped,
 )
@@ -187,15 +187,6 @@ def compare(
         turn_band(own, other),
     )
     return {**errors, **of}
-
-
-def lost_energy(run: TapResult) -> float:
-    """Largest |energy balance| up to the end of the first tap, over the kinetic energy at its
-    touch.
-    """
-    history = run.history
-    lost = float(np.abs(history.energy_balance_J[: first_tap(run).stop]).max())
-    return lost / max(float(history.kinetic_energy_J[first_contact(run)]), 1e-300)
 
 
 def _apart(own: Summary, other: Summary, name: str) -> float:

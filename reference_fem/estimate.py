@@ -170,8 +170,9 @@ def estimated(
         of_tap, of_left = tap_errors(run, other, resolution), dict[str, float]()
         for name in of_tap:
             if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
-                of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
-                of_left[name] = of_bending * OF_SPEED.get(name, 1.2) * value
+                changed = OF_SPEED.get(name, 1.2) * value
+                of_tap[name] += of_speed * changed
+                of_left[name] = of_bending * changed
         of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
         of_tap |= rivals(run, of_tap)
         if given.settings.tap_until_s == 0.0:

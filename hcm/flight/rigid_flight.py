@@ -166,7 +166,7 @@ def integrate_flight(
 
     drive : torques on them over time; none: those that they have.
     """
-    links, state, new = rods.length.size, state.copy(), state.copy()
+    links, state, new = rods.length.size, state.copy(), np.empty_like(state)
     stages = np.empty((STAGES, state.size))
     drive = drive or (Piece(rods.since, math.inf, rods.torque),)
     end = min(plan.end_time, time + plan.max_flight_time)

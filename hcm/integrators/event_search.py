@@ -40,13 +40,18 @@ def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> Sl
 
 
 @kernel
-def rates_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> SlotValues:
-    """Rates of the event functions of a motion's tip."""
+def values_and_rates(
+    motion: Motion, contact: Contact, integrator: AnyIntegrator
+) -> tuple[SlotValues, SlotValues]:
+    """Event functions of a motion's tip, and their rates."""
     law, tip = integrator.law, integrator.chain.tip
     x, gap = place(motion.q, tip, contact, law)
     vt, vn = velocity(motion.q, motion.v, tip, contact, law)
     at, an = velocity(motion.q, motion.acceleration, tip, contact, law)
-    return event_rates(x, gap, vt, vn, at, an, contact, law)
+    return (
+        event_values(x, gap, vt, vn, contact, law),
+        event_rates(x, gap, vt, vn, at, an, contact, law),
+    )
 
 
 @kernel
@@ -109,8 +114,8 @@ def zero_of_cubic(h: float, g0: float, d0: float, g1: float, d1: float) -> float
 
 @kernel
 def locate(
-    slot: int, high: float, g_low: float, g_high: float, tolerance: float, contact: Contact,
-    old: Motion, new: Motion, integrator: AnyIntegrator,
+    slot: int, high: float, tolerance: float, contact: Contact, old: Motion, new: Motion,
+    integrator: AnyIntegrator,
 ) -> tuple[float, int]:  # fmt: skip
     """Bracketing search for the slot's zero in [0, high], which `new` is the step to.
 
@@ -119,8 +124,10 @@ def locate(
     step to, and the trials used; a trial whose Newton iteration fails ends the search with NaN.
     """
     low, trials, lower_point, latest = 0.0, 0, high, high
-    d_low = rates_at(old, contact, integrator)[slot]
-    d_high = rates_at(new, contact, integrator)[slot]
+    g, d = values_and_rates(old, contact, integrator)
+    g_low, d_low = g[slot], d[slot]
+    g, d = values_and_rates(new, contact, integrator)
+    g_high, d_high = g[slot], d[slot]
     while g_low <= tolerance:
         # starts at zero: look for a moment at which it is positive
         lower_point *= 0.25
@@ -130,12 +137,11 @@ def locate(
         if not take_step(lower_point, contact, old, new, integrator):
             return math.nan, trials
         latest = lower_point
-        g = values_at(new, contact, integrator)[slot]
-        d = rates_at(new, contact, integrator)[slot]
-        if g > tolerance:
-            low, g_low, d_low = lower_point, g, d
-        elif g < -tolerance:
-            high, g_high, d_high = lower_point, g, d
+        g, d = values_and_rates(new, contact, integrator)
+        if g[slot] > tolerance:
+            low, g_low, d_low = lower_point, g[slot], d[slot]
+        elif g[slot] < -tolerance:
+            high, g_high, d_high = lower_point, g[slot], d[slot]
     share = max(1e-14, NOISE * integrator.co.tolerance)
     resolution = TIME_RESOLUTION + share * high
     while (
@@ -149,12 +155,11 @@ def locate(
         if not take_step(middle, contact, old, new, integrator):
             return math.nan, trials
         latest = middle
-        g = values_at(new, contact, integrator)[slot]
-        d = rates_at(new, contact, integrator)[slot]
-        if g > 0.0:
-            low, g_low, d_low = middle, g, d
+        g, d = values_and_rates(new, contact, integrator)
+        if g[slot] > 0.0:
+            low, g_low, d_low = middle, g[slot], d[slot]
         else:
-            high, g_high, d_high = middle, g, d
+            high, g_high, d_high = middle, g[slot], d[slot]
         resolution = TIME_RESOLUTION + share * high
     if latest != high and not take_step(high, contact, old, new, integrator):
         return math.nan, trials
@@ -171,39 +176,33 @@ def first_event(
     Returns the step's length, the slot that fires (`NO_EVENT`) and the trials used. `new` holds the
     step of that length; a length of NaN says that a trial failed.
     """
-    g0 = values_at(old, contact, integrator)
-    d0 = rates_at(old, contact, integrator)
-    g1 = values_at(new, contact, integrator)
-    d1 = rates_at(new, contact, integrator)
+    g0, d0 = values_and_rates(old, contact, integrator)
+    g1, d1 = values_and_rates(new, contact, integrator)
     found, total = NO_EVENT, 0
     for _ in range(4):
         changed = False
         for slot in range(3):
             if slot == found or not math.isfinite(g1[slot]):
                 continue
-            high, g_high = h, g1[slot]
-            if g_high >= -tolerance[slot]:
+            high = h
+            if g1[slot] >= -tolerance[slot]:
                 high = dip_below_zero(h, g0[slot], d0[slot], g1[slot], d1[slot])
                 if high == 0.0:
                     continue
                 total += 1
                 if not take_step(high, contact, old, new, integrator):
                     return math.nan, slot, total
-                g_high = values_at(new, contact, integrator)[slot]
-                if g_high >= -tolerance[slot]:
+                if values_at(new, contact, integrator)[slot] >= -tolerance[slot]:
                     take_step(h, contact, old, new, integrator)
                     continue
-            event, trials = locate(
-                slot, high, g0[slot], g_high, tolerance[slot], contact, old, new, integrator
-            )
+            event, trials = locate(slot, high, tolerance[slot], contact, old, new, integrator)
             total += trials
             if not math.isfinite(event):
                 return event, slot, total
             h, found, changed = event, slot, True
             if h == 0.0:
                 return h, found, total
-            g1 = values_at(new, contact, integrator)
-            d1 = rates_at(new, contact, integrator)
+            g1, d1 = values_and_rates(new, contact, integrator)
         if not changed:
             break
     return h, found, total

@@ -15,7 +15,7 @@ from hcm.compiled import by_type, kernel
 from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, Contact
 from hcm.integrators import event_search
-from hcm.integrators.event_search import NO_EVENT, rates_at, values_at
+from hcm.integrators.event_search import NO_EVENT, values_and_rates, values_at
 from hcm.integrators.gauss import accelerate, move_velocities
 from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
@@ -196,13 +196,9 @@ def end_early(
     It may be positive for a moment, as that of a tip is that sticks on one edge of the cone and
     swings to the other. The polynomials err by more than a narrow cone is wide.
     """
-    if rates_at(old, contact, integrator)[slot] * h < -tolerance:
+    if values_and_rates(old, contact, integrator)[1][slot] * h < -tolerance:
         return 0.0, 0
-    begin = values_at(old, contact, integrator)[slot]
-    end = values_at(new, contact, integrator)[slot]
-    length, trials = event_search.locate(
-        slot, h, begin, end, tolerance, contact, old, new, integrator
-    )
+    length, trials = event_search.locate(slot, h, tolerance, contact, old, new, integrator)
     if length > 0.0:
         fill_stages(length, old, integrator)
     return length, trials

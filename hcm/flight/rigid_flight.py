@@ -17,14 +17,20 @@ from hcm.beam.drive import Piece, piece_at
 from hcm.compiled import ByKind, kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince
-from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip_below_zero
+from hcm.integrators.event_search import (
+    TIME_RESOLUTION,
+    TRIALS,
+    dip_below_zero,
+    zero_of_cubic,
+)
 from hcm.integrators.step_size import REPEATS, SHRINK
 from hcm.state import Plan
 
 # How a flight, or a call of `take_steps`, ended; blocked by a body that reached the surface.
 TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
-# Share of the surface's depth that the touch is located to.
-LOCATED = 1e-15
+# The touch is located to this share of the surface's depth, or of the steps' tolerance if that is
+# more: the rates of steps that err differ from those of their ends, and Newton's method crawls.
+LOCATED, OF_TOLERANCE = 1e-15, 1e-6
 GROWTH = 4.0
 # rad, of the fastest rod in a step: without loads no error limits it, and the cubic in which a dip
 # of the tip is looked for is off by L 0.3^4/384 = 2e-5 L
@@ -53,17 +59,23 @@ class RigidFlight(NamedTuple):
 
 @kernel
 def locate_touch(
-    time: float, h: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+    time: float, h: float, near: float, state: Floats, stages: Floats, chain: Rods, new: Floats
 ) -> tuple[float, int]:
-    """Length of the step that ends on the surface, `new` its state, inside a step that passes it.
+    """Length of the step that ends on the surface, within `near` (m), `new` its state, inside a
+    step that passes it.
 
-    Newton's iteration on the tip's height, with bisection where it leaves the bracket.
+    From the zero of the cubic through the tip's heights and speeds at both ends on, Newton's
+    iteration on its height, with bisection where that leaves the bracket.
     """
     low, high, length, trials = 0.0, h, h, 0
+    begin_gap, begin_speed = clearance(state, chain)
     gap, speed = clearance(new, chain)
-    while abs(gap) > LOCATED * chain.height and high - low > TIME_RESOLUTION and trials < TRIALS:
+    while abs(gap) > near and high - low > TIME_RESOLUTION and trials < TRIALS:
         low, high = (length, high) if gap > 0.0 else (low, length)
-        length = length - gap / speed if speed != 0.0 else math.inf
+        if trials == 0 and begin_gap > 0.0 > gap:
+            length = zero_of_cubic(h, begin_gap, begin_speed, gap, speed)
+        else:
+            length = length - gap / speed if speed != 0.0 else math.inf
         if not low < length < high:
             length = 0.5 * (low + high)
         trials += 1
@@ -116,6 +128,7 @@ def take_steps(
     """
     n = chain.length.size
     repeats, trials = 0, 0
+    near = max(LOCATED * chain.height, OF_TOLERANCE * tolerance)
     if not known:
         rates(time, state, chain, stages[0])
     write_row(time, state, stages, rows[0])
@@ -140,7 +153,7 @@ def take_steps(
                 trials += 1
                 dormand_prince(time, below, state, stages, chain, new)
             if clearance(new, chain)[0] <= 0.0:
-                step, used = locate_touch(time, below, state, stages, chain, new)
+                step, used = locate_touch(time, below, near, state, stages, chain, new)
                 trials += used
                 code = TOUCHED
             else:
@@ -175,7 +188,7 @@ def integrate_flight(
         tolerance = max(tolerance, LOCATED * sum(rods.length.tolist()))
     steps, repeats, trials, code, until = 0, 0, 0, ENDED, -math.inf
     parts: list[tuple[Floats, Floats, Floats]] = []
-    begin, before, kept = state[:links].copy(), np.zeros(links), 0.0
+    begin, before, kept = state, state, 0.0
     while not parts or (code == ENDED and until < end and steps < most_steps):
         piece = piece_at(drive, time)
         if piece.torques is not rods.torque:  # a copy takes as long as a step
@@ -199,8 +212,11 @@ def integrate_flight(
             load += (table[:, :1] - piece.begin_s) * piece.torques[1]
         if parts:  # what the torque jumps by; the first row is the last piece's
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
+        else:
+            begin = table[0, 1 : 1 + links]
         withheld = _withheld(table, begin, piece.torques[1]) if rises else np.zeros(len(table))
-        withheld += kept
+        if kept:
+            withheld += kept
         before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)
         parts.append((table[first:], load[first:], withheld[first:]))
     if len(parts) > 1:

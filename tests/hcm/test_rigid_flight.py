@@ -55,6 +55,16 @@ def test_a_falling_rod_keeps_its_energy_and_lands_in_time(incline: float) -> Non
     assert fall.time[-1] == pytest.approx(time, rel=1e-10)
 
 
+def test_a_touch_is_located_as_closely_as_its_flight_can_tell() -> None:
+    """Two trials, by a cubic and by Newton: down to round-off it took four."""
+    tolerance = 2e-4
+    rods = build_rods(finger(SOFT), SURFACE, hcm.Drive())[0]
+    fall = integrate_flight(rods, np.zeros(6), 0.0, plan(tolerance, 0.03), 10_000)
+    assert fall.code == TOUCHED
+    assert abs(clearance(fall.states[-1], rods)[0]) <= 1e-6 * tolerance
+    assert fall.trials <= 2
+
+
 def test_fixed_steps_converge_with_order_five() -> None:
     chain = build_rods(finger(SOFT), hcm.Surface(0.1, 0.5), hcm.Drive())[0]
     end = [

@@ -27,7 +27,7 @@ from hcm.record import Segment, empty_record, next_segment
 from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
 from hcm.start import BeamStart, enter_piece, start_beams, start_divided
-from hcm.state import Clock, Motion, Plan
+from hcm.state import Clock, Motion, Plan, empty_motion
 from hcm.summary import summarize
 from hcm.tap import next_touch_s, slow_end, taps_of
 from hcm.workload import check_size
@@ -153,8 +153,10 @@ def simulate(
         wall_time_s=time.perf_counter() - started,
     )
     frames, places = model.frames, node_places(model.chain)
-    first = frames.time.searchsorted(model.start_s)
-    end = frames.time.searchsorted(clock.time, "right")
+    first = end = 0
+    if frames.time.size:
+        first = int(frames.time.searchsorted(model.start_s))
+        end = int(frames.time.searchsorted(clock.time, "right"))
     result = TapResult(
         status,
         _message(status, clock, statistics) + doubt,
@@ -201,7 +203,7 @@ def _take_steps(
     if status is not Status.COMPLETED:
         return [begun.segment], status, over_s
     settings, motion = model.settings, begun.motion
-    new = Motion(*[part.copy() for part in motion])
+    new = empty_motion(model.chain)
     segments, code = [begun.segment], loop.RUNNING
     cost, most = model.generalized_alpha.work.cost, ITERATIONS_A_STEP * settings.max_steps
     between = _rows_between(settings)

@@ -151,7 +151,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
         (n, {"flight_step": s, "flight_tolerance": f, "contact_step": h, "newton_tolerance": t})
         for n in few
         for s, f, t, steps in (
-            (3e-2, 1e-3, 1e-3, (1.8e-5,)), (1.5e-2, 1e-4, 1e-3, fine_steps),
+            (3e-2, 1e-3, 1e-3, (1.8e-5, 8e-6)), (1.5e-2, 1e-4, 1e-3, fine_steps),
             (1e-2, 1e-5, 1e-4, fine_steps),
         )
         for h in steps

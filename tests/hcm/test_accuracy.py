@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -396,6 +397,33 @@ def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch
     assert "solved again" in again.reason
     assert result.accuracy.expected < 1e-3
     assert np.abs(numbers(result) / truth(SOFT_SCENE) - 1.0).max() < 1e-3
+
+
+@pytest.mark.parametrize("stated", [{}, {"newton_tolerance": 1e-8}])
+def test_a_run_that_is_solved_again_is_compared_with_its_first(
+    monkeypatch: pytest.MonkeyPatch, stated: dict[str, object]
+) -> None:
+    """Its errors are known as well from that: one solve less, unless something is stated, which
+    both have in common.
+    """
+    monkeypatch.setattr("hcm.chosen.ELEMENT_SHARE", 0.12)
+    solves = []
+
+    def counted(*args: Any, **given: Any) -> hcm.TapResult:
+        solves.append(given["finger"].phalanges[-1].elements)
+        return hcm.simulate(*args, **given)
+
+    monkeypatch.setattr("hcm.accuracy.simulate", counted)
+    scene = replace(SOFT_SCENE, settings=hcm.Settings(newton_tolerance=1e-8))
+    result = simulate_within(1e-3, scene, stated)
+    assert result.accuracy is not None
+    assert any(c.setting == "accuracy" for c in result.accuracy.choices)
+    first, companion, again, *further = solves
+    assert companion < first < again
+    assert len(further) == len(stated)
+    off = np.abs(numbers(result) / truth(SOFT_SCENE) - 1.0)
+    assert off.max() < 1.2 * result.accuracy.expected
+    assert result.accuracy.expected < 1e-3
 
 
 def test_where_rods_never_touch_the_run_says_so() -> None:

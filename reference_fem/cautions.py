@@ -1,10 +1,13 @@
-"""What a run's numbers should not be trusted for, judged from its own record."""
+"""What a run's numbers should not be trusted for, by its own record and its stated errors."""
+
+import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.result import ForceRecord, History, Snapshot, Summary
 from reference_fem.settings import Settings
 
 # Second difference of F_n at its peak over three times the peak, between times a step apart or as
@@ -28,6 +31,19 @@ SPRINGS = 0.1
 ASTRAY, EVEN = 1.5, 3.0
 # The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
 HOURGLASS = 0.1
+# Share of a number that its stated error may be without a word.
+LARGEST_ERROR = 0.02
+NAMES = {
+    "contact_time_s": "time of contact",
+    "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
+    "peak_normal_force_N": "peak normal force",
+    "peak_normal_force_time_s": "time of the peak",
+    "peak_tangential_force_N": "peak tangential force",
+    "contact_duration_s": "contact duration",
+    "normal_impulse_N_s": "normal impulse",
+    "peak_stress_R_Pa": "peak stress at R",
+}
+"""The numbers with an estimate, by the summary's fields."""
 
 
 def cautions(
@@ -156,3 +172,45 @@ def _smoother(settings: Settings) -> str:
     if settings.contact == "impulse":
         return finer
     return f"solver.fem.contact = 'impulse', a softer contact, or {finer}"
+
+
+def imprecise(
+    summary: Summary,
+    errors: Mapping[str, float | tuple[float, float]],
+    of_mesh: Mapping[str, float],
+    coarse: float,
+) -> tuple[str, ...]:
+    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy if that is a
+    finer mesh.
+
+    of_mesh : what of the errors one may lessen. coarse : an edge at the touch over the patch's
+    radius
+    """
+    poor = _poor(summary, errors)
+    if not poor:
+        return ()
+    known = ", ".join(f"{NAMES[name]} {percent(share)}" for name, share in poor.items())
+    line = f"estimated errors beyond {percent(LARGEST_ERROR)}: {known}"
+    if poor.keys() & _poor(summary, of_mesh).keys():
+        line += (
+            f"; an edge where it touches is {coarse:.2g} of the patch's radius: refine the mesh, "
+            "first there (solver.fem.tip_size)"
+        )
+    return (line,)
+
+
+def _poor(summary: Summary, errors: Mapping[str, float | tuple[float, float]]) -> dict[str, float]:
+    """Errors over their numbers that are beyond `LARGEST_ERROR`, the largest first."""
+    shares = {
+        name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
+        for name, error in errors.items()
+    }
+    names = sorted((n for n in shares if shares[n] > LARGEST_ERROR), key=shares.__getitem__)
+    return {name: shares[name] for name in reversed(names)}
+
+
+def percent(share: float) -> str:
+    """A share in words, of two digits."""
+    if share == math.inf:
+        return "unknown"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

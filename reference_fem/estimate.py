@@ -9,21 +9,23 @@
   flight has that in a phase of chance.
 - The tap: a companion, a mesh of other edges, coarser or finer, taps from the run's own impact
   state (`mesh_error`). A force follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz),
-  impulse ~ v.
+  impulse ~ v. A vibration of the speed V that a flight left out goes on in the tap: times change by
+  V/v too, and bending waves have a stress of 2 sqrt(E rho) V.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.cautions import SPIKE, grain, spike
+from reference_fem.cautions import SPIKE, grain, imprecise, percent, spike
 from reference_fem.left_out import left_out
 from reference_fem.mesh_error import (
     PEAK,
+    STRESS,
     Other,
     Resolution,
     hertz_radius,
@@ -33,7 +35,7 @@ from reference_fem.mesh_error import (
 )
 from reference_fem.model import Model
 from reference_fem.other_ends import other_ends
-from reference_fem.result import Status, Summary, TapResult
+from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, fly, surface_gap
 from reference_fem.settings import Drive, Material, Settings
@@ -43,17 +45,6 @@ Errors = dict[str, float | tuple[float, float]]
 Again = Callable[[meshes.FingerMesh, ChainState], TapResult]
 
 VELOCITY = "tip_velocity_at_contact_m_per_s"
-NAMES = {
-    "contact_time_s": "time of contact",
-    VELOCITY: "tip velocity at contact",
-    "peak_normal_force_N": "peak normal force",
-    "peak_normal_force_time_s": "time of the peak",
-    "peak_tangential_force_N": "peak tangential force",
-    "contact_duration_s": "contact duration",
-    "normal_impulse_N_s": "normal impulse",
-    "peak_stress_R_Pa": "peak stress at R",
-}
-"""The numbers with an estimate, by the summary's fields."""
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
 """Powers of the speed at contact that numbers follow; others follow 6/5."""
 
@@ -67,8 +58,8 @@ REMEDY = {
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
 }
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
-# Share of a number beyond which a run carries a caution, and of the speed that a flight leaves out.
-LARGEST_ERROR, LARGEST_LEFT_OUT = 0.02, 0.01
+# Of the speed that a flight leaves out, the share beyond which a run carries a caution.
+LARGEST_LEFT_OUT = 0.01
 # The companion starts with this share of the tip's radius below it, more than the lowest nodes of
 # any mesh lie above the round end.
 CLEARANCE = 0.05
@@ -138,7 +129,7 @@ def estimated(
         given.mesh.dim,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
-    late, of_speed, left_s, of_bending, other = math.inf, 0.0, 0.0, 0.0, None
+    late, of_speed, left_s, of_bending, rung, other = math.inf, 0.0, 0.0, 0.0, 0.0, None
     of_mesh: dict[str, float] = {}
     of_ends: dict[str, float] = {}
     open_ends: tuple[str, ...] = ()
@@ -151,7 +142,7 @@ def estimated(
         apart = np.maximum(apart, np.abs(_pole_velocity(given, chain, touch) - sooner))
         of_speed, left = float(max(apart)) / fall, np.zeros(2)
         if given.settings.flight != "explicit":
-            left_s, left = _left_out(given, chain, flown, given.mesh.shape, fall)
+            left_s, left, rung = _of_bending(given, chain, flown, given.mesh.shape, fall)
             of_bending = float(max(left)) / fall
         errors["contact_time_s"] = late + left_s
         errors[VELOCITY] = float(apart[0] + left[0]), float(apart[1] + left[1])
@@ -172,7 +163,9 @@ def estimated(
             if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
                 changed = OF_SPEED.get(name, 1.2) * value
                 of_tap[name] += of_speed * changed
-                of_left[name] = of_bending * changed
+                of_left[name] = max(of_bending * changed, rung / fall * value)
+        last = given.materials[-1]
+        of_left[STRESS] = of_left.get(STRESS, 0.0) + 2.0 * last.density * last.bar_speed * rung
         of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
         of_tap |= rivals(run, of_tap)
         if given.settings.tap_until_s == 0.0:
@@ -184,12 +177,14 @@ def estimated(
             name: max(error, of_ends.get(name, 0.0)) + of_left.get(name, 0.0)
             for name, error in of_tap.items()
         }
-    doubts = (*caution(run.summary, errors, resolution.coarse), *open_ends)
+    doubts = (*imprecise(run.summary, errors, of_mesh, resolution.coarse), *open_ends)
     if of_speed == math.inf:
         doubts = (*doubts, ELSEWHERE)
     elif of_bending > LARGEST_LEFT_OUT:
-        share = _percent(of_bending) if of_bending < math.inf else "an unknown share"
-        doubts = (*doubts, RINGS.format(share, REMEDY[given.settings.flight]))
+        share = percent(of_bending) if of_bending < math.inf else "an unknown share"
+        # a coarse flight leaves the ringing in a phase of chance
+        flight = "coarse" if rung > LARGEST_LEFT_OUT * fall else given.settings.flight
+        doubts = (*doubts, RINGS.format(share, REMEDY[flight]))
     if companion is None:
         doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)
@@ -244,27 +239,27 @@ def _same_touch(
     return None if np.abs(found.angles - touch.angles).max() > ANOTHER else found
 
 
-def _left_out(
+def _of_bending(
     given: Given, chain: RigidChain, flown: Descent, geometry: meshes.FingerGeometry, fall: float
-) -> tuple[float, Array]:
+) -> tuple[float, Array, float]:
     """What a flight leaves out of arrival, s, and of the pole's velocity; inf where phalanges that
-    begin turned by the angle that they bend have no such touch.
+    begin turned by the angle that they bend have no such touch; and the speed that they ring at.
 
     fall : speed at the touch, m/s
     """
     touch = flown.state_at(flown.touch_s)
     left = left_out(chain, flown, given.drive, geometry, given.materials)
     if given.settings.flight == "coarse":
-        return left.depth / fall, np.full(2, left.speed)
+        return left.depth / fall, np.full(2, left.speed), left.speed
     # against each other, which a whirl magnifies most
     turned = left.angle * (-1.0) ** np.arange(chain.links)
     bent = replace(flown.start, angles=flown.start.angles - turned)
     other = _same_touch(chain, bent, surface_gap(given.model, chain), touch)
     if other is None:
-        return math.inf, np.full(2, math.inf)
+        return math.inf, np.full(2, math.inf), left.speed
     changed = _pole_velocity(given, chain, touch) - _pole_velocity(given, chain, other)
     late = abs(touch.time_s - other.time_s) + left.depth / fall
-    return late, np.abs(changed) + left.speed
+    return late, np.abs(changed) + left.speed, left.speed
 
 
 def _pole_velocity(given: Given, chain: RigidChain, state: ChainState) -> Array:
@@ -272,27 +267,3 @@ def _pole_velocity(given: Given, chain: RigidChain, state: ChainState) -> Array:
     pole = np.array([given.model.pole])
     place = given.model.points[pole], given.model.body_of_point[pole]
     return pose(chain, state, *place)[1][0, :2]
-
-
-def caution(
-    summary: Summary, errors: Mapping[str, float | tuple[float, float]], coarse: float
-) -> tuple[str, ...]:
-    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy."""
-    shares = {
-        name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
-        for name, error in errors.items()
-    }
-    poor = sorted((n for n in shares if shares[n] > LARGEST_ERROR), key=shares.__getitem__)
-    if not poor:
-        return ()
-    known = ", ".join(f"{NAMES[name]} {_percent(shares[name])}" for name in reversed(poor))
-    return (
-        f"estimated errors beyond {_percent(LARGEST_ERROR)}: {known}; an edge where it touches is "
-        f"{coarse:.2g} of the patch's radius: refine the mesh, first there (solver.fem.tip_size)",
-    )
-
-
-def _percent(share: float) -> str:
-    if share == math.inf:
-        return "unknown"
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

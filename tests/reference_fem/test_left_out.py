@@ -7,8 +7,14 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.estimate import Given, _left_out
-from reference_fem.left_out import TORQUE_SHARE, WEIGHT_SHARE, left_out, sag
+from reference_fem.estimate import Given, _of_bending
+from reference_fem.left_out import (
+    STRETCH_SHARE,
+    TORQUE_SHARE,
+    WEIGHT_SHARE,
+    LeftOut,
+    left_out,
+)
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import Descent, descent
@@ -25,44 +31,56 @@ RUBBER = rf.Material(1e7, 0.4, 1400.0)
 G = 9.8
 
 
-def held(links: int, seconds: float = 1.0) -> Descent:
+def held(links: int, seconds: float = 1.0, angle: float = 0.0) -> Descent:
     """So long a flight in which nothing moves."""
-    zeros = np.zeros(links)
+    angles, zeros = np.full(links, angle), np.zeros(links)
     return Descent(
-        ChainState(zeros, zeros, 0.0), seconds, lambda time: ChainState(zeros, zeros, time)
+        ChainState(angles, zeros, 0.0), seconds, lambda time: ChainState(angles, zeros, time)
     )
 
 
-def one_rod(drive: rf.Drive) -> tuple[np.ndarray, np.ndarray, float]:
-    """δ, ω₁ and the vibration's speed of a rod at rest that is about to fall."""
-    rod = meshes.FingerGeometry((L,), (2 * R,), tip="flat")
-    chain = true_chain(rod, (SOFT,), drive, 3)
-    flown = held(1)
-    of = left_out(chain, flown, drive, rod, (SOFT,))
-    assert of.angle == pytest.approx(of.depth / L, rel=1e-12)
-    return *sag(chain, flown.start, np.abs(chain.torques.at(0.0)), rod, (SOFT,)), of.speed
+def of_rods(links: int, drive: rf.Drive, flown: Descent) -> LeftOut:
+    rods = meshes.FingerGeometry((L,) * links, (2 * R,) * links, tip="flat")
+    chain = true_chain(rods, (SOFT,) * links, drive, 3)
+    return left_out(chain, flown, drive, rods, (SOFT,) * links)
+
+
+AREA, STIFFNESS = math.pi * R**2, SOFT.youngs_modulus * math.pi * R**4 / 4
+FIRST = (math.pi / L) ** 2 * math.sqrt(STIFFNESS / (SOFT.density * AREA))
 
 
 def test_a_rod_sags_under_the_load_at_its_hinge() -> None:
     """At rest the hinge's end alone has no acceleration: p = ρ A g, and 5 p L⁴/384 E I."""
-    area, stiffness = math.pi * R**2, SOFT.youngs_modulus * math.pi * R**4 / 4
-    depth, frequency, rung = one_rod(rf.Drive())
-    assert depth[0] == pytest.approx(5 * 1400.0 * area * G * L**4 / (384 * stiffness), rel=1e-6)
-    first = (math.pi / L) ** 2 * math.sqrt(stiffness / (1400.0 * area))
-    assert frequency[0] == pytest.approx(first, rel=1e-12)
-    assert rung == pytest.approx(WEIGHT_SHARE * depth[0] * first, rel=1e-12)
+    of = of_rods(1, rf.Drive(), held(1))
+    assert of.depth == pytest.approx(5 * 1400.0 * AREA * G * L**4 / (384 * STIFFNESS), rel=1e-6)
+    assert of.angle == pytest.approx(of.depth / L, rel=1e-12)
+    assert of.speed == pytest.approx(WEIGHT_SHARE * of.depth * FIRST, rel=1e-12)
+
+
+@pytest.mark.parametrize("links", [1, 2])
+def test_a_rod_that_hangs_stretches_under_its_weight_and_the_next_ones(links: int) -> None:
+    """rho g L²/2 E, all in all of their length; the first one, with the next one's weight, at the
+    speed of a quarter wave.
+    """
+    of = of_rods(links, rf.Drive(), held(links, angle=math.pi / 2))
+    unit = SOFT.density * G * L**2 / SOFT.youngs_modulus
+    assert of.depth == pytest.approx(0.5 * links**2 * unit, rel=1e-9)
+    stretch = (0.5 + (links - 1)) * unit
+    assert of.speed == pytest.approx(
+        STRETCH_SHARE * stretch * SOFT.bar_speed * math.pi / (2 * L), rel=1e-9
+    )
+    assert of.angle < 1e-9
 
 
 def test_a_torque_bends_a_rod_and_its_inertia() -> None:
     """Without gravity: t L²/(9 √3 E I), and p = ρ A α L at the end, α = t/J about the hinge."""
-    mass, torque = 1400.0 * math.pi * R**2 * L, 0.01
-    stiffness = SOFT.youngs_modulus * math.pi * R**4 / 4
+    mass, torque = 1400.0 * AREA * L, 0.01
     inertia = mass * (L**2 / 3 + R**2 / 4)
     load = mass / L * torque / inertia * L
-    depth, frequency, rung = one_rod(rf.Drive(torques=(torque,), gravity=0.0))
-    known = (5 * load * L**4 / 384 + torque * L**2 / (9 * math.sqrt(3))) / stiffness
-    assert depth[0] == pytest.approx(known, rel=1e-5)
-    assert rung == pytest.approx(TORQUE_SHARE * known * frequency[0], rel=1e-5)
+    of = of_rods(1, rf.Drive(torques=(torque,), gravity=0.0), held(1))
+    known = (5 * load * L**4 / 384 + torque * L**2 / (9 * math.sqrt(3))) / STIFFNESS
+    assert of.depth == pytest.approx(known, rel=1e-5)
+    assert of.speed == pytest.approx(TORQUE_SHARE * known * FIRST, rel=1e-5)
 
 
 def test_torques_at_both_ends_of_a_phalanx_bend_it_though_they_cancel() -> None:
@@ -71,54 +89,59 @@ def test_torques_at_both_ends_of_a_phalanx_bend_it_though_they_cancel() -> None:
     chain = true_chain(FINGER, (SOFT,) * 3, drive, 3)
     np.testing.assert_allclose(chain.torques.at(0.0), [0.0, 0.0, 0.2], atol=1e-15)
     of = left_out(chain, held(3), drive, FINGER, (SOFT,) * 3)
-    constant = 0.2 * L**2 / (8 * SOFT.youngs_modulus * math.pi * R**4 / 4)
-    assert of.depth > constant
+    assert of.depth > 0.2 * L**2 / (8 * STIFFNESS)
 
 
 def test_a_torque_between_two_samples_is_seen() -> None:
     jolt = rf.TorqueTable(
         (0.0, 0.501, 0.501, 0.502, 0.502), ((0.0,), (0.0,), (0.1,), (0.1,), (0.0,))
     )
-    drive, rod = rf.Drive(table=jolt), meshes.FingerGeometry((L,), (2 * R,), tip="flat")
-    chain = true_chain(rod, (SOFT,), drive, 3)
-    assert left_out(chain, held(1), drive, rod, (SOFT,)).depth > 10 * one_rod(rf.Drive())[0][0]
+    jolted, still = (of_rods(1, rf.Drive(table=table), held(1)).depth for table in (jolt, None))
+    assert jolted > 10 * still
 
 
-def test_nothing_bends_in_no_time() -> None:
-    """ω₁ T of 0.02: 1 - cos is half its square, of all that rings in a whole flight."""
-    drive = rf.Drive()
-    chain = true_chain(FINGER, (SOFT,) * 3, drive, 3)
-    first = sag(chain, held(3).start, np.zeros(3), FINGER, (SOFT,) * 3)[1][0]
+@pytest.mark.parametrize("angle", [0.0, math.pi / 2])
+def test_nothing_bends_or_stretches_in_no_time(angle: float) -> None:
+    """ω T of 0.02: 1 - cos is half its square, of all that rings in a whole flight."""
+    first = FIRST if angle == 0.0 else SOFT.bar_speed * math.pi / (2 * L)
     short, long = (
-        left_out(chain, held(3, seconds), drive, FINGER, (SOFT,) * 3)
-        for seconds in (0.02 / first, 1.0)
+        of_rods(3, rf.Drive(), held(3, seconds, angle)) for seconds in (0.02 / first, 1.0)
     )
     assert short.speed == pytest.approx(2e-4 * long.speed, rel=1e-3)
 
 
-def given(material: rf.Material, drive: rf.Drive) -> Given:
+STEEP = ChainState(np.array([0.80, 0.84, 0.87]), np.zeros(3), 0.0)
+
+
+def given(material: rf.Material, drive: rf.Drive, start: ChainState | None = None) -> Given:
     mesh, settings = meshes.finger_hexahedra(FINGER, COARSE), rf.Settings(contact="impulse")
     model = build_model(mesh, (material,) * 3, SURFACE, drive, settings)
-    chain, first = chain_and_start(model.chain, None)
+    chain, first = chain_and_start(model.chain, start)
     flown = descent(model, chain, first, settings)
-    return Given(mesh, model, (material,) * 3, drive, settings, None, flown)
+    return Given(mesh, model, (material,) * 3, drive, settings, start, flown)
 
 
-@pytest.mark.parametrize(("material", "drive"), [(SOFT, DRIVEN), (RUBBER, rf.Drive())])
+@pytest.mark.parametrize(
+    ("material", "drive", "start"),
+    [(SOFT, DRIVEN, None), (RUBBER, rf.Drive(), None), (RUBBER, rf.Drive(), STEEP)],
+)
 def test_elements_that_fly_arrive_within_what_is_left_out(
-    material: rf.Material, drive: rf.Drive
+    material: rf.Material, drive: rf.Drive, start: ChainState | None
 ) -> None:
-    of = given(material, drive)
+    """From a steep start what stretches is more than ten times what bends."""
+    of = given(material, drive, start)
     chain, _ = chain_and_start(of.model.chain, None)
     assert of.flown is not None
     read = []
     for flight in ("rigid", "explicit"):
         settings = rf.Settings(contact="impulse", flight=flight, estimate=False)
-        summary = rf.simulate(of.mesh, (material,) * 3, SURFACE, drive, settings).summary
+        summary = rf.simulate(
+            of.mesh, (material,) * 3, SURFACE, drive, settings, start=start
+        ).summary
         velocity = summary.tip_velocity_at_contact_m_per_s
         assert velocity is not None
         read.append((summary.contact_time_s, np.array(velocity)))
-    late, apart = _left_out(of, chain, of.flown, FINGER, abs(read[0][1][1]))
+    late, apart, _ = _of_bending(of, chain, of.flown, FINGER, abs(read[0][1][1]))
     assert abs(read[0][0] - read[1][0]) < late
     found = np.abs(read[0][1] - read[1][1])
     assert (found < apart).all()
@@ -131,7 +154,7 @@ def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
     of = given(SOFT, WHIRL)
     chain, _ = chain_and_start(of.model.chain, None)
     assert of.flown is not None
-    late, apart = _left_out(of, chain, of.flown, FINGER, 1.0)
+    late, apart, _ = _of_bending(of, chain, of.flown, FINGER, 1.0)
     assert late == np.inf
     assert np.isinf(apart).all()
 
@@ -139,8 +162,8 @@ def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
 def test_a_tap_of_which_nothing_is_known_asks_for_no_finer_mesh(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    unknown = np.inf, np.full(2, np.inf)
-    monkeypatch.setattr("reference_fem.estimate._left_out", lambda *_: unknown)
+    unknown = np.inf, np.full(2, np.inf), 0.0
+    monkeypatch.setattr("reference_fem.estimate._of_bending", lambda *_: unknown)
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     smooth = rf.Surface(0.1, 0.0)
     run = rf.simulate(mesh, (SOFT,) * 3, smooth, rf.Drive(), rf.Settings(contact="impulse"))
@@ -161,7 +184,8 @@ def test_what_is_left_out_is_in_every_error_and_said(
     runs = []
     for share in (0.0, 0.1):
         monkeypatch.setattr(
-            "reference_fem.estimate._left_out", lambda *of, s=share: (s, np.full(2, s * of[-1]))
+            "reference_fem.estimate._of_bending",
+            lambda *of, s=share: (s, np.full(2, s * of[-1]), s),
         )
         runs.append(rf.simulate(mesh, (RUBBER,) * 3, SURFACE, rf.Drive(), settings))
     without, run = runs
@@ -173,4 +197,10 @@ def test_what_is_left_out_is_in_every_error_and_said(
     assert run.mesh_errors == without.mesh_errors
     said = [text for text in run.cautions if "bends and rings on the way" in text]
     assert len(said) == left
-    assert not left or "flight = 'coarse'" in said[0]
+    # a coarse flight would have the ringing in a phase of chance
+    assert not left or "flight = 'explicit'" in said[0]
+    assert "flight = 'coarse'" not in "".join(said)
+    stress = run.errors["peak_stress_R_Pa"] - without.errors["peak_stress_R_Pa"]
+    waves = 2.0 * 0.1 * math.sqrt(RUBBER.youngs_modulus * RUBBER.density)
+    of_speed = 0.12 * run.summary.peak_stress_R_Pa
+    assert stress == pytest.approx(left * (of_speed + waves), rel=1e-9)

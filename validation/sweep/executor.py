@@ -28,18 +28,22 @@ BATCH_S = 1.0  # of solving that a batch is made to take, in scenes from 1 to
 MOST_SCENES = 200
 TRIES = 5  # of a batch that connections lose
 CONNECT_S = 30.0
-COUNTED_S = 5.0  # between two looks how many workers there are
+# Of a client whose scheduler has not come back for so long.
+GIVEN_UP = ("closing", "closed")
+COUNTED_S = 5.0  # between two looks how many workers there are, and whether there is a scheduler
 
 
 @dataclass(frozen=True)
 class Crew:
     """What solves batches.
 
-    submit : of an executor. workers : how many of them there are now.
+    submit : of an executor. workers : how many of them there are now. lost : the error, where what
+    was submitted will never be solved.
     """
 
     submit: Submit
     workers: Callable[[], int]
+    lost: Callable[[], RunFailedError | None] = lambda: None
 
 
 @contextmanager
@@ -72,7 +76,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
             f"--dask {address}: no scheduler answers ({' '.join(str(error).split())[:100]});"
             " check the address that dask scheduler prints"
         ) from error
-    with client:
+    with _closed_at_last(client):
         _check_workers(client, address, models)
         pool = client.get_executor(pure=False, retries=TRIES)
 
@@ -83,10 +87,24 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
                 raise _lost(address) from error
             return found
 
+        def lost() -> RunFailedError | None:
+            return _lost(address) if client.status in GIVEN_UP else None
+
         try:
-            yield Crew(submit, _count_of(client))
+            yield Crew(submit, _count_of(client), lost)
         finally:
-            pool.shutdown(wait=False)
+            with suppress(Exception):  # of a client that has given up
+                pool.shutdown(wait=False)
+
+
+@contextmanager
+def _closed_at_last(client: Any) -> Iterator[None]:
+    """Close a client, whatever is left of its cluster."""
+    try:
+        yield
+    finally:
+        with suppress(Exception):
+            client.close()
 
 
 def _lost(address: str) -> RunFailedError:
@@ -150,7 +168,7 @@ def solve_all(
     Raises
     ------
     RunFailedError
-        The executor has lost a batch `TRIES` times.
+        The executor has lost a batch `TRIES` times, or its scheduler.
     """
     wanted = {model: programs(model) for model in {task.model for task in tasks}}
     todo, again = deque(tasks), deque[tuple[tuple[Task, ...], int]]()
@@ -175,7 +193,9 @@ def solve_all(
                 chosen, tries = batch()
                 given = [(task.model, task.overrides) for task in chosen]
                 running[crew.submit(solve_tasks, name, document, given, wanted)] = chosen, tries
-            ready, _ = wait(running, return_when=FIRST_COMPLETED)
+            ready, _ = wait(running, COUNTED_S, FIRST_COMPLETED)
+            if not ready and (error := crew.lost()):
+                raise error
             for future in ready:
                 chosen, tries = running.pop(future)
                 rows = _rows(future, chosen, tries, again)
@@ -184,8 +204,9 @@ def solve_all(
                     spent: float = found["spent_s"]
                     seconds[task.model] = 0.7 * seconds.get(task.model, spent) + 0.3 * spent
     finally:
-        for future in running:
-            future.cancel()
+        if crew.lost() is None:
+            for future in running:
+                future.cancel()
 
 
 def _rows(

@@ -4,6 +4,7 @@ import importlib.util
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
 import time
@@ -74,7 +75,7 @@ class Wire:
 
 @contextmanager
 def cluster(folder: Path, workers: int, threads: int = 1) -> Iterator[tuple[int, list[int]]]:
-    """A scheduler's port, and the processes of its workers."""
+    """A scheduler's port, and the processes of its workers and, last, its own."""
     port, quiet = free_port(), {"stdout": -3, "stderr": -3, "cwd": folder}
     address = f"tcp://127.0.0.1:{port}"
     with ExitStack() as processes:
@@ -85,14 +86,14 @@ def cluster(folder: Path, workers: int, threads: int = 1) -> Iterator[tuple[int,
             processes.callback(process.kill)
             return int(process.pid)
 
-        start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
-              "--no-dashboard")  # fmt: skip
+        scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
+                          "--no-dashboard")  # fmt: skip
         pids = [
             start("distributed.cli.dask_worker", address, "--host", "127.0.0.1", "--no-nanny",
                   "--nthreads", threads, "--no-dashboard", "--local-directory", folder)
             for _ in range(workers)
         ]  # fmt: skip
-        yield port, pids
+        yield port, [*pids, scheduler]
 
 
 def dask_and_serial(folder: Path, number: int) -> None:
@@ -129,6 +130,25 @@ def test_a_cluster_computes_the_same(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_two_thousand_scenes_with_losses_are_the_same(tmp_path: Path) -> None:
     dask_and_serial(tmp_path, 2000)
+
+
+@needs_dask
+def test_a_scheduler_that_dies_ends_the_sweep_with_one_line(tmp_path: Path) -> None:
+    """It waited for ever, and ended in the client's traceback; what was solved is kept."""
+    path = written(tmp_path, TWO.replace("number = 4", "number = 2000"))
+    quickly = "import validation.sweep.executor as of; of.CONNECT_S = of.COUNTED_S = 2.0"
+    with cluster(tmp_path, 1) as (port, pids):
+        address, kept = f"tcp://127.0.0.1:{port}", tmp_path / "sweep" / "plan" / "results.jsonl"
+        words = ("sweep", path, "--dask", address, "--out", tmp_path)
+        process = started("-c", f"{quickly}; {COMMAND}", *words, stderr=subprocess.PIPE)
+        while process.poll() is None and not (kept.exists() and kept.stat().st_size > 0):
+            time.sleep(0.02)
+        os.kill(pids[-1], signal.SIGKILL)
+        _, err = process.communicate(timeout=120)
+    assert process.returncode == 1, err
+    assert "the scheduler was lost; what was finished is kept" in err
+    assert "Traceback" not in err
+    assert lines(tmp_path)
 
 
 @needs_dask

@@ -55,7 +55,7 @@ def rods_fall(scene: Scene) -> Fall | None:
         return None
     radius = np.array([p.diameter / 2 for p in finger.phalanges])
     first, last, largest, sunk = survey(
-        flight.states, flight.accelerations, radius, rods, state.copy()
+        flight.states, flight.accelerations, radius, float(scene.surface.height), rods, state.copy()
     )
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
     time = float(flight.time[-1]) - start_s

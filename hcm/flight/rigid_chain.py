@@ -170,9 +170,12 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
 
 
 @kernel
-def body_depth(state: Floats, radius: Floats, chain: Rods) -> float:
-    """How far the lowest section of radius (P,) at a hinge lies below the surface, m."""
-    y, deepest, n = chain.height, -math.inf, chain.length.size
+def body_depth(state: Floats, radius: Floats, height: float, chain: Rods) -> float:
+    """How far the lowest section of radius (P,) at a hinge lies below the surface, m.
+
+    height : of the surface below the fixed hinge, m; that of `chain` is where a round tip touches.
+    """
+    y, deepest, n = height, -math.inf, chain.length.size
     for w in range(n):
         reach = radius[w] * abs(math.cos(state[w]))
         deepest = max(deepest, reach - y)
@@ -184,7 +187,7 @@ def body_depth(state: Floats, radius: Floats, chain: Rods) -> float:
 
 @kernel
 def survey(
-    states: Floats, accelerations: Floats, radius: Floats, chain: Rods, out: Floats
+    states: Floats, accelerations: Floats, radius: Floats, height: float, chain: Rods, out: Floats
 ) -> tuple[float, float, float, float]:
     """Speeds that rods leave out (`reactions`): at first, at last, the largest, m/s; and the depth
     below the surface, m, that sections reach while the tip is at least as far above it.
@@ -195,6 +198,6 @@ def survey(
     for m in range(states.shape[0]):
         speed = reactions(states[m], accelerations[m], chain, out)
         first, largest = speed if m == 0 else first, max(largest, speed)
-        depth = body_depth(states[m], radius, chain)
+        depth = body_depth(states[m], radius, height, chain)
         sunk = max(sunk, min(depth, clearance(states[m], chain)[0]))
     return first, speed, largest, sunk

@@ -197,6 +197,23 @@ def test_a_finger_that_meets_the_surface_before_its_tip_falls_as_rods() -> None:
     assert kept["flight"] == "elastic"
 
 
+def test_a_round_tip_lifts_no_surface_for_the_sections() -> None:
+    """They were measured against where its centre touches: rods fell "as the finger meets the
+    surface before its tip does", and were too flexible for it.
+    """
+    thin, thick = (hcm.Phalanx(0.04, d, 2e7, 1100.0, poisson_ratio=0.47) for d in (0.01, 0.02))
+    scene = hcm.Scene(
+        hcm.Finger((thin, thick)), hcm.Surface(0.027362, 0.2), hcm.Tip(2e4),
+        settings=NO_ESTIMATE, start=hcm.RigidStart((0.10472, 0.174533), (0.0, 0.0)),
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+    fall = rods_fall(scene)
+    assert fall is not None
+    assert fall.sunk == 0.0
+    result = simulate_within(1e-3, scene)
+    assert result.status is hcm.Status.COMPLETED, result.message
+
+
 def test_sections_sink_as_those_of_straight_beams() -> None:
     body, surface = finger(SOFT, elements=1), hcm.Surface(0.04, 0.5)
     rods, radius = build_rods(body, surface, hcm.Drive())[0], np.full(3, SOFT.diameter / 2)
@@ -205,7 +222,8 @@ def test_sections_sink_as_those_of_straight_beams() -> None:
         chain = build_chain(body, hcm.Drive())[0]
         q, _ = rigid_motion(body, chain, hcm.RigidStart(angles, (0.0,) * 3))
         below = depth(q, chain, build_outline(body, surface.height))[0]
-        assert max(body_depth(state, radius, rods), 0.0) == pytest.approx(below, abs=1e-12)
+        sunk = body_depth(state, radius, surface.height, rods)
+        assert max(sunk, 0.0) == pytest.approx(below, abs=1e-12)
 
 
 def test_quiet_flights_take_steps_by_the_error_wanted() -> None:

@@ -58,7 +58,9 @@ def required_node_sets(dim: int, phalanges: int) -> list[str]:
 
 def _check_sets(mesh: FingerMesh) -> None:
     numbers = sorted(
-        int(found[1]) for name in mesh.cell_sets if (found := re.fullmatch(r"phalanx_(\d+)", name))
+        int(found[1])
+        for name in mesh.cell_sets
+        if (found := re.fullmatch(r"phalanx_([1-9]\d*)", name))
     )
     if not numbers or numbers != list(range(1, len(numbers) + 1)):
         raise MeshError(

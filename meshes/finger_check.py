@@ -56,7 +56,7 @@ def check_finger(mesh: FingerMesh, geometry: FingerGeometry) -> None:
         missing, foreign = np.setdiff1d(wanted, held).size, np.setdiff1d(held, wanted).size
         if missing or foreign:
             raise MeshError(
-                f"{name}: lacks {missing} of the {wanted.size} nodes {place}"
+                f"{name}: lacks {missing} of the {wanted.size} {place}"
                 + (f" and holds {foreign} others" if foreign else "")
             )
 
@@ -203,7 +203,7 @@ def _volume(geometry: FingerGeometry, w: int, dim: int) -> tuple[float, float]:
 
 
 def _sets(mesh: FingerMesh, bodies: list[_Body]) -> Iterator[tuple[str, Ints, Ints, str]]:
-    """Every set's name, the nodes that it holds, those that it should hold, and where they lie."""
+    """Every set's name, the numbers that it holds, those that it should hold, and what they are."""
     if mesh.dim == 3:
         plane = [body.facets[body.on[2]].ravel() for body in bodies]
         yield _row(mesh, "symmetry", np.concatenate(plane), "on the plane z = 0")
@@ -230,9 +230,12 @@ def _sets(mesh: FingerMesh, bodies: list[_Body]) -> Iterator[tuple[str, Ints, In
     near = (mesh.points[touching, 0] <= end + radius * (1.0 + PLACE)).all(axis=1)
     yield _row(mesh, "tip", touching[near], "on the last phalanx's round end")
     for name, facets in (("surface", touching), ("tip", touching[near])):
-        held = np.unique(mesh.facet_sets[name])
-        yield f"facet set {name}", held, np.unique(facets), "of the last phalanx's outer side"
+        both = np.sort(np.concatenate([mesh.facet_sets[name], facets]), axis=1)
+        numbers = np.unique(both, axis=0, return_inverse=True)[1].ravel()
+        held, wanted = np.split(numbers, [len(mesh.facet_sets[name])])
+        place = "facets of the last phalanx's outer side"
+        yield f"facet set {name}", held, np.unique(wanted), place
 
 
 def _row(mesh: FingerMesh, name: str, wanted: Ints, place: str) -> tuple[str, Ints, Ints, str]:
-    return f"node set {name}", mesh.node_sets[name], np.unique(wanted), place
+    return f"node set {name}", mesh.node_sets[name], np.unique(wanted), f"nodes {place}"

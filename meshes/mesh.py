@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -44,8 +45,14 @@ class FingerMesh:
     ties: Ints = field(default_factory=lambda: np.empty((0, 1), dtype=np.int64))
 
     def __post_init__(self) -> None:
+        points = np.asarray(self.points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] not in (2, 3):
+            raise MeshError(f"points: of shape {points.shape}; must be (n, 2) or (n, 3)")
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "cells", _numbers("cells", self.cells))
         for name in ("node_sets", "facet_sets", "cell_sets"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            members = {of: _numbers(f"{name} {of}", v) for of, v in getattr(self, name).items()}
+            object.__setattr__(self, name, MappingProxyType(members))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For pickle and copy, which take no mapping proxies."""
@@ -61,3 +68,11 @@ class FingerMesh:
     def phalanges(self) -> int:
         """Number of phalanges."""
         return len(self.cell_sets)
+
+
+def _numbers(name: str, given: Any) -> Ints:
+    """Node, facet or element numbers; a mask of truth values is none."""
+    numbers = np.asarray(given)
+    if numbers.size and numbers.dtype.kind not in "iu":
+        raise MeshError(f"{name}: must be whole numbers, not {numbers.dtype}")
+    return numbers.astype(np.int64, copy=False)

@@ -4,6 +4,7 @@ Masses, mass centres and moments of inertia are those of the lumped nodal masses
 explicit run which takes over has the same momentum and energy.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -155,17 +156,24 @@ def chain_and_start(
     Raises
     ------
     ValueError
-        The mesh has no chain, or the state is that of another number of phalanges.
+        The mesh has no chain, or the state is none of as many phalanges.
     """
     if chain is None:
         raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
-    first = start or ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
-    if first.angles.shape != (chain.links,) or first.rates.shape != (chain.links,):
+    if start is None:
+        return chain, ChainState(np.zeros(chain.links), np.zeros(chain.links), 0.0)
+    angles, rates = np.asarray(start.angles, dtype=float), np.asarray(start.rates, dtype=float)
+    if angles.shape != (chain.links,) or rates.shape != (chain.links,):
         raise ValueError(
-            f"start: {first.angles.size} angles and {first.rates.size} rates for "
+            f"start: angles of shape {angles.shape} and rates of shape {rates.shape} for "
             f"{chain.links} phalanges; give one of each per phalanx"
         )
-    return chain, first
+    if not (np.isfinite([*angles, *rates]).all() and 0.0 <= start.time_s < math.inf):
+        raise ValueError(
+            f"start: angles {angles}, rates {rates}, time_s = {start.time_s!r}: must be finite "
+            "numbers, the time none below 0"
+        )
+    return chain, ChainState(angles, rates, float(start.time_s))
 
 
 def pose(

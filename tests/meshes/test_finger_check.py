@@ -137,6 +137,10 @@ def test_sets_hold_what_they_are_named_for(mesh: meshes.FingerMesh, content: str
 
 @pytest.mark.parametrize("name", ["surface", "tip"])
 def test_facet_sets_are_the_outer_side(mesh: meshes.FingerMesh, name: str) -> None:
-    facets = {**mesh.facet_sets, name: mesh.facet_sets[name][:1]}
-    with pytest.raises(meshes.MeshError, match=f"^facet set {name}: lacks"):
-        meshes.check_finger(dataclasses.replace(mesh, facet_sets=facets), GEOMETRY)
+    whole = mesh.facet_sets[name]
+    for kept, lacks in ((whole[:1], len(whole) - 1), (whole[1:], 1)):
+        facets = {**mesh.facet_sets, name: kept}
+        with pytest.raises(meshes.MeshError, match=f"^facet set {name}: lacks {lacks} of"):
+            meshes.check_finger(dataclasses.replace(mesh, facet_sets=facets), GEOMETRY)
+    turned = {**mesh.facet_sets, name: np.concatenate([whole[::-1, ::-1], whole])}
+    meshes.check_finger(dataclasses.replace(mesh, facet_sets=turned), GEOMETRY)

@@ -2,10 +2,13 @@
 
 import dataclasses
 import math
+from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 import meshes
+from meshes.check import check
 from tests.meshes.fingers import BUILD, FINE_TIP, PAPER, D, L
 
 NAN, INF = math.nan, math.inf
@@ -75,3 +78,38 @@ def test_a_tip_so_fine_that_its_steps_take_hours_is_refused_with_an_estimate() -
     needed = dataclasses.replace(FINE_TIP, tip_size=5e-5, growth=1.25**0.5)
     roomy = dataclasses.replace(needed, max_updates=needed.max_updates / 10)
     assert meshes.count_elements(PAPER, roomy) > 100_000
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda mesh: {"cells": mesh.cells.astype(float)}, "cells: must be whole numbers, not flo"),
+        (
+            lambda mesh: {"node_sets": {**mesh.node_sets, "pole": np.ones(len(mesh.points), bool)}},
+            "node_sets pole: must be whole numbers, not bool",
+        ),
+        (lambda mesh: {"points": mesh.points[:, 0]}, r"points: of shape \(\d+,\); must be"),
+    ],
+)
+def test_arrays_that_are_no_mesh(change: Callable[..., dict], message: str) -> None:
+    mesh = BUILD[2](PAPER, FINE_TIP)
+    with pytest.raises(meshes.MeshError, match=message):
+        dataclasses.replace(mesh, **change(mesh))
+
+
+def test_a_mesh_takes_lists_and_other_kinds_of_numbers() -> None:
+    mesh = BUILD[2](PAPER, FINE_TIP)
+    given = dataclasses.replace(
+        mesh, points=mesh.points.tolist(), cells=mesh.cells.astype(np.uint32),
+        node_sets={name: nodes.tolist() for name, nodes in mesh.node_sets.items()},
+    )  # fmt: skip
+    np.testing.assert_array_equal(given.points, mesh.points)
+    assert given.cells.dtype == np.int64
+    check(given)
+
+
+def test_a_set_of_another_spelling_is_missing() -> None:
+    mesh = BUILD[2](PAPER, FINE_TIP)
+    sets = {name.replace("_1", "_01"): cells for name, cells in mesh.cell_sets.items()}
+    with pytest.raises(meshes.MeshError, match=r"cell sets phalanx_1, .* are missing: found"):
+        check(dataclasses.replace(mesh, cell_sets=sets))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from reference_fem.rigid_chain import ChainState, RigidChain, pose
+from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
 from reference_fem.rigid_flight import first_closing, fly
 from reference_fem.torques import Torques
 
@@ -33,6 +33,27 @@ def rest(links: int) -> ChainState:
 
 def never(_angles: np.ndarray) -> float:
     return 1.0
+
+
+@pytest.mark.parametrize(
+    ("angles", "rates", "time", "said"),
+    [
+        ([[0.1, 0.2]], [0.0, 0.0], 0.0, r"shape \(1, 2\) .* for 2 phalanges; give one of each"),
+        ([0.1], [0.0], 0.0, "for 2 phalanges"),
+        ([0.1, np.nan], [0.0, 0.0], 0.0, "must be finite numbers"),
+        ([0.1, 0.2], [0.0, np.inf], 0.0, "must be finite numbers"),
+        ([0.1, 0.2], [0.0, 0.0], -1.0, "time_s = -1.0: .* none below 0"),
+    ],
+)
+def test_a_start_that_is_none(angles: list, rates: list, time: float, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        chain_and_start(chain(2, ROD), ChainState(angles, rates, time))
+
+
+def test_a_start_may_be_lists() -> None:
+    _, first = chain_and_start(chain(2, ROD), ChainState([0.1, 0], (0, 0), 1))
+    np.testing.assert_array_equal(first.angles, np.array([0.1, 0.0]))
+    assert first.rates.dtype == float
 
 
 def test_pendulum_period_from_the_elliptic_integral() -> None:

@@ -3,6 +3,7 @@
 import copy
 import difflib
 import os
+import re
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from validation.scenes.messages import one_line, show
 from validation.scenes.scene import Scene
 
 BUILT_IN = ("hard", "soft", "driven-1", "driven-2", "driven-3")
+# Numbers that TOML has not, as spreadsheets write them.
+BARE_POINT = re.compile(r"[+-]?(\.\d+|\d+\.)([eE][+-]?\d+)?")
 MAX_BYTES = 1_000_000  # a scene is a page of text: anything longer is another kind of file
 
 
@@ -93,12 +96,12 @@ def read_text(path: Path, origin: str, largest: int) -> str:
 
 
 def parse_value(text: str) -> Any:
-    """The right side of KEY=VALUE as a TOML value; a bare word is a string."""
+    """The right side of KEY=VALUE as a TOML value, or a number like .5; a bare word is a string."""
     try:
         parsed = tomllib.loads(f"value = {text}")
         tomllib.loads(f"value = [{text}]")  # a comment, which is no value, hides the bracket
     except (ValueError, RecursionError):  # TOML's own error is a ValueError
-        return text
+        return float(text) if BARE_POINT.fullmatch(text.strip()) else text
     return parsed["value"] if list(parsed) == ["value"] else text
 
 

@@ -115,7 +115,8 @@ def _from_file(plan: Plan) -> PointTable:
     path = plan.folder / str(plan.points.file)
     origin = f"points.file {path}"
     try:
-        reader = csv.reader(io.StringIO(read_text(path, origin, LARGEST_FILE)))
+        content = read_text(path, origin, LARGEST_FILE)
+        reader = csv.reader(io.StringIO(content), skipinitialspace=True)
         lines = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
         raise UserError(f"{origin}: is no CSV: {error}") from error

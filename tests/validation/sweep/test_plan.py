@@ -191,7 +191,7 @@ def test_bad_options_are_refused(
 def test_a_file_has_points_of_any_kind(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text(
         "id,start.angles,finger.phalanges,solver.hcm.flight\n"
-        '1,"[0.1, 0.2]",2,rigid\n2,0.5,1,elastic\n'
+        '1, "[0.1, 0.2]", 2, rigid\n2, .5, 1, elastic\n'
     )
     columns = 'columns = ["start.angles", "finger.phalanges", "solver.hcm.flight"]\n'
     points = points_of(read_plan(written(tmp_path, FILE + columns)))
@@ -199,6 +199,7 @@ def test_a_file_has_points_of_any_kind(tmp_path: Path) -> None:
     assert points.overrides(0) == (
         "start.angles=[0.1, 0.2]", "finger.phalanges=2", 'solver.hcm.flight="rigid"',
     )  # fmt: skip
+    assert points.overrides(1)[0] == "start.angles=0.5"
 
 
 def of(tmp_path: Path, points: str) -> np.ndarray:

@@ -10,7 +10,7 @@ from validation.curve_files.table import read_table
 from validation.curve_files.tap import curves_of
 from validation.errors import UserError
 from validation.harness.record import RunRecord
-from validation.models.curves import record_of
+from validation.models.curves import beyond_friction, record_of
 from validation.scenes.load import NamedScene, file_name, read_text
 
 
@@ -48,6 +48,7 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
         raise UserError(f"{source}: has no contact output; print it by *CONTACT PRINT with CF")
     read = read_solver_output if DAT.search(text) or RCFORC.search(text) else read_table
     curves, notes = curves_of(read(text, source, sidecar), source, sidecar)
+    notes += beyond_friction(curves, scene.tables.surface.friction)
     name = file_name(path.name)
     record = record_of(curves, scene, name)
     # what it doubts is among the notes, with what to do

@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
 # of a number, or of the tap's duration, by which a stated one may differ without a line about it
 APART = 0.05
+PUSHED = 0.5  # of the largest F_n, from which on F_t over F_n is no scatter's
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,21 @@ def other_than_stated(curves: Curves, own: Mapping[str, float]) -> list[str]:
     return lines
 
 
+def beyond_friction(curves: Curves, friction: float) -> list[str]:
+    """A line where |F_t| exceeds what the scene's friction allows of F_n."""
+    normal, tangential = curves.normal_force_N, curves.tangential_force_N
+    if tangential is None:
+        return []
+    pushed = normal > PUSHED * normal.max()
+    most = float((np.abs(tangential[pushed]) / normal[pushed]).max())
+    if most <= friction + APART * max(friction, most):
+        return []
+    return [
+        f"tangential_force_N reaches {most:.2g} of normal_force_N, and surface.friction is"
+        f" {friction:g}: check columns, units and the scene's friction"
+    ]
+
+
 def _zero(time: Floats, force: Floats, step: int) -> float:
     """Where the force passes zero between samples step - 1 and step."""
     before, after = float(force[step - 1]), float(force[step])
@@ -140,7 +156,12 @@ def record_of(
         variant="",
         status="COMPLETED",
         ok=True,
-        message="; ".join(other_than_stated(curves, own)),
+        message="; ".join(
+            [
+                *other_than_stated(curves, own),
+                *beyond_friction(curves, scene.tables.surface.friction),
+            ]
+        ),
         summary={entry.key: found.get(entry.key) for entry in QUANTITIES},
         history={
             "time_s": curves.time_s,

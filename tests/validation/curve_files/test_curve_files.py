@@ -270,6 +270,11 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
         (GOOD.replace("3e-4,0", "2e-2,0"), "", "before line 5 a gap in the tap, 0.0198 s"),
         (re.sub(r",[^,\n]+$", "", GOOD, flags=re.M), "", "no tangential force"),
         (
+            GOOD.replace("6,-3", "6,-9"),
+            "",
+            "tangential_force_N reaches 1.5 of normal_force_N, and surface.friction is 0.5",
+        ),
+        (
             GOOD,
             "half_model = true\n[scalars]\npeak_normal_force_N = 6.0",
             "scalars.peak_normal_force_N = 6 counts, and the curves have 12",
@@ -282,7 +287,8 @@ def test_what_was_done_is_said(text: str, sidecar: str, words: str, read: Read) 
 
 def test_a_number_that_the_curves_have_too_needs_no_line(read: Read) -> None:
     stated = "[scalars]\npeak_normal_force_N = 6.2\npeak_stress_R_Pa = 1e6"
-    assert not any("counts" in note for note in read(GOOD, stated).notes)
+    notes = read(GOOD, stated).notes  # sliding all along
+    assert not any("counts" in note or "surface.friction" in note for note in notes)
 
 
 CELLS = st.one_of(

@@ -207,3 +207,5 @@ def test_scalars_that_contradict_the_curves_are_said() -> None:
     assert record_of(unknown, scene, "mine").message == ""
     nothing = replace(near, scalars={"peak_normal_force_N": math.nan})
     assert "= nan counts" in record_of(nothing, scene, "mine").message
+    dragged = replace(half_sine(), tangential_force_N=0.6 * half_sine().normal_force_N)
+    assert "reaches 0.6 of normal_force_N" in record_of(dragged, scene, "mine").message

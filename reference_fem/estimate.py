@@ -21,7 +21,7 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.cautions import SPIKE, grain, imprecise, percent, spike
+from reference_fem.cautions import SPIKE, flutter, grain, imprecise, percent, spike
 from reference_fem.left_out import left_out
 from reference_fem.mesh_error import (
     PEAK,
@@ -185,6 +185,10 @@ def estimated(
         # a coarse flight leaves the ringing in a phase of chance
         flight = "coarse" if rung > LARGEST_LEFT_OUT * fall else given.settings.flight
         doubts = (*doubts, RINGS.format(share, REMEDY[flight]))
+    doubts += flutter(
+        run.forces, given.model.surface.friction, given.materials[-1], resolution.edge,
+        resolution.patch,
+    )  # fmt: skip
     if companion is None:
         doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)

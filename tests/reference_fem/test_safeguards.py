@@ -10,7 +10,7 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.cautions import astray, spike
+from reference_fem.cautions import astray, flutter, spike
 from reference_fem.dynamics import guards
 from reference_fem.dynamics.tap import NEVER, next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
@@ -162,6 +162,26 @@ def test_cautions(caution: str, given: dict[str, Any], free: dict[str, Any]) -> 
     """Each is said of a block that needs it, and not of one that doesn't."""
     assert any(re.search(caution, said) for said in fall(**given)[0].cautions)
     assert not any(re.search(caution, said) for said in fall(**free)[0].cautions)
+
+
+def test_a_tip_that_slides_on_a_fine_mesh_may_flutter() -> None:
+    """Where runs held to an accuracy of 1e-2 would relax, by the time that they would take."""
+    phase = np.linspace(0.0, math.pi, 50)
+    normal = 100.0 * np.sin(phase)
+
+    def said(
+        share: float = 1.0, friction: float = 0.3, edge: float = 0.3, relaxes: float = 0.0
+    ) -> tuple[str, ...]:
+        material = dataclasses.replace(RUBBER, relaxation_time=relaxes)
+        forces = rf.ForceRecord(phase, normal, -share * friction * normal, phase)
+        return flutter(forces, friction, material, edge * 1e-3, 1e-3)
+
+    # 0.02 a/c: c = 100 m/s
+    assert "material.relaxation_time = 2e-07" in said()[0]
+    assert not said(share=0.8)
+    assert not said(friction=0.1)
+    assert not said(edge=0.5)
+    assert not said(relaxes=1e-9)
 
 
 def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:

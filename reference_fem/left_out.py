@@ -39,12 +39,14 @@ SAMPLES = 50
 
 class LeftOut(NamedTuple):
     """Of a flight's phalanges the largest δ/L, rad; the largest δ and the sum of all ε, m; the
-    shares of the largest δ ω₁ and ε ω, m/s.
+    shares of the largest δ ω₁ and ε ω, m/s; and the largest δ ω₁ + ε ω of the loads at the touch,
+    m/s, under which a phalanx that was rigid until then has yet to settle.
     """
 
     angle: float
     depth: float
     speed: float
+    settling: float
 
 
 class Loads(NamedTuple):
@@ -79,32 +81,34 @@ def left_out(
 
     chain : of the whole finger, or of one of its like parts
     """
-    begin, joints = flown.start.time_s, drive.torques_for(chain.links)
+    begin, touch, joints = flown.start.time_s, flown.touch_s, drive.torques_for(chain.links)
     lengths, radii = np.array(geometry.lengths), np.array(geometry.radii)
     modulus, density = np.array([(m.youngs_modulus, m.density) for m in materials]).T
     area = math.pi * radii**2
     stiffness, line = modulus * area * radii**2 / 4.0, density * area
-    kinks = joints.times[(joints.times > begin) & (joints.times < flown.touch_s)]
-    found = []
-    for time in [*np.linspace(begin, flown.touch_s, SAMPLES), *kinks]:
-        ends = np.abs(joints.at(time))
+    first = (math.pi / lengths) ** 2 * np.sqrt(stiffness / line)
+    axial = 0.5 * math.pi / lengths * np.sqrt(modulus / density)
+
+    def deformed(time_s: float) -> tuple[Array, Array]:
+        """δ and ε under the loads of a time, (P,) m."""
+        ends = np.abs(joints.at(time_s))
         if drive.reaction:
             ends[:-1] += ends[1:]
-        load = loads(chain, flown.state_at(time), lengths, line).across
-        bent = 5.0 * load * lengths**4 / 384.0 + ends * lengths**2 / (9.0 * math.sqrt(3.0))
-        found.append(bent / stiffness)
-    first = (math.pi / lengths) ** 2 * np.sqrt(stiffness / line)
-    lasted = flown.touch_s - begin
-    depth = np.max(found, axis=0) * _grown(first, lasted)
+        across, along, pull = loads(chain, flown.state_at(time_s), lengths, line)
+        bent = 5.0 * across * lengths**4 / 384.0 + ends * lengths**2 / (9.0 * math.sqrt(3.0))
+        return bent / stiffness, (0.5 * along * lengths**2 + pull * lengths) / (modulus * area)
+
+    kinks = joints.times[(joints.times > begin) & (joints.times < touch)]
+    bent, drawn = zip(*map(deformed, (*np.linspace(begin, touch, SAMPLES), *kinks)), strict=True)
+    depth = np.max(bent, axis=0) * _grown(first, touch - begin)
+    stretch = drawn[0] * _grown(axial, touch - begin)
     share = TORQUE_SHARE if joints.values.any() else WEIGHT_SHARE
-    _, along, pull = loads(chain, flown.start, lengths, line)
-    drawn = (0.5 * along * lengths**2 + pull * lengths) / (modulus * area)
-    axial = 0.5 * math.pi / lengths * np.sqrt(modulus / density)
-    stretch = drawn * _grown(axial, lasted)
+    at_touch = bent[SAMPLES - 1] * first + drawn[SAMPLES - 1] * axial
     return LeftOut(
         float((depth / lengths).max()),
         float(depth.max() + stretch.sum()),
         share * float((depth * first).max()) + STRETCH_SHARE * float((stretch * axial).max()),
+        float(at_touch.max()),
     )
 
 

@@ -141,7 +141,8 @@ class Solid:
             accuracy=held(tables, sizing, (settings, materials), record),
         )
         fields = Fields(mesh.points, mesh.cells, tuple(result.snapshots))
-        return Outcome(record, fields, largest_share(result.mesh_errors, record))
+        left = largest_share(result.mesh_errors, record)
+        return Outcome(record, fields, left, result.flight_error)
 
 
 @cache

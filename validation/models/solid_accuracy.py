@@ -24,10 +24,14 @@ FIRST = 0.7
 # known is next; how many meshes. A nearer one is lost in their scatter; 3 for 4 does 0.8 of the
 # work, 1.5 for 2 does 0.7 of it
 LEAST, MOST, SOLVES = 1.5, 3.0, 3
+# Of what is wanted, what must be left to the mesh; a rigid flight that takes more is none.
+ROOM = 0.5
+COARSE = "a rigid one leaves out {:.2g} of the tap"
 
 
 def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> Outcome:
-    """A scene's run, again on finer meshes while they may lessen an error beyond what is asked for.
+    """A scene's run, again after a coarse flight where a rigid one leaves out too much and none is
+    stated, and on finer meshes while they may lessen an error beyond what is asked for.
 
     Each is compared with the one before, whose time is its too. A further mesh that is refused, or
     a run on it that does not complete, ends the search, and the finest that did is kept: where it
@@ -48,12 +52,13 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
         raise UserError(f"scene {scene.name}: {error}") from error
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs = FIRST * wanted, list[Outcome]()
+    flight = list[str]()
     while True:
         if target < LEAST * smallest:  # after which no mesh would be another
             target = smallest
         asked = f"solver.fem.accuracy={target:.3g}"
         try:
-            run = solve(changed_scene(scene.name, scene.document, [asked], scene.name))
+            run = solve(changed_scene(scene.name, scene.document, [asked, *flight], scene.name))
         except UserError:
             if not runs:
                 raise
@@ -62,12 +67,21 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
             return run
         run = _overlapping(run, runs)
         runs.append(run)
+        if not flight and "flight" not in fem.model_fields_set:
+            flight = ["solver.fem.flight=coarse"] if run.flight_error > ROOM * wanted else flight
+            if flight:
+                continue
         left, expects = run.mesh_error, run.record.accuracy["expected"]
-        if len(runs) == SOLVES or target <= smallest or left is None or expects is None:
+        if (
+            len(runs) == SOLVES + len(flight)
+            or target <= smallest
+            or left is None
+            or expects is None
+        ):
             break
         # what no mesh lessens takes its part of what is wanted, where there is room for both
         room = wanted - (expects - left)
-        room = room if room >= 0.5 * wanted else wanted
+        room = room if room >= ROOM * wanted else wanted
         if left <= room:
             break
         by = min(max(left / room, LEAST), MOST)
@@ -80,6 +94,9 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
     tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
     record, time = best.record, sum(run.record.summary["wall_time_s"] for run in runs)
     choices = [*record.accuracy["choices"], tried]
+    if flight:
+        flown = COARSE.format(runs[0].flight_error)
+        choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
     record = replace(
         record.with_summary(wall_time_s=time),
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},

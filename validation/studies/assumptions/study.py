@@ -150,6 +150,8 @@ def _swept(
             "finger.diameter": DIAMETER,
             "solver.fem.max_contact_time": LONGEST_S,
             "solver.fem.growth": GROWTH,
+            # as the reduced model does here
+            "solver.fem.flight": "rigid",
             "solver.hcm.accuracy": CONVERGED,
             "solver.hcm.estimate": False,
         },

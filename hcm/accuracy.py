@@ -5,9 +5,7 @@ vibration that is followed with h^(3/2) and with l^4 at least (`hcm.chosen_fligh
 contact with l^4 or, refined, l^2. Two runs then differ by COMPANION -+ 1 times the finer one's
 error, and `SAFETY` is for those whose errors fall together more slowly. A phalanx of one element
 has two in the other run, whose error is then a quarter of its own at most: what lies between the
-two is all but that of it. A run that is solved again has its first one to be compared with, whose
-errors are `COMPANION` times as large or more, unless what is stated, or the elements that touch,
-are the same in both.
+two is all but that of it.
 """
 
 import math
@@ -16,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from hcm.chosen import SETTINGS, Chosen, choose, settings_for
+from hcm.chosen import Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy
 from hcm.estimate import (
     LARGEST_ERROR,
@@ -61,8 +59,6 @@ def simulate_within(
     both.
     """
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
-    first: TapResult | None = None
-    apart = any(name in SETTINGS for name in stated)
     chosen = settings_for(accuracy, scene, stated)
     while True:
         spent += time.perf_counter() - began
@@ -79,20 +75,16 @@ def simulate_within(
                 continue
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
-        coarse = first
-        if coarse is None or apart or _last_elements(result) == _last_elements(coarse):
-            coarser = _coarser(chosen, tap_peaks(result).size)
-            coarse = simulate(**coarser.arguments(), progress=progress)
+        coarser = _coarser(chosen, tap_peaks(result).size)
+        coarse = simulate(**coarser.arguments(), progress=progress)
         if coarse.status is Status.INTERRUPTED:
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
             break
-        judged, expected = _compared(result, coarse, chosen)
+        result, expected = _compared(result, coarse, chosen)
         chance = folded(result, scene.finger.length) or grazes(result)
         may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
         if again or (expected <= accuracy and not (chance or may_go_on)):
-            result = judged
             break
-        first = result
         again = f"solved again: {expected:.2g} was expected of the first run"
         if chance or may_go_on:
             again = "solved again: the finger folds up, or its tap barely ends"
@@ -115,10 +107,6 @@ def _solve(chosen: Chosen, progress: Progress | None) -> TapResult:
     if chosen.scene.settings.estimate:
         given["settings"] = replace(chosen.scene.settings, estimate=False)
     return simulate(**given, progress=progress, fall=chosen.fall)
-
-
-def _last_elements(result: TapResult) -> int:
-    return int(result.given["finger"].phalanges[-1].elements)
 
 
 def _coarser(chosen: Chosen, taps: int) -> Scene:

@@ -229,11 +229,14 @@ def _sets(mesh: FingerMesh, bodies: list[_Body]) -> Iterator[tuple[str, Ints, In
     touching = body.facets[~body.on[[0, 2, 3]].any(axis=0)]
     near = (mesh.points[touching, 0] <= end + radius * (1.0 + PLACE)).all(axis=1)
     yield _row(mesh, "tip", touching[near], "on the last phalanx's round end")
-    for name, facets in (("surface", touching), ("tip", touching[near])):
+    for name, facets, where in (
+        ("surface", touching, "outer side"),
+        ("tip", touching[near], "round end"),
+    ):
         both = np.sort(np.concatenate([mesh.facet_sets[name], facets]), axis=1)
         numbers = np.unique(both, axis=0, return_inverse=True)[1].ravel()
         held, wanted = np.split(numbers, [len(mesh.facet_sets[name])])
-        place = "facets of the last phalanx's outer side"
+        place = f"facets of the last phalanx's {where}"
         yield f"facet set {name}", held, np.unique(wanted), place
 
 

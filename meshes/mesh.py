@@ -48,10 +48,12 @@ class FingerMesh:
         points = np.asarray(self.points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] not in (2, 3):
             raise MeshError(f"points: of shape {points.shape}; must be (n, 2) or (n, 3)")
+        corners, sides = 2 ** points.shape[1], 2 ** (points.shape[1] - 1)
         object.__setattr__(self, "points", points)
-        object.__setattr__(self, "cells", _numbers("cells", self.cells))
-        for name in ("node_sets", "facet_sets", "cell_sets"):
-            members = {of: _numbers(f"{name} {of}", v) for of, v in getattr(self, name).items()}
+        object.__setattr__(self, "cells", _numbers("cells", self.cells, corners))
+        for name, width in (("node_sets", None), ("facet_sets", sides), ("cell_sets", None)):
+            given = getattr(self, name).items()
+            members = {of: _numbers(f"{name} {of}", v, width) for of, v in given}
             object.__setattr__(self, name, MappingProxyType(members))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -70,9 +72,13 @@ class FingerMesh:
         return len(self.cell_sets)
 
 
-def _numbers(name: str, given: Any) -> Ints:
-    """Node, facet or element numbers; a mask of truth values is none."""
+def _numbers(name: str, given: Any, width: int | None = None) -> Ints:
+    """Node or element numbers, in rows of a width; a mask of truth values is none."""
     numbers = np.asarray(given)
     if numbers.size and numbers.dtype.kind not in "iu":
         raise MeshError(f"{name}: must be whole numbers, not {numbers.dtype}")
+    rows = (width,) if width else ()
+    if numbers.size and numbers.shape[1:] != rows:
+        wanted = ", ".join(map(str, ("n", *rows)))
+        raise MeshError(f"{name}: of shape {numbers.shape}; must be ({wanted})")
     return numbers.astype(np.int64, copy=False)

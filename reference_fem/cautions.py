@@ -183,18 +183,21 @@ def imprecise(
     of_mesh: Mapping[str, float],
     coarse: float,
 ) -> tuple[str, ...]:
-    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy if that is a
-    finer mesh.
+    """One line that names what is known to less than `LARGEST_ERROR`, and a finer mesh where that
+    may take half of it.
 
     of_mesh : what of the errors one may lessen. coarse : an edge at the touch over the patch's
     radius
     """
-    poor = _poor(summary, errors)
+    found = _shares(summary, errors)
+    names = sorted((name for name in found if found[name] > LARGEST_ERROR), key=found.__getitem__)
+    poor = {name: found[name] for name in reversed(names)}
     if not poor:
         return ()
     known = ", ".join(f"{NAMES[name]} {percent(share)}" for name, share in poor.items())
     line = f"estimated errors beyond {percent(LARGEST_ERROR)}: {known}"
-    if poor.keys() & _poor(summary, of_mesh).keys():
+    by_mesh = _shares(summary, of_mesh)
+    if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
         line += (
             f"; an edge where it touches is {coarse:.2g} of the patch's radius: refine the mesh, "
             "first there (solver.fem.tip_size)"
@@ -223,14 +226,14 @@ def flutter(
     )
 
 
-def _poor(summary: Summary, errors: Mapping[str, float | tuple[float, float]]) -> dict[str, float]:
-    """Errors over their numbers that are beyond `LARGEST_ERROR`, the largest first."""
-    shares = {
+def _shares(
+    summary: Summary, errors: Mapping[str, float | tuple[float, float]]
+) -> dict[str, float]:
+    """Errors over their numbers."""
+    return {
         name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
         for name, error in errors.items()
     }
-    names = sorted((n for n in shares if shares[n] > LARGEST_ERROR), key=shares.__getitem__)
-    return {name: shares[name] for name in reversed(names)}
 
 
 def percent(share: float) -> str:

@@ -7,12 +7,13 @@ torques at its ends. With p the larger load and t the sum of the torques of both
     δ = (5 p L⁴/384 + t L²/(9 √3))/(E I),  ω₁ = (π/L)² √(E I/(ρA)),
 
 and it rings at δ ω₁ where the loads come suddenly, of which a share reaches the tip as it touches:
-in the time T of a flight it grows to no more than 1 - cos(ω₁ T) of it. Along itself it is a rod
-held at one end under the load p of its mass and the force F of the phalanges beyond,
+in the time T of a flight it grows to no more than 1 - cos(ω₁ T) of δ and sin(ω₁ T) of that speed.
+Along itself it is a rod held at one end under the load p of its mass and the force F of the
+phalanges beyond,
 
     ε = (p L²/2 + F L)/(E A),  ω = π/(2 L) √(E/ρ),
 
-which come suddenly where a flight begins.
+which come suddenly where a flight begins (and where a table of torques jumps, which is left out).
 """
 
 import math
@@ -38,9 +39,9 @@ SAMPLES = 50
 
 
 class LeftOut(NamedTuple):
-    """Of a flight's phalanges the largest δ/L, rad; the largest δ and the sum of all ε, m; the
-    shares of the largest δ ω₁ and ε ω, m/s; and the largest δ ω₁ + ε ω of the loads at the touch,
-    m/s, under which a phalanx that was rigid until then has yet to settle.
+    """Of a flight's phalanges the largest δ/L, rad; the largest δ and the sum of all ε, m; the sum
+    of the shares of the largest δ ω₁ and of the largest ε ω, m/s; and the largest δ ω₁ + ε ω of the
+    loads at the touch, m/s, under which a phalanx that was rigid until then has yet to settle.
     """
 
     angle: float
@@ -100,18 +101,16 @@ def left_out(
 
     kinks = joints.times[(joints.times > begin) & (joints.times < touch)]
     bent, drawn = zip(*map(deformed, (*np.linspace(begin, touch, SAMPLES), *kinks)), strict=True)
-    depth = np.max(bent, axis=0) * _grown(first, touch - begin)
-    stretch = drawn[0] * _grown(axial, touch - begin)
+    turned, drawing = (np.minimum(w * (touch - begin), math.pi / 2.0) for w in (first, axial))
+    depth, stretch = np.max(bent, axis=0), drawn[0]
+    rung = float((depth * first * np.sin(turned)).max())
+    rung_along = float((stretch * axial * np.sin(drawing)).max())
+    depth, stretch = depth * (1.0 - np.cos(turned)), stretch * (1.0 - np.cos(drawing))
     share = TORQUE_SHARE if joints.values.any() else WEIGHT_SHARE
     at_touch = bent[SAMPLES - 1] * first + drawn[SAMPLES - 1] * axial
     return LeftOut(
         float((depth / lengths).max()),
         float(depth.max() + stretch.sum()),
-        share * float((depth * first).max()) + STRETCH_SHARE * float((stretch * axial).max()),
+        share * rung + STRETCH_SHARE * rung_along,
         float(at_touch.max()),
     )
-
-
-def _grown(frequency: Array, seconds: float) -> Array:
-    """To what share of it a vibration has grown, at most."""
-    return np.asarray(1.0 - np.cos(np.minimum(frequency * seconds, math.pi / 2.0)))

@@ -88,6 +88,14 @@ def test_a_tip_so_fine_that_its_steps_take_hours_is_refused_with_an_estimate() -
             lambda mesh: {"node_sets": {**mesh.node_sets, "pole": np.ones(len(mesh.points), bool)}},
             "node_sets pole: must be whole numbers, not bool",
         ),
+        (
+            lambda mesh: {"facet_sets": {"surface": mesh.facet_sets["surface"][:, :1]}},
+            r"facet_sets surface: of shape \(\d+, 1\); must be \(n, 2\)",
+        ),
+        (
+            lambda mesh: {"node_sets": {"pole": np.zeros((3, 1), int)}},
+            r"node_sets pole: of shape \(3, 1\); must be \(n\)",
+        ),
         (lambda mesh: {"points": mesh.points[:, 0]}, r"points: of shape \(\d+,\); must be"),
     ],
 )

@@ -117,12 +117,13 @@ def test_a_torque_between_two_samples_is_seen() -> None:
 
 @pytest.mark.parametrize("angle", [0.0, math.pi / 2])
 def test_nothing_bends_or_stretches_in_no_time(angle: float) -> None:
-    """ω T of 0.02: 1 - cos is half its square, of all that rings in a whole flight."""
+    """ω T of 0.02: a step's response is half its square of δ, and all of it of δ ω."""
     first = FIRST if angle == 0.0 else SOFT.bar_speed * math.pi / (2 * L)
     short, long = (
         of_rods(3, rf.Drive(), held(3, seconds, angle)) for seconds in (0.02 / first, 1.0)
     )
-    assert short.speed == pytest.approx(2e-4 * long.speed, rel=1e-3)
+    assert short.depth == pytest.approx(2e-4 * long.depth, rel=1e-3)
+    assert short.speed == pytest.approx(0.02 * long.speed, rel=1e-3)
 
 
 STEEP = ChainState(np.array([0.80, 0.84, 0.87]), np.zeros(3), 0.0)
@@ -186,6 +187,7 @@ def test_a_tap_of_which_nothing_is_known_asks_for_no_finer_mesh(
     assert errors.pop("peak_tangential_force_N") == 0.0
     assert all(np.isinf(error).all() for error in errors.values())
     assert run.mesh_errors == {}
+    assert "refine the mesh" not in "".join(run.cautions)
     assert any("by an unknown share" in text for text in run.cautions)
 
 
@@ -210,6 +212,11 @@ def test_what_is_left_out_is_in_every_error_and_said(
         changed = 0.1 * power + 0.01 * 0.36
         assert more == pytest.approx(left * changed * getattr(run.summary, name), rel=1e-9)
     assert run.errors["contact_time_s"] - without.errors["contact_time_s"] == left * 0.1
+    # what rings changes times by V/v, more than the speed's power 1/5
+    fall = abs(run.summary.tip_velocity_at_contact_m_per_s[1])
+    share = 0.1 / fall + 0.01 * SETTLES["contact_duration_s"]
+    longer = run.errors["contact_duration_s"] - without.errors["contact_duration_s"]
+    assert longer == pytest.approx(left * share * run.summary.contact_duration_s, rel=1e-9)
     assert run.mesh_errors == without.mesh_errors
     said = [text for text in run.cautions if "bends and rings on the way" in text]
     assert len(said) == left

@@ -58,7 +58,7 @@ ELSEWHERE = (
     "the round end's own flight comes to another touch: it grazes the surface, or magnifies small "
     "differences, so that no mesh tells which touch is the first: start nearer to it ([start])"
 )
-RINGS = "what bends and rings on the way changes the tap by {}: {}"
+RINGS = "what bends, stretches and rings on the way changes the tap by {}: {}"
 REMEDY = {
     "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",

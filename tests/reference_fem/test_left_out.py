@@ -218,7 +218,7 @@ def test_what_is_left_out_is_in_every_error_and_said(
     longer = run.errors["contact_duration_s"] - without.errors["contact_duration_s"]
     assert longer == pytest.approx(left * share * run.summary.contact_duration_s, rel=1e-9)
     assert run.mesh_errors == without.mesh_errors
-    said = [text for text in run.cautions if "bends and rings on the way" in text]
+    said = [text for text in run.cautions if "stretches and rings on the way" in text]
     assert len(said) == left
     # a coarse flight would have the ringing in a phase of chance
     assert not left or "flight = 'explicit'" in said[0]

@@ -214,6 +214,8 @@ def estimated(
     if companion is None:
         doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)
+    # of another touch nothing is known, whatever flies to it
+    left = left if of_speed < math.inf else 0.0
     return replace(run, errors=errors, mesh_errors=of_mesh, flight_error=left, cautions=cautions)
 
 

@@ -49,7 +49,7 @@ Again = Callable[[meshes.FingerMesh, ChainState], TapResult]
 
 VELOCITY = "tip_velocity_at_contact_m_per_s"
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
-"""Powers of the speed at contact that numbers follow; others follow 6/5."""
+"""Powers of the speed at contact that numbers follow; others follow 6/5 (`power`)."""
 SETTLES = {"contact_duration_s": 0.25, "peak_normal_force_time_s": 0.25, STRESS: 0.6}
 """Of `LeftOut.settling` over the speed at contact: what it changes in a number, the others 0.36; 19
 of 20 change less (152 random fingers with and without, by the reduced model's beams)."""
@@ -76,6 +76,11 @@ TOLERANCE = 1e-10
 ANOTHER = 0.1
 
 
+def power(name: str) -> float:
+    """Of the speed at contact, which a number follows."""
+    return OF_SPEED.get(name, 1.2)
+
+
 class Unseen(NamedTuple):
     """What a flight leaves out of arrival, s, and of the pole's velocity, (2,) m/s; the speeds that
     phalanges ring at and settle at (`LeftOut`), m/s.
@@ -88,7 +93,7 @@ class Unseen(NamedTuple):
 
     def share(self, name: str, fall: float) -> float:
         """Relative error of a number of a tap at the speed `fall`, m/s."""
-        of_speed = OF_SPEED.get(name, 1.2) * float(max(self.apart))
+        of_speed = power(name) * float(max(self.apart))
         return (max(of_speed, self.rung) + SETTLES.get(name, 0.36) * self.settling) / fall
 
 
@@ -183,7 +188,7 @@ def estimated(
         of_tap, of_left = tap_errors(run, other, resolution), dict[str, float]()
         for name in of_tap:
             if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
-                of_tap[name] += of_speed * OF_SPEED.get(name, 1.2) * value
+                of_tap[name] += of_speed * power(name) * value
                 of_left[name] = unseen.share(name, fall) * value
         waves = 2.0 * given.materials[-1].density * given.materials[-1].bar_speed
         of_left[STRESS] = of_left.get(STRESS, 0.0) + waves * unseen.rung
@@ -199,7 +204,8 @@ def estimated(
             for name, error in of_tap.items()
         }
     doubts = (*imprecise(run.summary, errors, of_mesh, resolution.coarse), *open_ends)
-    left = unseen.share(IMPULSE, fall)
+    # of another touch nothing is known, whatever flies to it
+    left = unseen.share(IMPULSE, fall) if of_speed < math.inf else 0.0
     if of_speed == math.inf:
         doubts = (*doubts, ELSEWHERE)
     elif left > LARGEST_LEFT_OUT:
@@ -214,8 +220,6 @@ def estimated(
     if companion is None:
         doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)
-    # of another touch nothing is known, whatever flies to it
-    left = left if of_speed < math.inf else 0.0
     return replace(run, errors=errors, mesh_errors=of_mesh, flight_error=left, cautions=cautions)
 
 

@@ -88,7 +88,7 @@ def left_out(
     area = math.pi * radii**2
     stiffness, line = modulus * area * radii**2 / 4.0, density * area
     first = (math.pi / lengths) ** 2 * np.sqrt(stiffness / line)
-    axial = 0.5 * math.pi / lengths * np.sqrt(modulus / density)
+    axial = 0.5 * math.pi / lengths * np.array([m.bar_speed for m in materials])
 
     def deformed(time_s: float) -> tuple[Array, Array]:
         """δ and ε under the loads of a time, (P,) m."""

@@ -67,10 +67,10 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
             return run
         run = _overlapping(run, runs)
         runs.append(run)
-        if not flight and "flight" not in fem.model_fields_set:
-            flight = ["solver.fem.flight=coarse"] if run.flight_error > ROOM * wanted else flight
-            if flight:
-                continue
+        decided = flight or "flight" in fem.model_fields_set
+        if not decided and run.flight_error > ROOM * wanted:
+            flight = ["solver.fem.flight=coarse"]
+            continue
         left, expects = run.mesh_error, run.record.accuracy["expected"]
         if (
             len(runs) == SOLVES + len(flight)

@@ -76,7 +76,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
             f"--dask {address}: no scheduler answers ({' '.join(str(error).split())[:100]});"
             " check the address that dask scheduler prints"
         ) from error
-    with _closed_at_last(client):
+    with client:
         _check_workers(client, address, models)
         pool = client.get_executor(pure=False, retries=TRIES)
 
@@ -95,16 +95,6 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         finally:
             with suppress(Exception):  # of a client that has given up
                 pool.shutdown(wait=False)
-
-
-@contextmanager
-def _closed_at_last(client: Any) -> Iterator[None]:
-    """Close a client, whatever is left of its cluster."""
-    try:
-        yield
-    finally:
-        with suppress(Exception):
-            client.close()
 
 
 def _lost(address: str) -> RunFailedError:

@@ -20,7 +20,7 @@ from reference_fem.joints.hinges import Hinges, build_hinges
 from reference_fem.joints.mean_position import mean_weights
 from reference_fem.joints.section import Couple, build_section
 from reference_fem.rigid_chain import RigidChain, build_chain
-from reference_fem.settings import Drive, Material, Settings, Surface
+from reference_fem.settings import Drive, Material, Settings, Surface, check_materials
 from reference_fem.stable_step import coupled_step, stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
 from reference_fem.ties import Ties, ties_of
@@ -103,10 +103,7 @@ def build_model(
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
     cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)
     count = mesh.phalanges
-    if len(materials) != count:
-        raise ValueError(
-            f"materials: {len(materials)} given for {count} phalanges; give one per phalanx"
-        )
+    check_materials(materials, count)
     phalanx, body_of_point, body_nodes = _bodies(mesh, cells)
     young, poisson, density, relaxation, bulk = np.array(
         [

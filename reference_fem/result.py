@@ -210,8 +210,6 @@ class TapResult:
     cautions : what the numbers should not be trusted for, one sentence each; see `cautions`.
     errors : estimated absolute errors by the summary's names; inf where there is none to be had,
         empty where none were asked for or the run is not complete.
-    flight_error : what its flight leaves out of the impulse, relative; 0 where the mesh's shape or
-        its touch is not known.
     mesh_errors : what of them a finer mesh may lessen; where the end is open by the edges alone,
         as another mesh's tap may have the other end; empty where no first touch is known.
     given : what `simulate` was given, by its parameters' names; of the mesh its SHA-256.
@@ -226,7 +224,6 @@ class TapResult:
     cautions: tuple[str, ...] = ()
     errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
     mesh_errors: Mapping[str, float] = field(default_factory=dict)
-    flight_error: float = 0.0
     given: Mapping[str, Any] = field(default_factory=dict)
 
     def to_dataset(self) -> "xarray.Dataset":

@@ -154,15 +154,15 @@ class Descent:
 
 
 def descent(
-    model: Model, chain: RigidChain, start: ChainState, settings: Settings
+    chain: RigidChain, gap: Callable[[Array], float], start: ChainState, settings: Settings
 ) -> Descent | None:
-    """Rigid flight until the surface is reached; None if it never is."""
+    """Rigid flight until the gap of its angles, m, closes; None if it never does."""
     end = start.time_s + settings.max_flight_time_s
     if settings.end_time_s is not None:
         end = min(end, settings.end_time_s)
     if end <= start.time_s:
         return None
-    state_at, contact = fly(chain, start, surface_gap(model, chain), end)
+    state_at, contact = fly(chain, start, gap, end)
     return None if contact is None else Descent(start, contact, state_at)
 
 

@@ -5,6 +5,7 @@ is allowed and what is usual.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -100,6 +101,14 @@ class TorqueTable:
                 f"torques.time = {list(self.time)}: must rise; two equal times are a jump, three "
                 "are none"
             )
+
+
+def check_materials(materials: Sequence[Material], phalanges: int) -> None:
+    """Raise ValueError unless there is one per phalanx."""
+    if len(materials) != phalanges:
+        raise ValueError(
+            f"materials: {len(materials)} given for {phalanges} phalanges; give one per phalanx"
+        )
 
 
 @dataclass(frozen=True)

@@ -188,7 +188,8 @@ def _fall(
 ) -> _Solved:
     """From the start to the tap: a rigid flight, or explicit steps all the way."""
     chain, rigid = chain_and_start(model.chain, start)
-    height, clearance = model.surface.height, surface_gap(model, chain)(rigid.angles)
+    gap, height = surface_gap(model, chain), model.surface.height
+    clearance = gap(rigid.angles)
     if clearance <= 0.0:
         raise ValueError(
             f"height = {height}: the surface cuts {-clearance:.3g} m into the finger "
@@ -200,7 +201,7 @@ def _fall(
         if reporting.progress is not None:
             reporting.progress(0.0, "rigid flight")
         try:
-            flown = descent(model, chain, rigid, settings)
+            flown = descent(chain, gap, rigid, settings)
         except KeyboardInterrupt:
             how = Status.INTERRUPTED, "interrupted in the rigid flight"
             return _without_contact_window(model, settings, reporting, *how)

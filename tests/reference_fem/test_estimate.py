@@ -11,7 +11,8 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.tap import next_touch_s
-from reference_fem.estimate import Given, _of_flight, standing_out
+from reference_fem.estimate import standing_out
+from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.mesh_error import (
     LEAST,
     PLANE,
@@ -159,16 +160,19 @@ def turning(turns: int, height: float) -> tuple[tuple[float, Any], float, float]
     model = build_model(mesh, HARD[:1], surface, free, settings)
     first = rf.ChainState(np.array([START]), np.array([SPIN]), 0.0)
     chain, _ = chain_and_start(model.chain, first)
-    flown = descent(model, chain, first, settings)
+    gap = surface_gap(model, chain)
+    flown = descent(chain, gap, first, settings)
     assert flown is not None
-    late = turns * 2 * np.pi / SPIN
-    touch = rf.ChainState(
-        START + SPIN * np.array([flown.touch_s + late]), first.rates, flown.touch_s + late
+    touched = flown.touch_s + turns * 2 * np.pi / SPIN
+    later = replace(
+        flown,
+        touch_s=touched,
+        state_at=lambda time: rf.ChainState(START + SPIN * np.array([time]), first.rates, time),
     )
-    given = Given(mesh, model, HARD[:1], free, settings, first, flown)
-    read = tuple(SPIN * L * np.array([np.sin(touch.angles[0]), -np.cos(touch.angles[0])]))
+    flight = Flight(chain, gap, model.points[[model.pole]], later)
+    true = true_chain(straight, HARD[:1], free, 3), true_gap(straight, height)
     outline = (np.arcsin((height - R) / (L - R)) - START) / SPIN
-    return _of_flight(given, chain, touch, first, straight, read), float(outline), flown.touch_s
+    return arrival_errors(flight, *true), float(outline), flown.touch_s
 
 
 def test_nodes_touch_later_than_the_outline_by_what_is_stated() -> None:
@@ -189,7 +193,7 @@ def test_a_touch_that_the_outline_has_a_turn_before_is_another() -> None:
 def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     """But that there is no tangential force on a smooth surface."""
     monkeypatch.setattr(
-        "reference_fem.estimate._of_flight", lambda *_: (np.inf, np.full(2, np.inf))
+        "reference_fem.estimate.arrival_errors", lambda *_: (np.inf, np.full(2, np.inf))
     )
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     run = rf.simulate(mesh, HARD, rf.Surface(0.1, 0.0), DRIVE, rf.Settings(contact="impulse"))

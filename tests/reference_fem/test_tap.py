@@ -15,7 +15,7 @@ import reference_fem as rf
 from reference_fem.dynamics.restart import digest
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import build_chain, chain_and_start, pose
-from reference_fem.rigid_flight import descent
+from reference_fem.rigid_flight import descent, surface_gap
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import GEOMETRY, SOFT, SURFACE, tap
 
@@ -333,7 +333,7 @@ def test_the_rigid_flight_hands_its_speed_over_to_the_touch() -> None:
     rubber, mesh = (rf.Material(1e7, 0.4, 1400.0),) * 3, meshes.finger_hexahedra(GEOMETRY, COARSE)
     model = build_model(mesh, rubber, SURFACE, rf.Drive(), rf.Settings())
     chain, first = chain_and_start(model.chain, None)
-    flown = descent(model, chain, first, rf.Settings())
+    flown = descent(chain, surface_gap(model, chain), first, rf.Settings())
     assert flown is not None
     pole = model.points[[model.pole]], model.body_of_point[[model.pole]]
     before, at = (

@@ -38,13 +38,11 @@ class Outcome:
 
     mesh_error : of a solid held to an accuracy: the largest relative one of what it is about that a
         finer mesh may lessen; None where that is not known.
-    flight_error : of a solid: what its flight leaves out of the impulse, relative.
     """
 
     record: RunRecord
     fields: Fields | None = None
     mesh_error: float | None = None
-    flight_error: float = 0.0
 
 
 Kind = Literal["reduced", "reference"]

@@ -85,7 +85,7 @@ class Solid:
         def solve(asked: NamedScene) -> Outcome:
             return self._solved(asked, progress, None if taps else checkpoint, taps)
 
-        return solved_within(solve, scene)
+        return solved_within(solve, scene, self.dimension)
 
     def _solved(
         self,
@@ -142,7 +142,7 @@ class Solid:
         )
         fields = Fields(mesh.points, mesh.cells, tuple(result.snapshots))
         left = largest_share(result.mesh_errors, record)
-        return Outcome(record, fields, left, result.flight_error)
+        return Outcome(record, fields, left)
 
 
 @cache

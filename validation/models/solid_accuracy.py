@@ -12,7 +12,8 @@ from validation.errors import UserError
 from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome, shown
-from validation.models.solid_mesh import sizes_of
+from validation.models.solid_inputs import Dimension
+from validation.models.solid_mesh import rigid_flight_error, sizes_of
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 
@@ -29,9 +30,12 @@ ROOM = 0.5
 COARSE = "a rigid one leaves out {:.2g} of the tap"
 
 
-def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> Outcome:
-    """A scene's run, again after a coarse flight where a rigid one leaves out too much and none is
-    stated, and on finer meshes while they may lessen an error beyond what is asked for.
+def solved_within(
+    solve: Callable[[NamedScene], Outcome], scene: NamedScene, dimension: Dimension
+) -> Outcome:
+    """A scene's run, again on finer meshes while they may lessen an error beyond what is asked for.
+
+    It has a coarse flight where a rigid one would leave out too much and none is stated.
 
     Each is compared with the one before, whose time is its too. A further mesh that is refused, or
     a run on it that does not complete, ends the search, and the finest that did is kept: where it
@@ -48,11 +52,13 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
         return replace(run, record=_told(run.record, wanted))
     try:  # as it is stated, before a share of it is asked for
         sizes_of(scene.tables)
+        stated = "flight" in fem.model_fields_set
+        left_out = 0.0 if stated else rigid_flight_error(scene.tables, dimension)
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs = FIRST * wanted, list[Outcome]()
-    flight = list[str]()
+    flight = ["solver.fem.flight=coarse"] if left_out > ROOM * wanted else []
     while True:
         if target < LEAST * smallest:  # after which no mesh would be another
             target = smallest
@@ -67,17 +73,8 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
             return run
         run = _overlapping(run, runs)
         runs.append(run)
-        decided = flight or "flight" in fem.model_fields_set
-        if not decided and run.flight_error > ROOM * wanted:
-            flight = ["solver.fem.flight=coarse"]
-            continue
         left, expects = run.mesh_error, run.record.accuracy["expected"]
-        if (
-            len(runs) == SOLVES + len(flight)
-            or target <= smallest
-            or left is None
-            or expects is None
-        ):
+        if len(runs) == SOLVES or target <= smallest or left is None or expects is None:
             break
         # what no mesh lessens takes its part of what is wanted, where there is room for both
         room = wanted - (expects - left)
@@ -95,7 +92,7 @@ def solved_within(solve: Callable[[NamedScene], Outcome], scene: NamedScene) -> 
     record, time = best.record, sum(run.record.summary["wall_time_s"] for run in runs)
     choices = [*record.accuracy["choices"], tried]
     if flight:
-        flown = COARSE.format(runs[0].flight_error)
+        flown = COARSE.format(left_out)
         choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
     record = replace(
         record.with_summary(wall_time_s=time),

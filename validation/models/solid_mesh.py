@@ -198,6 +198,15 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     return reference_fem.predicted_touch(mesh, *inputs(tables)[:3], state)
 
 
+def rigid_flight_error(tables: Scene, dimension: Dimension) -> float:
+    """What a rigid flight leaves out of the impulse, relative; inf where that is not known."""
+    import reference_fem
+
+    return reference_fem.rigid_flight_error(
+        finger_geometry(tables), *inputs(tables), start_of(tables), dimension
+    )
+
+
 def impact_state(tables: Scene, dimension: Dimension) -> Any:
     """Rigid state a little above the surface, by the ``fast`` mesh's masses; None if never there.
 

@@ -13,7 +13,7 @@ import reference_fem
 from reference_fem.accuracy import sizes_for
 from validation.errors import UserError
 from validation.harness.record import RunRecord
-from validation.models import solid, solid_inputs, solid_mesh
+from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh
 from validation.models.adapter import Outcome
 from validation.models.solid_accuracy import solved_within
 from validation.runs.execute import solve
@@ -161,7 +161,7 @@ def test_a_solid_that_expects_more_is_solved_again(
         record = RunRecord("soft", "fem3d", "", status, ok, said, found, accuracy=held)
         return Outcome(record, None, expected)
 
-    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"]), 3).record
     assert seen == pytest.approx([0.007, *(0.01 * share for share in asked)], rel=1e-2)
     assert record.summary == {"elements": kept, "wall_time_s": len(seen)}
     left = [first, *further][kept]
@@ -175,25 +175,27 @@ def test_a_solid_that_expects_more_is_solved_again(
 def test_what_no_mesh_lessens_is_told_and_not_solved_again(of_mesh: float | None) -> None:
     """The tap may have another end; None: it is not known which touch is the first."""
     once = [completed(0.01, 0.3, of_mesh)]
-    record = solved_within(lambda asked: once.pop(), load_scene("soft", ["solver.accuracy=0.01"]))
+    scene = load_scene("soft", ["solver.accuracy=0.01"])
+    record = solved_within(lambda asked: once.pop(), scene, 3)
     assert record.record.message == "expects a relative error of 0.3; 0.01 was wanted"
     (told,) = record.record.accuracy["choices"]
     assert (told["setting"], told["value"]) == ("accuracy", "0.007")
 
 
 @pytest.mark.parametrize(
-    ("left_out", "stated", "flights"),
+    ("left_out", "stated", "flies"),
     [
-        (0.006, "", ["rigid", "coarse"]),
-        (math.inf, "", ["rigid", "coarse"]),
-        (0.004, "", ["rigid"]),
-        (0.006, "solver.fem.flight='rigid'", ["rigid"]),
+        (0.006, "", "coarse"),
+        (math.inf, "", "coarse"),
+        (0.004, "", "rigid"),
+        (0.006, "solver.fem.flight='rigid'", "rigid"),
     ],
 )
 def test_what_a_rigid_flight_leaves_out_has_the_elements_fly(
-    left_out: float, stated: str, flights: list[str]
+    left_out: float, stated: str, flies: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From half of what is wanted on; on the same mesh, unless the scene states its flight."""
+    """From half of what is wanted on, unless the scene states its flight."""
+    monkeypatch.setattr(solid_accuracy, "rigid_flight_error", lambda *_: left_out)
     seen: list[tuple[str, float]] = []
 
     def solver(scene: NamedScene) -> Outcome:
@@ -201,15 +203,14 @@ def test_what_a_rigid_flight_leaves_out_has_the_elements_fly(
         seen.append((flight, scene.tables.solver.accuracy_of("fem") or 0.0))
         run = completed(0.01, 0.009, 0.003)
         held = {**run.record.accuracy, "choices": [{"setting": "flight", "value": flight}]}
-        record = replace(run.record, accuracy=held)
-        return replace(run, record=record, flight_error=left_out if flight == "rigid" else 0.0)
+        return replace(run, record=replace(run.record, accuracy=held))
 
     overrides = ["solver.accuracy=0.01", *filter(None, [stated])]
-    record = solved_within(solver, load_scene("soft", overrides)).record
-    assert seen == [(flight, 0.007) for flight in flights]
+    record = solved_within(solver, load_scene("soft", overrides), 3).record
+    assert seen == [(flies, 0.007)]
     told = {c["setting"]: c for c in record.accuracy["choices"]}["flight"]
-    assert told["value"] == flights[-1]
-    assert ("leaves out" in told.get("reason", "")) == (len(flights) == 2)
+    assert told["value"] == flies
+    assert ("leaves out" in told.get("reason", "")) == (flies == "coarse")
 
 
 def test_a_soft_finger_that_bends_on_its_way_keeps_its_accuracy() -> None:
@@ -237,7 +238,7 @@ def test_a_solid_that_keeps_its_accuracy_is_solved_once(estimate: bool, asked: f
         return completed(seen[-1], 0.009 if estimate else None, 0.009)
 
     overrides = ["solver.accuracy=0.01", f"solver.fem.estimate={str(estimate).lower()}"]
-    record = solved_within(solver, load_scene("soft", overrides)).record
+    record = solved_within(solver, load_scene("soft", overrides), 3).record
     assert seen == [asked]
     assert record.accuracy["wanted"] == 0.01
 
@@ -250,7 +251,7 @@ def test_a_further_mesh_has_finer_edges_than_the_coarsest() -> None:
         seen.append(scene.tables.solver.accuracy_of("fem") or 0.0)
         return completed(seen[-1], 0.03 / len(seen), 0.03 / len(seen))
 
-    solved_within(solver, load_scene("soft", ["solver.accuracy=0.025"]))
+    solved_within(solver, load_scene("soft", ["solver.accuracy=0.025"]), 3)
     first, second = (sizes_for(accuracy).edge for accuracy in seen)
     assert first == sizes_for(0.1).edge
     assert first / second == pytest.approx(1.5 ** (2 / 3), rel=1e-3)
@@ -289,10 +290,10 @@ def test_like_meshes_are_not_compared_and_a_contradiction_is_solved_again() -> N
         summary = dict.fromkeys(reference_fem.HELD, force)
         return completed(asked[-1], expected, expected, errors, **summary)
 
-    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.003"])).record
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.003"]), 3).record
     assert asked == [0.002]
     asked.clear()
-    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"]), 3).record
     assert asked == pytest.approx([0.007, 0.0035, 0.002])
     assert record.accuracy["expected"] == pytest.approx((0.2 - 0.02) / 1.2)
 
@@ -311,7 +312,7 @@ def test_a_finer_mesh_states_no_less_than_what_a_coarser_one_is_off() -> None:
         expected = 0.02 if told else 0.005
         return completed(0.01, expected, expected, errors, **summary)
 
-    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"])).record
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"]), 3).record
     assert record.errors["peak_stress_R_Pa"] == pytest.approx(18e3)
     assert record.errors["peak_normal_force_N"] == 0.01
 

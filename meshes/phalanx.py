@@ -34,13 +34,7 @@ class PhalanxBlocks:
 
 
 def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
-    """Mesh one phalanx with hexahedra (`dim` 3, half model z >= 0) or quadrilaterals (2).
-
-    Raises
-    ------
-    MeshError
-        If gmsh cannot be loaded or fails.
-    """
+    """Mesh one phalanx with hexahedra (`dim` 3, half model z >= 0) or quadrilaterals (2)."""
     with gmsh_session("fingertap-phalanx") as gmsh:
         blocks = Blocks(gmsh)
         builder = _Builder(blocks, plan, dim)

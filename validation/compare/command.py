@@ -83,13 +83,6 @@ def compare(
         hcm, hcm-refined, fem3d, fem2d, or an installed plug-in.
     out
         Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
-
-    Raises
-    ------
-    UserError
-        Bad input, or nothing to change.
-    RunFailedError
-        One of the runs did not complete; both are kept.
     """
     if not overrides:
         raise UserError("compare: nothing to change; give --set KEY=VALUE")

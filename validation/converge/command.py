@@ -97,13 +97,6 @@ def run_converge(
         Coarser levels: two minutes instead of a half hour, and a wider error bar.
     out
         Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png.
-
-    Raises
-    ------
-    UserError
-        Bad scene, model or output folder: nothing was run.
-    RunFailedError
-        A level did not complete; the tables hold the others.
     """
     output_folder(out / "converge")
     with progress_bar("converge") as progress:

@@ -55,13 +55,7 @@ class LevelRuns:
         ).patch_radius
 
     def run(self, level: Overrides) -> Values:
-        """Scalars of one level, from an earlier study with the same inputs and program if any.
-
-        Raises
-        ------
-        RunFailedError
-            The run did not complete.
-        """
+        """Scalars of one level, from an earlier study with the same inputs and program if any."""
         texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)

@@ -57,13 +57,7 @@ def write_record(folder: Path, record: RunRecord) -> None:
 
 
 def read_record(folder: Path) -> RunRecord:
-    """The record that `write_record` wrote, marked as read back.
-
-    Raises
-    ------
-    ValueError, OSError
-        The files are no record, or not all there.
-    """
+    """The record that `write_record` wrote, marked as read back."""
     content = (folder / RECORD).read_bytes()
     check_record(content)
     values: Mapping[str, Any] = json.loads(content)

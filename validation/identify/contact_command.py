@@ -122,13 +122,6 @@ def run_identify_contact(
     ----------
     out
         Folder for identify/: contact-SCENE as CSV, Markdown, LaTeX, JSON and PNG.
-
-    Raises
-    ------
-    UserError
-        Bad scene or folder: nothing was solved.
-    RunFailedError
-        See `identify_contact`.
     """
     named = load_scene(scene, overrides)
     folder = output_folder(out / "identify")

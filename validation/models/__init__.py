@@ -66,25 +66,13 @@ def adapter(name: str, option: str = "--model") -> Adapter:
 
 
 def without_estimate(model: str, wanted: bool = True) -> tuple[str, ...]:
-    """The override that switches the estimates of a model's errors off, where that is wanted.
-
-    Raises
-    ------
-    UserError, RunFailedError
-        As `adapter`.
-    """
+    """The override that switches the estimates of a model's errors off, where that is wanted."""
     table = adapter(model).settings if wanted else ""
     return (f"solver.{table}.estimate=false",) if table else ()
 
 
 def default_accuracy(model: str, tables: Scene) -> tuple[str, ...]:
-    """The override that holds a model to its default accuracy, where the scene leaves it open.
-
-    Raises
-    ------
-    UserError, RunFailedError
-        As `adapter`.
-    """
+    """The override that holds a model to its default accuracy, where the scene leaves it open."""
     table = adapter(model).settings
     if table not in DEFAULT_ACCURACY or not tables.solver.open_to_accuracy(table):
         return ()

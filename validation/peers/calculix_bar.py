@@ -51,15 +51,7 @@ def _run_once(bar: Bar, element: str, steps: int) -> tuple[float, float, float]:
 
 
 def run_bar(bar: Bar, element: str) -> BarRun:
-    """Time a short and a long run, each several times.
-
-    Raises
-    ------
-    RuntimeError
-        CalculiX failed.
-    subprocess.TimeoutExpired
-        One of its runs took longer than `TIMEOUT_S`.
-    """
+    """Time a short and a long run, each several times."""
     short, long = (
         [_run_once(bar, element, steps) for _ in range(RUNS)] for steps in (SHORT_STEPS, bar.steps)
     )

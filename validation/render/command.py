@@ -39,13 +39,6 @@ def render(
         Write a page as well, to turn and step through (the extra interactive).
     out
         Folder for render/NAME-WHAT.png, .gif and .html, and for run/SCENE-MODEL/ of a scene.
-
-    Raises
-    ------
-    UserError
-        No such run or scene, a run without fields, a model without fields, or no way to draw.
-    RunFailedError
-        The scene's run gave no fields, or the drawing failed; what there is, is kept.
     """
     check_interactive(interactive)
     problem = missing_libraries()

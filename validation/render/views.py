@@ -30,13 +30,7 @@ BAR = {
 
 
 def read_fields(path: Path) -> Any:
-    """A step's body at rest with its fields.
-
-    Raises
-    ------
-    UserError
-        The file is no step of a run.
-    """
+    """A step's body at rest with its fields."""
     import pyvista as pv
 
     try:

@@ -60,13 +60,6 @@ def run_scene(
         out. With --json files are written only if it is given or the run fails.
     resume
         Continue a run that was killed, from the restart file in its folder, to the same result.
-
-    Raises
-    ------
-    UserError
-        Bad scene, override or output folder: nothing was solved.
-    RunFailedError
-        The run did not complete; the message says where what it had is.
     """
     with output_kept():
         module = adapter(model)

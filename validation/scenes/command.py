@@ -31,11 +31,6 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
         File to write, NAME.toml; one that is there already is left as it is.
     like
         The scene whose values it takes: a built-in one or a TOML file.
-
-    Raises
-    ------
-    UserError
-        The name does not end in .toml, the file is there, or its folder can't be written to.
     """
     from validation.scenes.schema import scene_text
 

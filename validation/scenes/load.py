@@ -111,13 +111,7 @@ def key_of(assignment: str) -> str:
 
 
 def sets(assignment: str, key: str) -> bool:
-    """Whether KEY=VALUE gives a dotted key its value, by itself or in a table.
-
-    Raises
-    ------
-    UserError
-        As `override`.
-    """
+    """Whether KEY=VALUE gives a dotted key its value, by itself or in a table."""
     found: Any = override({}, assignment)
     for part in key.split("."):
         if not isinstance(found, dict) or part not in found:

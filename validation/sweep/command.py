@@ -42,14 +42,6 @@ def run_sweep(
         Address of a Dask cluster's scheduler, in the place of processes here: tcp://host:8786
     out
         Folder for sweep/NAME/: results.jsonl, sweep.nc, sweep.csv, index.html.
-
-    Raises
-    ------
-    UserError
-        Bad plan, points or output folder, one that another command writes to, or a cluster that
-        can't be used: nothing was solved.
-    RunFailedError
-        Scenes failed or crashed, or the cluster was lost; the same command goes on.
     """
     if workers is not None and (workers < 1 or dask is not None):
         why = "must be 1 or more" if workers < 1 else "the cluster of --dask has its own; leave one"

@@ -43,13 +43,7 @@ class PointTable:
 
 
 def points_of(plan: Plan) -> PointTable:
-    """All points of a plan.
-
-    Raises
-    ------
-    UserError
-        The file of points can't be read, or its values can't be meant.
-    """
+    """All points of a plan."""
     if plan.points.kind == "file":
         return _from_file(plan)
     if plan.points.kind == "grid":

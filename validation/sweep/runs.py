@@ -89,11 +89,6 @@ def solve_tasks(
     Parameters
     ----------
     wanted : `programs` by model, of the command that asks.
-
-    Raises
-    ------
-    UserError
-        This worker's program is another one.
     """
     from threadpoolctl import threadpool_limits
 

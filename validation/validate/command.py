@@ -111,15 +111,6 @@ def run_validation(
         Compare with the converged reference on the ladder's third rung: minutes longer.
     interactive
         Draw fields and curves also as pages to turn and step through (the extra interactive).
-
-    Raises
-    ------
-    UserError
-        A scene, a model, a tolerance is refused, or the output folder: nothing was run.
-    RunFailedError
-        A run did not complete; the page shows it and all the others.
-    OutsideToleranceError
-        A difference is not inside its tolerance.
     """
     check_interactive(interactive)
     plan = plan_of(scenes, models, reference, tolerance)

@@ -32,15 +32,7 @@ def waterfall(
     out: Path = Path("out"),
     fresh: Fresh = False,
 ) -> None:
-    """Solve a scene by the reference and by the reduced model, assumption by assumption.
-
-    Raises
-    ------
-    UserError
-        Bad scene, override or output folder: nothing was run.
-    RunFailedError
-        The reference did not complete.
-    """
+    """Solve a scene by the reference and by the reduced model, assumption by assumption."""
     named = load_scene(scene, overrides)
     folder = output_folder(out / "waterfall" / safe_name(named.name))
     store = Store(out / "store", fresh)

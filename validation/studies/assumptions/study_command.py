@@ -76,13 +76,6 @@ def study(
         Processes; by default one a core.
     out
         Folder for study/.
-
-    Raises
-    ------
-    UserError
-        A number is none of those allowed, or the output folder is refused: nothing was run.
-    RunFailedError
-        Runs failed, or the stored numbers were not found again.
     """
     table = read_study()
     ended = (table[STATUS] == "COMPLETED").to_numpy()

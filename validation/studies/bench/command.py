@@ -158,11 +158,6 @@ def bench(
         Take the points of work-precision that a stopped benchmark has left.
     out
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
     """
     folder = output_folder(out / "bench")
     if skips:

@@ -48,14 +48,6 @@ def calibrate(
         Twelve scenes.
     out
         Folder for calibration/: a page, tables as CSV, Markdown and LaTeX, a figure.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written, another command writes to it, or a number is none
-        of those allowed: nothing was run.
-    RunFailedError
-        A process died; the finished scenes are kept, and the same command goes on.
     """
     if scenes < 1 or first < 0:
         raise UserError(f"--scenes {scenes} --first {first}: must be 1 or more, and 0 or more")

@@ -39,11 +39,6 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
         What takes seconds, and no other program: three minutes.
     out
         Folder for evidence/: index.html, evidence.csv, the figures.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
     """
     folder, store = output_folder(out / "evidence"), Store(out / "store", fresh)
     with progress_bar("evidence") as progress:

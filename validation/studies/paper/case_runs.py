@@ -38,13 +38,7 @@ class CaseRun:
 
 
 def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
-    """Run one case and store it.
-
-    Raises
-    ------
-    UserError
-        The case's overrides do not make a valid scene.
-    """
+    """Run one case and store it."""
     import hcm
 
     scene = load_scene(case.scene, case.overrides)
@@ -76,13 +70,7 @@ def solve_cases(
 
 
 def load_case(store: Store, case: Case) -> CaseRun | None:
-    """The case's result if it is stored.
-
-    Raises
-    ------
-    UserError
-        The case's overrides do not make a valid scene.
-    """
+    """The case's result if it is stored."""
     return store.load(_inputs(case), lambda entry: _read(entry, case))
 
 

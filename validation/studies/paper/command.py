@@ -61,11 +61,6 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         Folder for paper/: index.html, ledger.csv, figures.
     reference
         Whether to run the ls-dyna-like reference too; its rows are not judged without it.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
     """
     folder = output_folder(out / "paper")
     figures, runs_folder = (output_folder(folder / name) for name in ("figures", "runs"))

@@ -111,13 +111,7 @@ def judge(claim: Claim, finding: Finding) -> Row:
 
 
 def ledger(claims: Iterable[Claim], findings: Mapping[str, Finding]) -> tuple[Row, ...]:
-    """All claims, none skipped.
-
-    Raises
-    ------
-    KeyError
-        A claim has no finding.
-    """
+    """All claims, none skipped."""
     return tuple(judge(claim, findings[claim.id]) for claim in claims)
 
 

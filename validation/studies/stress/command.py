@@ -37,13 +37,7 @@ def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
 
 
 def run_peers(out: Path) -> None:
-    """Run hard cells by other solvers too, one that is absent is named; tabulate what came out.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written: nothing was run.
-    """
+    """Run hard cells by other solvers too, one that is absent is named; tabulate what came out."""
     from validation.studies.stress.hcm.peers import peers_table
     from validation.studies.stress.reference.peers import ABSENT, calculix_table
 
@@ -86,13 +80,6 @@ def run_stress(
         (apt-get install calculix-ccx) beside the reference instead; absent peers are named.
     out
         Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
-
-    Raises
-    ------
-    UserError
-        The output folder cannot be written, or another command writes to it: nothing was run.
-    RunFailedError
-        A cell is wrong and silent, or a process died; the finished cells are kept.
     """
     if peers:
         run_peers(out)

@@ -56,13 +56,7 @@ def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
 
 
 def explicit_flight(source: str, runs: LadderRuns) -> Row:
-    """All of the fall by explicit steps, against the start from the reference's rigid flight.
-
-    Raises
-    ------
-    RunFailedError
-        A run did not complete.
-    """
+    """All of the fall by explicit steps, against the start from the reference's rigid flight."""
     fast = "solver.fem.preset=fast"
     rigid = runs.obtain(full_contact, load_scene(source, (fast,)), None, "fast")
     scene = load_scene(source, (fast, "solver.fem.flight=explicit"))

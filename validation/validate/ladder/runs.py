@@ -35,13 +35,7 @@ def _completed(record: RunRecord) -> RunRecord:
 
 
 def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
-    """The reduced model; start None: its own flight.
-
-    Raises
-    ------
-    RunFailedError
-        The run did not complete.
-    """
+    """The reduced model; start None: its own flight."""
     import hcm
 
     arguments = translate(scene, estimate=False)
@@ -70,11 +64,6 @@ def lumped_solid(
     Parameters
     ----------
     edges : of the section and along the axis, over the finger's diameter.
-
-    Raises
-    ------
-    RunFailedError
-        The run did not complete.
     """
     import meshes
     import reference_fem
@@ -112,13 +101,7 @@ def touching_mesh(scene: NamedScene, start: Impact | None) -> Any:
 
 
 def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRecord:
-    """The solid with its own contact.
-
-    Raises
-    ------
-    RunFailedError
-        The run did not complete.
-    """
+    """The solid with its own contact."""
     import reference_fem
 
     mesh = touching_mesh(scene, start)

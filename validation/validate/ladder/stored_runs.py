@@ -31,13 +31,7 @@ class LadderRuns:
         *given: P.args,
         **named: P.kwargs,
     ) -> RunRecord:
-        """The record of ``simulate(scene, *given, **named)``, a function of the module `runs`.
-
-        Raises
-        ------
-        RunFailedError
-            The run did not complete.
-        """
+        """The record of ``simulate(scene, *given, **named)``, a function of the module `runs`."""
         inputs = {
             "program": program(runs.__name__),
             "simulate": simulate.__name__,

@@ -77,13 +77,7 @@ class ReferenceScene:
         )
 
     def simulate(self) -> tuple[rf.TapResult, Model]:
-        """Run it; the model is what its fields are judged with.
-
-        Raises
-        ------
-        ValueError
-            As `reference_fem` refuses it.
-        """
+        """Run it; the model is what its fields are judged with."""
         return self._swing() if self.body == "finger" else self._fall()
 
     def _swing(self) -> tuple[rf.TapResult, Model]:

@@ -28,6 +28,7 @@ LEAST, MOST, SOLVES = 1.5, 3.0, 3
 # Of what is wanted, what must be left to the mesh; a rigid flight that takes more is none.
 ROOM = 0.5
 COARSE = "a rigid one leaves out {:.2g} of the tap"
+FINER = "on a finer mesh the run ends as {}"
 
 
 def solved_within(
@@ -57,7 +58,7 @@ def solved_within(
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     smallest = min(wanted, reference_fem.SMALLEST)
-    target, runs = FIRST * wanted, list[Outcome]()
+    target, runs, finer = FIRST * wanted, list[Outcome](), ""
     flight = ["solver.fem.flight=coarse"] if left_out > ROOM * wanted else []
     while True:
         if target < LEAST * smallest:  # after which no mesh would be another
@@ -65,9 +66,10 @@ def solved_within(
         asked = f"solver.fem.accuracy={target:.3g}"
         try:
             run = solve(changed_scene(scene.name, scene.document, [asked, *flight], scene.name))
-        except UserError:
+        except UserError as error:
             if not runs:
                 raise
+            finer = f"a finer mesh is refused: {error}"
             break
         if runs and run.record.status == "INTERRUPTED":
             return run
@@ -85,6 +87,8 @@ def solved_within(
         target = min(target, reference_fem.COARSEST) / by
     told = [run.record.accuracy["expected"] for run in runs]
     best = runs[-1] if told[-1] is not None else runs[max(0, len(runs) - 2)]
+    if not runs[-1].record.ok:
+        finer = FINER.format(runs[-1].record.status.lower().replace("_", " "))
     reason = "of the mesh, which states more than it leaves"
     if len(runs) > 1:
         reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
@@ -99,17 +103,20 @@ def solved_within(
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
-    return replace(best, record=_told(record, wanted))
+    return replace(best, record=_told(record, wanted, finer))
 
 
-def _told(record: RunRecord, wanted: float) -> RunRecord:
-    """The record, a caution before its own where it expects more than is wanted."""
+def _told(record: RunRecord, wanted: float, finer: str = "") -> RunRecord:
+    """The record, a caution before its own where it expects more than is wanted.
+
+    finer : why no finer mesh has it
+    """
     expects = record.accuracy["expected"]
     if expects is None or expects <= wanted:
         return record
     error = f"a relative error of {expects:.3g}" if expects < math.inf else "an unknown error"
     short = f"expects {error}; {wanted:g} was wanted"
-    return replace(record, message="; ".join(filter(None, (short, record.message))))
+    return replace(record, message="; ".join(filter(None, (short, finer, record.message))))
 
 
 def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:

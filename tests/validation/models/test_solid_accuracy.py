@@ -118,6 +118,7 @@ def test_finer_meshes_come_to_a_limit_where_the_material_relaxes() -> None:
     assert apart("material.relaxation_time=0") > 0.05
 
 
+FINER = "on a finer mesh the run ends as unstable; coarse"
 SHORT = "expects a relative error of {}; 0.01 was wanted; coarse"
 
 
@@ -140,7 +141,7 @@ def completed(
         (0.02, [0.015, 0.012], [0.35, 0.2], 2, SHORT.format(0.012)),
         (0.02, [0.04, 0.009], [0.35, 0.2], 2, ""),
         (0.05, [0.02], [0.2], 1, SHORT.format(0.02)),  # the finest known: no third
-        (0.03, [None], [0.2], 0, SHORT.format(0.03)),
+        (0.03, [None], [0.2], 0, SHORT.format(0.03).replace("coarse", FINER)),
     ],
 )
 def test_a_solid_that_expects_more_is_solved_again(
@@ -169,6 +170,19 @@ def test_a_solid_that_expects_more_is_solved_again(
     assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
     assert f"{first:.2g} was expected" in record.accuracy["choices"][-1]["reason"]
     assert (record.ok, record.message) == (True, caution)
+
+
+def test_a_finer_mesh_that_is_refused_is_told() -> None:
+    """The remedy that a run names, a finer mesh, is none then."""
+    once = [completed(0.007, 0.02, 0.02)]
+
+    def solver(scene: NamedScene) -> Outcome:
+        if not once:
+            raise UserError("too many elements")
+        return once.pop()
+
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"]), 3).record
+    assert record.message.endswith("wanted; a finer mesh is refused: too many elements")
 
 
 @pytest.mark.parametrize("of_mesh", [0.004, None])

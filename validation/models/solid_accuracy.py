@@ -4,7 +4,7 @@ Stated errors bound 9 of 10 true ones (of 336 random taps: 93 % of the stated on
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -36,7 +36,8 @@ def solved_within(
 ) -> Outcome:
     """A scene's run, again on finer meshes while they may lessen an error beyond what is asked for.
 
-    It has a coarse flight where a rigid one would leave out too much and none is stated.
+    It has a coarse flight where a rigid one would leave out too much and none is stated; on a mesh
+    that is read, or without estimates, it is solved once.
 
     Each is compared with the one before, whose time is its too. A further mesh that is refused, or
     a run on it that does not complete, ends the search, and the finest that did is kept: where it
@@ -46,20 +47,21 @@ def solved_within(
     import reference_fem
 
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
-    if wanted is None or fem.estimate is False:
+    if wanted is None:
         return solve(scene)
-    if fem.mesh is not None:
-        run = solve(scene)
-        return replace(run, record=_told(run.record, wanted))
     try:  # as it is stated, before a share of it is asked for
         sizes_of(scene.tables)
         stated = "flight" in fem.model_fields_set
         left_out = 0.0 if stated else rigid_flight_error(scene.tables, dimension)
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
+    flight = ["solver.fem.flight=coarse"] if left_out > ROOM * wanted else []
+    if fem.estimate is False or fem.mesh is not None:
+        run = solve(changed_scene(scene.name, scene.document, flight, scene.name))
+        record = _told(_asked(run.record, scene, wanted, left_out, flight), wanted)
+        return replace(run, record=record)
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs, finer = FIRST * wanted, list[Outcome](), ""
-    flight = ["solver.fem.flight=coarse"] if left_out > ROOM * wanted else []
     while True:
         if target < LEAST * smallest:  # after which no mesh would be another
             target = smallest
@@ -93,17 +95,26 @@ def solved_within(
     if len(runs) > 1:
         reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
     tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
-    record, time = best.record, sum(run.record.summary["wall_time_s"] for run in runs)
-    choices = [*record.accuracy["choices"], tried]
+    time = sum(run.record.summary["wall_time_s"] for run in runs)
+    record = best.record.with_summary(wall_time_s=time)
+    record = _asked(record, scene, wanted, left_out, flight, tried)
+    return replace(best, record=_told(record, wanted, finer))
+
+
+def _asked(
+    record: RunRecord, scene: NamedScene, wanted: float, left_out: float, flight: Sequence[str],
+    *tried: Mapping[str, str],
+) -> RunRecord:  # fmt: skip
+    """The record of the scene as it stands, with why elements fly and what else was tried."""
+    choices = [*record.accuracy["choices"], *tried]
     if flight:
         flown = COARSE.format(left_out)
         choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
-    record = replace(
-        record.with_summary(wall_time_s=time),
+    return replace(
+        record,
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
-    return replace(best, record=_told(record, wanted, finer))
 
 
 def _told(record: RunRecord, wanted: float, finer: str = "") -> RunRecord:
@@ -151,23 +162,24 @@ def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord)
     if accuracy is None:
         return {}
     expected = largest_share(record.errors, record)
-    if sizing is None:
-        mesh = {"setting": "mesh", "value": shown(fem.mesh), "reason": "stated: it stays as it is"}
-        return {"wanted": accuracy, "expected": expected, "choices": [mesh]}
     settings, materials = solved
-    shafts = "the errors that shafts leave go with its square"
-    found = {
-        "tip_size": (sizing.tip_size, "a share of the predicted patch, to the power 3/2"),
-        "section_size": (sizing.section_size, shafts),
-        "axial_size": (sizing.axial_size, shafts),
-        "growth": (sizing.growth, "of the edges behind the patch"),
-        "halvings": (
-            0 if sizing.lies else sizing.halvings,
-            "skipped: fine edges away from where it touches",
-        ),
-        "contact": (settings.contact, "no penetration to be resolved, no penalty to be chosen"),
-        "flight": (settings.flight, "skipped: what bends and rings on the way is in the errors"),
-    }
+    flown = (settings.flight, "skipped: what bends and rings on the way is in the errors")
+    if sizing is None:
+        found = {"mesh": (fem.mesh, ""), "flight": flown}
+    else:
+        shafts = "the errors that shafts leave go with its square"
+        found = {
+            "tip_size": (sizing.tip_size, "a share of the predicted patch, to the power 3/2"),
+            "section_size": (sizing.section_size, shafts),
+            "axial_size": (sizing.axial_size, shafts),
+            "growth": (sizing.growth, "of the edges behind the patch"),
+            "halvings": (
+                0 if sizing.lies else sizing.halvings,
+                "skipped: fine edges away from where it touches",
+            ),
+            "contact": (settings.contact, "no penetration to be resolved, no penalty to be chosen"),
+            "flight": flown,
+        }
     if settings.element is not None:
         found["element"] = (settings.element, "skipped: seven of eight points, 1 % of a tap")
     relaxes = max(m.relaxation_time for m in materials)
@@ -175,7 +187,7 @@ def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord)
         friction = "a tip that slides flutters without: finer meshes would come to no limit"
         found["relaxation_time"] = (relaxes, friction)
     stated = fem.stated(meshes.Sizing) | fem.stated(reference_fem.Settings)
-    stated |= dict.fromkeys(tables.material.model_fields_set)
+    stated |= dict.fromkeys((*tables.material.model_fields_set, "mesh"))
     choices = [
         {"setting": name, "value": shown(value), "reason": "stated" if name in stated else reason}
         for name, (value, reason) in found.items()

@@ -56,15 +56,16 @@ def simulate_within(
     A run whose energy audit does not close once it has touched is solved once more, for an accuracy
     that is 9 times smaller. Where errors are estimated, so is one that is expected to have a larger
     one, or whose tap may end by chance, for one that is 3 to 9 times smaller; the time is that of
-    both.
+    both. Where the second asks for more steps than are allowed the first is kept.
     """
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
+    first: tuple[TapResult, float, bool, Chosen] | None = None
     chosen = settings_for(accuracy, scene, stated)
     while True:
         spent += time.perf_counter() - began
         result = _solve(chosen, progress)
         spent += result.statistics.wall_time_s
-        expected = None
+        expected, chance = None, False
         touched = result.summary.contact_time_s is not None
         if touched and result.status is Status.UNBALANCED and not again:
             began, target = time.perf_counter(), accuracy / COMPANION**2
@@ -73,6 +74,11 @@ def simulate_within(
                 again = "solved again: the energy audit of the first run did not close"
                 chosen = finer
                 continue
+        if first is not None and result.status is Status.WORK_LIMIT:
+            (result, expected, chance, chosen), again = first, ""
+            more = f"a finer run takes more than max_steps = {scene.settings.max_steps} steps"
+            result = replace(result, cautions=(*result.cautions, more))
+            break
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
         coarser = _coarser(chosen, tap_peaks(result).size)
@@ -89,7 +95,7 @@ def simulate_within(
         if chance or may_go_on:
             again = "solved again: the finger folds up, or its tap barely ends"
         smaller = min(max(expected / accuracy, COMPANION), COMPANION**2)
-        target = accuracy / smaller
+        target, first = accuracy / smaller, (result, expected, chance, chosen)
         began = time.perf_counter()
         chosen = choose(target, scene, stated)
     choices = (*chosen.choices, *([Choice("accuracy", target, again)] if again else []))

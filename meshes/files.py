@@ -45,15 +45,17 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     cell_data |= {f"facets_{k}": [_side_bits(mesh, v)] for k, v in mesh.facet_sets.items()}
     kind = "hexahedron" if mesh.dim == 3 else "quad"
     content = meshio.Mesh(points, [(kind, mesh.cells)], point_data, cell_data)
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    # of its own: another process may write the same file
+    partial = path.with_name(f".{path.stem}-{os.urandom(4).hex()}{path.suffix}")
     try:
         version = {"fmt_version": "4.1"} if path.suffix == ".msh" else {}
         module.write(partial, content, binary=True, **version)
         os.replace(partial, path)
     except OSError as error:
+        raise MeshError(f"{path}: cannot write ({error.strerror or error})") from error
+    finally:
         with suppress(OSError):
             partial.unlink()
-        raise MeshError(f"{path}: cannot write ({error.strerror or error})") from error
 
 
 def read(path: str | Path) -> FingerMesh:

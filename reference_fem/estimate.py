@@ -123,7 +123,7 @@ def estimated(
     open_ends: tuple[str, ...] = ()
     if given.mesh.shape is not None:
         late, apart = arrival_errors(flight, *_true_body(given, given.mesh.shape))
-        if given.flown is not None:
+        if given.settings.flight == "rigid":
             apart = apart + np.abs(flight.pole_velocity(touch) - speed)
         # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
         sagitta_s = (given.mesh.dim - 1) * resolution.edge**2 / (8.0 * given.radius) / fall

@@ -28,7 +28,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
     elif settings.flight != "rigid":
         key, end = (
             f"solver.fem.max_flight_time = {settings.max_flight_time_s:g}",
-            settings.max_flight_time_s,
+            start_s + settings.max_flight_time_s,
         )
     else:
         key, end = f"solver.fem.step_factor = {settings.step_factor:g}", start_s + model.transit_s

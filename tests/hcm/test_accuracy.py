@@ -416,6 +416,20 @@ def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch
     assert np.abs(numbers(result) / truth(SOFT_SCENE) - 1.0).max() < 1e-3
 
 
+def test_a_run_whose_second_takes_too_many_steps_is_kept() -> None:
+    """It takes 42, the second 71: with its errors, what it expects, and why there is no better."""
+    settings = hcm.Settings(contact_step=1e-5, max_steps=60)
+    stated = {"contact_integrator": "generalized-alpha", "contact_step": 1e-5, "max_steps": 60}
+    result = simulate_within(1e-3, replace(SOFT_SCENE, settings=settings), stated)
+    assert result.status is hcm.Status.COMPLETED
+    assert result.accuracy is not None
+    assert result.accuracy.expected > 1e-3
+    assert "accuracy" not in [choice.setting for choice in result.accuracy.choices]
+    assert result.errors["peak_normal_force_N"] > 0.0
+    assert any("a finer run takes more than max_steps = 60 steps" in c for c in result.cautions)
+    assert any("0.001 was wanted" in caution for caution in result.cautions)
+
+
 def test_two_runs_with_the_same_flight_do_not_judge_one_another() -> None:
     """A whirl that folds up: two accuracies choose the same flight, whose touch is off by a third
     of its time; a coarser one tells.

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 
@@ -152,3 +153,33 @@ def test_foreign_file_without_sets_or_with_tetrahedra(tmp_path: Path) -> None:
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 0.01
     meshio.Mesh(square, [("quad", [[0, 1, 2, 3]])]).write(path)
     assert "cell sets phalanx_1, phalanx_2, ... are missing" in refusal(path)
+
+
+def test_two_that_write_one_file_do_not_meet(
+    mesh: meshes.FingerMesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another process writes the same file in the midst of it: each its own, the last stays."""
+    path, real, others = tmp_path / "finger.vtu", meshio.vtu.write, [mesh]
+
+    def write(partial: Path, *given: Any, **how: Any) -> None:
+        real(partial, *given, **how)
+        if others:
+            meshes.write(others.pop(), path)
+
+    monkeypatch.setattr(meshio.vtu, "write", write)
+    meshes.write(mesh, path)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    np.testing.assert_array_equal(meshes.read(path).points, mesh.points)
+
+
+def test_an_interrupt_leaves_no_file(
+    mesh: meshes.FingerMesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(partial: Path, *given: Any, **how: Any) -> None:
+        partial.write_text("half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(meshio.vtu, "write", write)
+    with pytest.raises(KeyboardInterrupt):
+        meshes.write(mesh, tmp_path / "finger.vtu")
+    assert not list(tmp_path.iterdir())

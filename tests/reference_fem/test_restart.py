@@ -11,6 +11,7 @@ import numba
 import numpy as np
 import pytest
 
+import meshes
 import reference_fem as rf
 from reference_fem.dynamics import restart
 from reference_fem.dynamics.restart import arithmetic
@@ -108,6 +109,32 @@ def test_killed_run_resumes_to_the_same_bits(
     assert counter.reports == 1 + reports - calls
     # Killed again before the result was kept: the file is still there, and as good as before.
     assert_same_bits(tap(rf.Restart(path, resume=True)), whole)
+
+
+def test_a_rigid_flights_errors_are_those_of_a_run_that_went_through(tmp_path: Path) -> None:
+    """What the steps between flight and touch change is in them, also where another run made them.
+
+    The tip is fine where it touches: else a facet's sagitta hides that.
+    """
+    finger = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3)
+    sizing = meshes.Sizing(5e-3, 1e-2, 5e-4, contact_angle=0.9)
+    given = {
+        "mesh": meshes.finger_quadrilaterals(finger, sizing),
+        "companion": meshes.finger_quadrilaterals(finger, sizing.coarser(2.0)),
+        "materials": (rf.Material(2e7, 0.4, 1400.0),) * 3,
+        "surface": rf.Surface(0.1, 0.5),
+        "drive": rf.Drive(),
+        "settings": rf.Settings(),
+    }
+    path = tmp_path / "restart.npz"
+    counter = Counter()
+    whole = tap(None, counter, **given)
+    assert whole.errors
+    middle = Counter(counter.reports // 2)
+    assert tap(rf.Restart(path, every_s=0.0), middle, **given).status is rf.Status.INTERRUPTED
+    resumed = tap(rf.Restart(path, resume=True), **given)
+    assert resumed.errors == whole.errors
+    assert resumed.cautions == whole.cautions
 
 
 def test_restart_files_change_nothing(

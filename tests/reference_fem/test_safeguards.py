@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from reference_fem.dynamics.tap import NEVER, next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.elements.geometry import geometries
 from reference_fem.model import Model
+from reference_fem.workload import check_work
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import body, throw
 
@@ -213,3 +215,48 @@ def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:
     # the ball's lowest point, to an edge there
     place = 30.0 - 7.5 * (1.0 - math.cos(math.radians(56.0)))
     assert float(away[1]) == pytest.approx(place, abs=0.8)
+
+
+def test_a_corner_that_is_pushed_through_its_element_is_called_so() -> None:
+    """The one-point element's own determinant, at its middle, is still above 0."""
+    _, model = fall(max_steps=1, element="hex8-one-point")
+    u, cell = np.zeros_like(model.points), model.cells[model.skin[0]]
+    corner = next(node for node in cell if node in model.contact.nodes)
+    pressure = np.zeros(len(u))
+    pressure[corner] = 1.0
+    u[corner] = model.points[cell].mean(axis=0) - model.points[corner]
+    while touching_det(model, u, pressure) > 0.0:
+        u[corner] *= 1.1
+    assert model.kernel.min_det_F(u) > 0.0
+    taken = SimpleNamespace(
+        finite=True, energy_balance_J=0.0, kinetic_energy_J=1.0, normal_force_N=1.0
+    )
+    state = SimpleNamespace(displacement=u, step=5, time_s=0.1)
+    block = SimpleNamespace(searched=True, pressure=pressure)
+    found = guards.failure(model, rf.Settings(), state, block, taken, 1.0, 1)  # type: ignore[arg-type]
+    assert found is not None
+    assert found[0] is rf.Status.INVERTED_ELEMENT
+    assert "below 0 in a part of an element that touches" in found[1]
+
+
+@pytest.mark.parametrize("start_s", [0.0, 5.0])
+def test_a_flights_work_counts_from_its_start(start_s: float) -> None:
+    _, model = fall(max_steps=1)
+    settings = rf.Settings(flight="explicit", max_flight_time_s=1.0, max_steps=100)
+    steps = math.ceil(1.0 / model.step_s)
+    with pytest.raises(ValueError, match=re.escape(f"{steps:.3g} steps")):
+        check_work(model, settings, start_s)
+
+
+def test_damped_elements_under_a_torque_set_out() -> None:
+    """Damping takes the rates of half a step before: at rest, what a step gains, beside nothing.
+
+    A finger of 1e7 Pa that is driven with 40 times its weight's moment.
+    """
+    geometry = meshes.FingerGeometry((0.034, 0.023), (0.0094, 0.0094))
+    mesh = meshes.finger_hexahedra(geometry, meshes.Sizing(4e-3, 4e-3, 4e-3))
+    material = rf.Material(1.5e7, 0.317, 7300.0, relaxation_time=1e-5)
+    drive, surface = rf.Drive(torques=(0.028, 0.019)), rf.Surface(0.041, 0.9)
+    settings = rf.Settings(flight="explicit", end_time_s=1e-3, estimate=False)
+    run = rf.simulate(mesh, (material,) * 2, surface, drive, settings)
+    assert run.status is rf.Status.NOT_REACHED, run.message

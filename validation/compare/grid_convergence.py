@@ -114,7 +114,7 @@ def convergence(
         before, guess, band = _extrapolated(sizes[-4:-1], values[-4:-1], formal_order)
         asymptotic = (
             before is not None
-            and before >= LEAST_ORDER
+            and LEAST_ORDER <= before <= formal_order + ABOVE_FORMAL
             and abs(guess - limit) <= band * abs(values[-2]) + index * abs(finest)
         )
     if not asymptotic and len(sizes) > 3:
@@ -135,7 +135,8 @@ def _extrapolated(
         return order, values[-1], math.inf
     gain = (sizes[-2] / sizes[-1]) ** min(order, formal_order) - 1.0
     change = values[-1] - values[-2]
-    return order, values[-1] + change / gain, SAFETY * abs(change / values[-1]) / gain
+    index = SAFETY * abs(change / values[-1]) / gain if values[-1] else math.inf
+    return order, values[-1] + change / gain, index
 
 
 def _fitted(

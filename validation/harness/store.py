@@ -142,12 +142,15 @@ class Store:
                 manifest = {"inputs": inputs, "files": _digests(partial)}
                 (partial / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
                 _discard(entry)
-                partial.rename(entry)
+                try:
+                    partial.rename(entry)
+                except OSError as error:
+                    if error.errno in (errno.ENOTEMPTY, errno.EEXIST):  # the second: XFS
+                        return True  # another process was quicker
+                    raise
             finally:
                 shutil.rmtree(partial, ignore_errors=True)
         except OSError as error:
-            if error.errno == errno.ENOTEMPTY:
-                return True  # another process was quicker
             say(f"{self.folder}: a result cannot be stored ({error.strerror or error})")
             return False
         return True

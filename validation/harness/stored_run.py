@@ -26,6 +26,8 @@ def _json(record: RunRecord) -> str:
     elsewhere = ("history", "forces", "read_back")
     values = {name: value for name, value in vars(record).items() if name not in elsewhere}
     values["events"] = [[event.time_s, event.kind] for event in record.events]
+    # JSON has no infinity, whose null is not that of what was not estimated
+    values["accuracy"] = {k: v for k, v in record.accuracy.items() if v is not None}
     return json.dumps(plain(values), allow_nan=False)
 
 
@@ -66,9 +68,14 @@ def read_record(folder: Path) -> RunRecord:
     check_arrays(forces, FORCE_COLUMNS)
     summary = {key: restored(value, None) for key, value in values["summary"].items()}
     errors = {key: restored(value, math.inf) for key, value in values["errors"].items()}
+    accuracy = dict(values["accuracy"])
+    if accuracy:
+        accuracy["expected"] = (
+            restored(accuracy["expected"], math.inf) if "expected" in accuracy else None
+        )
     events = tuple(Event(float(time), kind) for time, kind in values["events"])
     return RunRecord(
-        **{**values, "summary": summary, "errors": errors, "events": events},
+        **{**values, "summary": summary, "errors": errors, "accuracy": accuracy, "events": events},
         history=history,
         forces=forces,
         read_back=True,

@@ -4,7 +4,7 @@ Stated errors bound 9 of 10 true ones (of 336 random taps: 93 % of the stated on
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -36,8 +36,8 @@ def solved_within(
 ) -> Outcome:
     """A scene's run, again on finer meshes while they may lessen an error beyond what is asked for.
 
-    It has a coarse flight where a rigid one would leave out too much and none is stated; on a mesh
-    that is read, or without estimates, it is solved once.
+    It has a coarse flight where a rigid one would leave out too much and none is stated, unless
+    that is refused for its length; on a mesh that is read, or without estimates, it is solved once.
 
     Each is compared with the one before, whose time is its too. A further mesh that is refused, or
     a run on it that does not complete, ends the search, and the finest that did is kept: where it
@@ -56,19 +56,19 @@ def solved_within(
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     flight = ["solver.fem.flight=coarse"] if left_out > ROOM * wanted else []
-    if fem.estimate is False or fem.mesh is not None:
-        run = solve(changed_scene(scene.name, scene.document, flight, scene.name))
-        record = _told(_asked(run.record, scene, wanted, left_out, flight), wanted)
-        return replace(run, record=record)
+    once = fem.estimate is False or fem.mesh is not None
     smallest = min(wanted, reference_fem.SMALLEST)
-    target, runs, finer = FIRST * wanted, list[Outcome](), ""
+    target, runs, targets, finer = FIRST * wanted, list[Outcome](), list[float](), ""
     while True:
         if target < LEAST * smallest:  # after which no mesh would be another
             target = smallest
-        asked = f"solver.fem.accuracy={target:.3g}"
+        asked = [] if once else [f"solver.fem.accuracy={target:.3g}"]
         try:
-            run = solve(changed_scene(scene.name, scene.document, [asked, *flight], scene.name))
+            run = solve(changed_scene(scene.name, scene.document, [*asked, *flight], scene.name))
         except UserError as error:
+            if not runs and flight:
+                flight = []
+                continue
             if not runs:
                 raise
             finer = f"a finer mesh is refused: {error}"
@@ -77,8 +77,10 @@ def solved_within(
             return run
         run = _overlapping(run, runs)
         runs.append(run)
+        targets.append(target)
         left, expects = run.mesh_error, run.record.accuracy["expected"]
-        if len(runs) == SOLVES or target <= smallest or left is None or expects is None:
+        last = once or len(runs) == SOLVES or target <= smallest
+        if last or left is None or expects is None:
             break
         # what no mesh lessens takes its part of what is wanted, where there is room for both
         room = wanted - (expects - left)
@@ -88,33 +90,25 @@ def solved_within(
         by = min(max(left / room, LEAST), MOST)
         target = min(target, reference_fem.COARSEST) / by
     told = [run.record.accuracy["expected"] for run in runs]
-    best = runs[-1] if told[-1] is not None else runs[max(0, len(runs) - 2)]
+    kept = max(0, len(runs) - (2 if told[-1] is None else 1))
     if not runs[-1].record.ok:
         finer = FINER.format(runs[-1].record.status.lower().replace("_", " "))
     reason = "of the mesh, which states more than it leaves"
     if len(runs) > 1:
         reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
-    tried = {"setting": "accuracy", "value": shown(target), "reason": reason}
+    tried = [{"setting": "accuracy", "value": shown(targets[kept]), "reason": reason}]
     time = sum(run.record.summary["wall_time_s"] for run in runs)
-    record = best.record.with_summary(wall_time_s=time)
-    record = _asked(record, scene, wanted, left_out, flight, tried)
-    return replace(best, record=_told(record, wanted, finer))
-
-
-def _asked(
-    record: RunRecord, scene: NamedScene, wanted: float, left_out: float, flight: Sequence[str],
-    *tried: Mapping[str, str],
-) -> RunRecord:  # fmt: skip
-    """The record of the scene as it stands, with why elements fly and what else was tried."""
-    choices = [*record.accuracy["choices"], *tried]
+    record = runs[kept].record.with_summary(wall_time_s=time)
+    choices = [*record.accuracy["choices"], *([] if once else tried)]
     if flight:
         flown = COARSE.format(left_out)
         choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
-    return replace(
+    record = replace(
         record,
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
+    return replace(runs[kept], record=_told(record, wanted, finer))
 
 
 def _told(record: RunRecord, wanted: float, finer: str = "") -> RunRecord:

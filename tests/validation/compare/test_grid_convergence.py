@@ -90,6 +90,20 @@ def test_two_values_that_are_near_by_chance_are_no_order() -> None:
     assert found.uncertainty > abs(593.80 / 597.71 - 1.0)
 
 
+def test_an_order_that_was_far_above_the_formal_one_is_no_order_yet() -> None:
+    """The last three have 2.0, the three before 6.0, and foretell the same limit."""
+    last = [1.0 + 0.01 * h**2 for h in (4.0, 2.0, 1.0)]
+    coarsest = last[0] + 2.0**6 * (last[0] - last[1])
+    assert observed_order((8.0, 4.0, 2.0), [coarsest, *last[:2]]) == pytest.approx(6.0)
+    assert convergence((4.0, 2.0, 1.0), last, 2.0).asymptotic
+    found = convergence((8.0, 4.0, 2.0, 1.0), [coarsest, *last], 2.0)
+    assert found.fitted or not found.asymptotic
+
+
+def test_values_that_end_at_zero_have_no_relative_error() -> None:
+    assert convergence((4.0, 2.0, 1.0), (4.0, 1.0, 0.0), 2.0).uncertainty == np.inf
+
+
 def test_bad_sequences_are_refused() -> None:
     with pytest.raises(ValueError, match="three levels"):
         convergence((2.0, 1.0), (1.0, 1.0), 2.0)

@@ -1,4 +1,6 @@
+import errno
 import json
+import math
 import os
 import subprocess
 from collections.abc import Callable
@@ -60,6 +62,17 @@ def test_a_run_is_read_back_bit_for_bit(make_record: Make, tmp_path: Path) -> No
     for name, array in odd.items():
         assert found.history[name].dtype == array.dtype
         assert found.history[name].tobytes() == array.tobytes()
+
+
+@pytest.mark.parametrize("expected", [0.004, math.inf, None])
+def test_what_a_run_expects_is_read_back(
+    expected: float | None, make_record: Make, tmp_path: Path
+) -> None:
+    """Nothing is known of it, or nothing was estimated: these are two."""
+    store = Store(tmp_path)
+    held = {"wanted": 0.01, "expected": expected, "choices": []}
+    keep_run(store, INPUTS, make_record(accuracy=held))
+    assert load_run(store, INPUTS).accuracy == held
 
 
 def test_a_run_with_more_than_a_thousand_fields_is_found_again(
@@ -218,6 +231,20 @@ for turn in range(60):
     store.keep({"turn": turn % 5}, write)
     Store(folder).load({"turn": turn % 5}, read)
 """
+
+
+@pytest.mark.parametrize("number", [errno.ENOTEMPTY, errno.EEXIST])
+def test_a_quicker_process_is_no_failure(
+    number: int, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What ext4 and XFS say of a folder that is there and not empty."""
+
+    def rename(self: Path, target: Path) -> None:
+        raise OSError(number, "File exists")
+
+    monkeypatch.setattr(Path, "rename", rename)
+    assert Store(tmp_path).keep(INPUTS, lambda entry: (entry / "a").write_text("a"))
+    assert capsys.readouterr().err == ""
 
 
 def test_processes_share_a_store(tmp_path: Path) -> None:

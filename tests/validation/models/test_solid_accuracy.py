@@ -168,7 +168,9 @@ def test_a_solid_that_expects_more_is_solved_again(
     left = [first, *further][kept]
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
     assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
-    assert f"{first:.2g} was expected" in record.accuracy["choices"][-1]["reason"]
+    told = record.accuracy["choices"][-1]
+    assert f"{first:.2g} was expected" in told["reason"]
+    assert float(told["value"]) == pytest.approx(seen[kept], rel=1e-2)
     assert (record.ok, record.message) == (True, caution)
 
 
@@ -182,6 +184,7 @@ def test_a_finer_mesh_that_is_refused_is_told() -> None:
         return once.pop()
 
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"]), 3).record
+    assert record.accuracy["choices"][-1]["value"] == "0.007"
     assert record.message.endswith("wanted; a finer mesh is refused: too many elements")
 
 
@@ -229,6 +232,26 @@ def test_what_a_rigid_flight_leaves_out_has_the_elements_fly(
     told = {c["setting"]: c for c in record.accuracy["choices"]}["flight"]
     assert told["value"] == flies
     assert ("leaves out" in told.get("reason", "")) == (flies == "coarse")
+
+
+@pytest.mark.parametrize("stated", ["", "solver.fem.estimate=false"])
+def test_a_flight_that_is_too_long_for_elements_is_the_rods(
+    stated: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody asked for it: the run has what it leaves out in its errors."""
+    monkeypatch.setattr(solid_accuracy, "rigid_flight_error", lambda *_: 0.1)
+    seen: list[str] = []
+
+    def solver(scene: NamedScene) -> Outcome:
+        seen.append(solid_inputs.solver_settings(scene.tables).flight)
+        if seen[-1] == "coarse":
+            raise UserError("asks for 1e+08 steps")
+        return completed(0.01, 0.15, 0.003)
+
+    overrides = ["solver.accuracy=0.01", *filter(None, [stated])]
+    record = solved_within(solver, load_scene("soft", overrides), 3).record
+    assert seen == ["coarse", "rigid"]
+    assert record.message.startswith("expects a relative error of 0.15")
 
 
 def test_a_soft_finger_that_bends_on_its_way_keeps_its_accuracy() -> None:

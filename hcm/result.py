@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -214,6 +214,16 @@ class Accuracy:
     choices: tuple[Choice, ...]
 
 
+class OtherEnd(NamedTuple):
+    """An end that a first tap would have had, with the touches that begin within `until_s` of its
+    first one, were what the rule compared (`hcm.tap`) `apart_s` beside its `threshold_s`.
+    """
+
+    until_s: float
+    apart_s: float
+    threshold_s: float
+
+
 @dataclass(frozen=True)
 class TapResult:
     """A run of the reduced model.
@@ -223,7 +233,8 @@ class TapResult:
     the summary's main numbers, by its fields, SI units; inf where nothing is known, empty where
     none were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
     accuracy : of a run that was held to one. taps : first touch and last separation of each, s; inf
-    of one that lasts. given : what `simulate` was given, by its parameters' names.
+    of one that lasts. other_ends : that the first tap nearly had. given : what `simulate` was
+    given, by its parameters' names.
     """
 
     status: Status
@@ -238,6 +249,7 @@ class TapResult:
     cautions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
     taps: tuple[tuple[float, float], ...] = ()
+    other_ends: tuple[OtherEnd, ...] = ()
     given: Mapping[str, Any] = field(default_factory=dict)
 
     def to_dataset(self) -> "xarray.Dataset":

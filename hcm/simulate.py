@@ -21,15 +21,16 @@ from hcm.estimate import estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import Model, RigidStart, Scene, build_model, until_touch
+from hcm.other_ends import held_touches, with_other_ends
 from hcm.parameters import GAUSS, Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
 from hcm.record import Segment, empty_record, next_segment
 from hcm.resolution import judge_steps
-from hcm.result import Statistics, Status, TapResult, history_of
+from hcm.result import OtherEnd, Statistics, Status, TapResult, history_of
 from hcm.start import BeamStart, enter_piece, start_beams, start_divided
 from hcm.state import Clock, Motion, Plan, empty_motion
 from hcm.summary import summarize
-from hcm.tap import next_touch_s, slow_end, taps_of
+from hcm.tap import next_touch_s, returned, slow_end, taps_of
 from hcm.workload import check_size
 
 Progress = Callable[[float, str], None]
@@ -110,10 +111,10 @@ def simulate(
         flight = build_model(few, surface, tip, drive, settings, start, assumptions)
         flight = until_touch(flight, few, assumptions)
         up = start_beams(flight)
-        flown, ended, _ = _take_steps(flight, up, progress)
+        flown, ended, *_ = _take_steps(flight, up, progress)
         divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)
         begun = start_divided(model, flight, flown, up.motion, ended, divide)
-    segments, status, over_s = _take_steps(model, begun, progress)
+    segments, status, over_s, other_ends = _take_steps(model, begun, progress)
     last, clock = segments[-1], segments[-1].clock
     events = tuple([event for s in segments for event in s.events])
     q, v = np.concatenate([s.q for s in segments]), np.concatenate([s.v for s in segments])
@@ -137,6 +138,12 @@ def simulate(
             )
         if taps and assumptions.has("hertz"):
             cautions += slow_end(history.time_s, history.normal_force_N, taps[0])
+    if taps and model.tap_ends is not None:
+        height = model.generalized_alpha.law.height
+        other_ends += returned(
+            model.tap_ends, events, taps[0],
+            lambda event: next_touch_s(q[event], v[event], model.chain, height),
+        )  # fmt: skip
     if status is Status.COMPLETED and begun.left_out > LARGEST_LEFT_OUT and events:
         status = Status.TOO_FLEXIBLE
         doubt = f"; bending and vibration may change the tap by up to {100 * begun.left_out:.2g} %"
@@ -168,6 +175,7 @@ def simulate(
         Postures(tuple(frames.time[first:end].tolist()), places, frames.q[first:end]),
         cautions=cautions,
         taps=taps,
+        other_ends=tuple(other_ends),
         given=scene.arguments(),
     )
     if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
@@ -177,12 +185,16 @@ def simulate(
         return simulate(finger, surface, tip, drive, changed, progress, start, assumptions)
 
     found = estimate_errors(result, again, finger, settings, begun.left_out)
+    errors, open_ends, ended = with_other_ends(
+        result, found.errors, lambda until: simulate(**held_touches(result, until))
+    )
+    status = found.status if ended is Status.COMPLETED else ended
     return replace(
         result,
-        status=found.status,
-        message=_message(found.status, clock, statistics) + found.doubt,
-        errors=found.errors,
-        cautions=(*cautions, *found.cautions),
+        status=status,
+        message=_message(status, clock, statistics) + found.doubt,
+        errors=errors,
+        cautions=(*cautions, *found.cautions, *open_ends),
     )
 
 
@@ -193,15 +205,16 @@ def _rows_between(settings: Settings) -> int:
 
 def _take_steps(
     model: Model, begun: BeamStart, progress: Progress | None
-) -> tuple[list[Segment], Status, list[float]]:
+) -> tuple[list[Segment], Status, list[float], list[OtherEnd]]:
     """Call the compiled loop until the run ends or is interrupted.
 
-    The last are the times at which taps were seen to be over, s.
+    The last are the times at which taps were seen to be over, s, and ends that the first nearly
+    had.
     """
-    over_s: list[float] = []
+    over_s, other_ends = list[float](), list[OtherEnd]()
     status: Status = begun.status
     if status is not Status.COMPLETED:
-        return [begun.segment], status, over_s
+        return [begun.segment], status, over_s, other_ends
     settings, motion = model.settings, begun.motion
     new = empty_motion(model.chain)
     segments, code = [begun.segment], loop.RUNNING
@@ -246,21 +259,24 @@ def _take_steps(
             # a kink may come so early that the finger hardly moves yet
             if status is Status.COMPLETED and not (balanced or kink):
                 status = Status.UNBALANCED
-            if code == loop.DONE and (further := _further(model, segments, motion, over_s)):
+            if code == loop.DONE and (
+                further := _further(model, segments, motion, over_s, other_ends)
+            ):
                 until, code = further, loop.RUNNING
             if progress is not None:
                 progress(*_fraction(last.clock, last.contact, settings))
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    return segments, status, over_s
+    return segments, status, over_s, other_ends
 
 
 def _further(
-    model: Model, segments: list[Segment], motion: Motion, over_s: list[float]
-) -> Plan | None:
+    model: Model, segments: list[Segment], motion: Motion, over_s: list[float],
+    other_ends: list[OtherEnd],
+) -> Plan | None:  # fmt: skip
     """Until when a run goes on that stopped to look whether its tap is over; None: it is done.
 
-    over_s : gets the time of a tap that is.
+    over_s : gets the time of a tap that is. other_ends : those that the first nearly had.
     """
     rule, clock = model.tap_ends, segments[-1].clock
     if rule is None or model.plan.end_time - clock.time <= loop.LAST_STEP * clock.time:
@@ -272,12 +288,26 @@ def _further(
         if look - clock.time <= loop.LAST_STEP * clock.time:
             law = model.generalized_alpha.law
             touch = next_touch_s(motion.q, motion.v, model.chain, law.height)
+            if len(taps) == 1:
+                tip_in_s = _tip_in_s(model, segments, motion)
+                other_ends += rule.looked(tap, clock.time, touch, tip_in_s)
             look = rule.next_look_s(tap, clock.time, touch)
         if look == math.inf:
             over_s.append(clock.time)
             if len(taps) >= model.plan.taps:
                 return None
     return model.plan._replace(taps=clock.taps + 1, end_time=min(look, model.plan.end_time))
+
+
+def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:
+    """Time until a tip that left is where it left at its own speed, s; inf: never.
+
+    With restitution it left with what the contact keeps of its indentation.
+    """
+    down = model.chain.tip + 1
+    left = next(q for s in reversed(segments) for q in s.q[::-1])[down]
+    above, speed = motion.q[down] - left, -motion.v[down]
+    return max(float(above / speed), 0.0) if speed > 0.0 else math.inf
 
 
 def _message(status: Status, clock: Clock, statistics: Statistics) -> str:

@@ -12,19 +12,22 @@ tap, whatever the rule says. Without `whole_tap` each separation ends a tap, as 
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain
 from hcm.parameters import Finger
-from hcm.result import Event
+from hcm.result import Event, OtherEnd
 
 AWAY, AWAY_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
 # A force of less than the first, over the peak, for longer than the second, over the tap: where the
 # study's durations differ by more than 2 %.
 SLIGHT, LONG = 0.01, 0.03
+# Of a threshold: what is further from it is no other end.
+CLOSE = 0.1
 # of L/c, between two looks at a tip that is about to come back
 LOOK = 0.1
 
@@ -45,11 +48,30 @@ class TapEnds:
             return max(tap[1], tap[0] + self.until)
         return tap[1] + max(AWAY * (tap[1] - tap[0]), AWAY_TRANSITS * self.transit)
 
+    def soon_s(self, tap: Tap) -> float:
+        """Within which a touch is the same tap's, s."""
+        return SAME_TAP * max(tap[1] - tap[0], self.transit)
+
     def next_look_s(self, tap: Tap, now_s: float, touch_in_s: float) -> float:
         """When to look again, s; inf where the tap is over. touch_in_s : of `next_touch_s`."""
-        soon = SAME_TAP * max(tap[1] - tap[0], self.transit)
-        over = self.until > 0.0 or touch_in_s > soon
+        over = self.until > 0.0 or touch_in_s > self.soon_s(tap)
         return math.inf if over else now_s + LOOK * self.transit
+
+    def looked(self, tap: Tap, now_s: float, touch_in_s: float, tip_in_s: float) -> list[OtherEnd]:
+        """Ends that the tap nearly had as it was looked at.
+
+        tip_in_s : until the tip itself would touch at its speed, which may vibrate. Where it does
+        so just after a look that ended the tap, it would have been the tap's.
+        """
+        if self.until > 0.0:
+            return []
+        soon, wait, since = self.soon_s(tap), self.first_look_s(tap) - tap[1], now_s - tap[0]
+        if touch_in_s <= soon:
+            ends = [OtherEnd(tap[1] - tap[0], soon - touch_in_s, soon)]
+        else:  # what comes down may be slowed: the next touch is before twice that time
+            times = (touch_in_s, touch_in_s - soon, soon), (tip_in_s, tip_in_s, wait)
+            ends = [OtherEnd(since + 2.0 * t + wait, apart, of) for t, apart, of in times]
+        return [end for end in ends if end.apart_s < CLOSE * end.threshold_s]
 
 
 def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEnds | None:
@@ -74,6 +96,29 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
         elif event.kind == "separation":
             taps[-1] = (taps[-1][0], event.time_s)
     return tuple(taps)
+
+
+def returned(
+    rule: TapEnds, events: Sequence[Event], tap: Tap, touch_in_s: Callable[[int], float]
+) -> list[OtherEnd]:
+    """Ends that a tap nearly had as its tip came back before it was looked at.
+
+    touch_in_s : of `next_touch_s` as an event happens
+    """
+    ends = []
+    for number, (left, back) in enumerate(pairwise(events), 1):
+        if (left.kind, back.kind) != ("separation", "contact") or back.time_s > tap[1]:
+            continue
+        so_far = tap[0], left.time_s
+        wait = rule.first_look_s(so_far) - left.time_s
+        early = wait - (back.time_s - left.time_s)
+        if (
+            rule.until == 0.0
+            and 0.0 <= early < CLOSE * wait
+            and touch_in_s(number) > rule.soon_s(so_far)
+        ):
+            ends.append(OtherEnd(left.time_s - tap[0], early, wait))
+    return ends
 
 
 def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:

@@ -1,0 +1,67 @@
+"""Other ends that a first tap may have, where the rule that parts taps (`hcm.tap`) decided nearly.
+
+An end is open where what the rule compared is within NEAR of its threshold, and within TIMES what
+the tap's duration is known to: four times enter a separation's, a touch's and their differences.
+The scene is solved once more with the touches of the other end (`Settings.tap_until`), and by what
+its numbers differ is an error.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from hcm.estimate import FROM_SPEED
+from hcm.result import OtherEnd, Status, TapResult
+
+NEAR, TIMES = 1e-4, 4.0
+# Ends that are looked at, the nearest first.
+MOST = 2
+NUMBERS = (*FROM_SPEED, "peak_stress_R_Pa")
+OPEN = (
+    "it is open whether the first tap is over after {:.4g} us or after {:.4g} us, by a rule that"
+    " parts touches and that was near to either: hold its touches (solver.hcm.tap_until), or"
+    " compare forces"
+)
+Errors = Mapping[str, float | tuple[float, float]]
+
+
+def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
+    """Those of a completed run, the nearest first; none where its end is not known anyhow."""
+    lasts, error = result.summary.contact_duration_s, errors.get("contact_duration_s")
+    if lasts is None or not isinstance(error, float) or error > 0.1 * lasts:
+        return ()
+    near = [e for e in result.other_ends if e.apart_s <= NEAR * e.threshold_s + TIMES * error]
+    return tuple(sorted(near, key=lambda end: end.apart_s)[:MOST])
+
+
+def with_other_ends(
+    result: TapResult, errors: Errors, again: Callable[[float], TapResult]
+) -> tuple[dict[str, float | tuple[float, float]], tuple[str, ...], Status]:
+    """Errors that hold for its open ends too, a caution of each, and INTERRUPTED if that is how
+    one of them went.
+
+    again : solves the scene with `Settings.tap_until`, s
+    """
+    found, doubts = dict(errors), list[str]()
+    for end in open_ends(result, errors):
+        other = again(end.until_s)
+        if other.status is Status.INTERRUPTED:
+            return found, tuple(doubts), other.status
+        for name in NUMBERS:
+            own, its = getattr(result.summary, name), getattr(other.summary, name)
+            apart = abs(own - its) if its is not None else abs(own)
+            error = found[name]
+            assert isinstance(error, float)
+            found[name] = max(error, apart)
+        times = [s.contact_duration_s for s in (result.summary, other.summary)]
+        doubts.append(OPEN.format(*(1e6 * (time or 0.0) for time in times)))
+    return found, tuple(doubts), Status.COMPLETED
+
+
+def held_touches(result: TapResult, until_s: float) -> dict[str, Any]:
+    """What `hcm.simulate` was given for a run, for its first tap alone, of these touches."""
+    given = dict(result.given)
+    given["settings"] = replace(
+        given["settings"], tap_until=until_s, taps=1, estimate=False, end_time=None, frame_times=()
+    )
+    return given

@@ -1,0 +1,113 @@
+"""Where the rule that parts taps was near to another end, that end is in the errors."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+import hcm
+from hcm.other_ends import NEAR, TIMES, open_ends
+from hcm.result import Event, OtherEnd
+from hcm.tap import TapEnds, returned
+
+RULE = TapEnds(transit=1.0)
+TAP = (0.0, 10.0)  # it must stay away for 1, and not come back within 20
+
+
+def nearly_parted(**settings: float) -> hcm.Scene:
+    """A tip that stays away for 4.117 us, where 4.122 end the tap (found by a user)."""
+    lengths, diameters = (0.0339, 0.0459, 0.0275), (0.0041, 0.0038, 0.0079)
+    phalanges = [
+        hcm.Phalanx(length, diameter, 2.25e9, 809.0, poisson_ratio=0.45)
+        for length, diameter in zip(lengths, diameters, strict=True)
+    ]
+    return hcm.Scene(
+        hcm.Finger(tuple(phalanges)),
+        hcm.Surface(0.0714, 0.6),
+        hcm.Tip(6.82e6, restitution=0.3),
+        settings=replace(hcm.Settings(), **settings),  # type: ignore[arg-type]
+        assumptions=hcm.Assumptions("refined"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("touch_in", "tip_in", "until", "apart", "threshold"),
+    [
+        (19.0, 5.0, 10.0, 1.0, 20.0),  # it went on, and nearly ended with the last separation
+        (21.0, 5.0, 54.0, 1.0, 20.0),  # it ended, and nearly went on
+        (math.inf, 0.05, 12.1, 0.05, 1.0),  # it ended, and the tip came back just after
+    ],
+)
+def test_a_look_that_was_near_to_another_end(
+    touch_in: float, tip_in: float, until: float, apart: float, threshold: float
+) -> None:
+    (end,) = RULE.looked(TAP, 11.0, touch_in, tip_in)
+    assert end == pytest.approx((until, apart, threshold))
+
+
+def test_a_clear_end_has_no_other() -> None:
+    assert RULE.looked(TAP, 11.0, 40.0, 5.0) == []
+    assert RULE.looked(TAP, 11.0, 5.0, 5.0) == []
+    assert RULE.looked(TAP, 11.0, math.inf, math.inf) == []
+    assert replace(RULE, until=3.0).looked(TAP, 11.0, 19.0, 0.05) == []
+
+
+@pytest.mark.parametrize(
+    ("away", "touch_in", "nearly"),
+    [(0.96, math.inf, True), (0.96, 0.0, False), (0.8, math.inf, False), (1.2, math.inf, False)],
+)
+def test_a_tip_that_comes_back_just_before_it_is_looked_at(
+    away: float, touch_in: float, nearly: bool
+) -> None:
+    """Where its phalanx does not come down, a look would have ended the tap."""
+    kinds = ("contact", "separation", "contact", "separation")
+    events = [Event(t, kind) for t, kind in zip((0.0, 10.0, 10.0 + away, 15.0), kinds, strict=True)]
+    ends = returned(RULE, events, (0.0, 15.0), lambda event: touch_in)
+    assert ends == ([pytest.approx((10.0, 1.0 - away, 1.0))] if nearly else [])
+
+
+def test_ends_are_open_within_what_the_duration_is_known_to() -> None:
+    near, far = OtherEnd(1e-5, 2e-9, 1e-6), OtherEnd(2e-5, 9e-9, 1e-6)
+    run = hcm.simulate(**nearly_parted(estimate=False).arguments())
+    run = replace(run, other_ends=(far, near))
+    assert open_ends(run, {"contact_duration_s": 1e-9}) == (near,)
+    assert open_ends(run, {"contact_duration_s": 3e-9}) == (near, far)
+    assert open_ends(run, {"contact_duration_s": (near.apart_s - NEAR * 1e-6) / TIMES * 0.99}) == ()
+    assert open_ends(run, {"contact_duration_s": math.inf}) == ()
+    assert open_ends(run, {}) == ()
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
+def test_an_open_end_is_in_the_errors_and_said(accuracy: float) -> None:
+    """75.947 us and 0.53459 mN s are those of 1e-5, 37.94 and 0.4675 those of half a millionth."""
+    result = hcm.simulate_within(accuracy, nearly_parted())
+    lasts, impulse = result.summary.contact_duration_s, result.summary.normal_impulse_N_s
+    assert lasts is not None
+    assert impulse is not None
+    for others in ((75.947e-6, 0.53459e-3), (37.94e-6, 0.4675e-3)):
+        assert abs(lasts - others[0]) < 1.01 * result.errors["contact_duration_s"]
+        assert abs(impulse - others[1]) < 1.01 * result.errors["normal_impulse_N_s"]
+    assert result.accuracy is not None
+    assert result.accuracy.expected > 0.3
+    assert any("it is open whether the first tap is over after" in c for c in result.cautions)
+    assert result.errors["peak_normal_force_N"] < 0.01 * result.summary.peak_normal_force_N
+
+
+def test_held_touches_are_known_again() -> None:
+    """What the caution says to do."""
+    durations = []
+    for accuracy in (1e-3, 1e-4):
+        result = hcm.simulate_within(accuracy, nearly_parted(tap_until=1e-4))
+        durations.append(result.summary.contact_duration_s)
+        assert result.accuracy is not None
+        assert result.accuracy.expected < accuracy
+        assert not any("it is open" in caution for caution in result.cautions)
+    assert durations[0] == pytest.approx(durations[1], rel=1e-3)
+
+
+def test_fixed_settings_state_it_too() -> None:
+    chosen = hcm.settings_for(1e-3, nearly_parted()).scene
+    settings = replace(chosen.settings, estimate=True)
+    result = hcm.simulate(**{**chosen.arguments(), "settings": settings})
+    assert result.errors["contact_duration_s"] > 30e-6
+    assert any("it is open" in caution for caution in result.cautions)

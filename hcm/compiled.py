@@ -120,25 +120,28 @@ class ByKind:
         return found
 
 
-def by_type(
-    kind: type, special: Callable[..., Any], plain: Callable[..., Any]
-) -> Callable[..., Any]:
-    """A kernel that is `special` where an argument is of the named tuple `kind`, else `plain`.
+def by_type(kind: type, special: Callable[..., Any], plain: Any) -> Callable[..., Any]:
+    """A kernel that is `special` where an argument is of the named tuple `kind`, else `plain`:
+    another kernel, or what is returned whatever the arguments are.
 
     Chosen while its caller is compiled: the choice costs nothing, and a run compiles one of them.
     """
 
     def chosen(*args: Any) -> Any:
-        return (special if any(isinstance(arg, kind) for arg in args) else plain)(*args)
+        found = special if any(isinstance(arg, kind) for arg in args) else plain
+        return found(*args) if callable(found) else found
 
     @overload(chosen)
     def choose(*args: Any) -> Callable[..., Any]:
         is_kind = any(getattr(arg, "instance_class", None) is kind for arg in args)
-        compiled = special if is_kind else plain
+        found = special if is_kind else plain
 
         def call(*args: Any) -> Any:
-            return compiled(*args)
+            return found(*args)
 
-        return call
+        def same(*args: Any) -> Any:
+            return found
+
+        return call if callable(found) else same
 
     return chosen

@@ -2,6 +2,8 @@
 
 Each name is the kernel of that name in `law` and `point` (the paper's contact) for a `ContactLaw`,
 in `ball` and `round_tip` for a `BallLaw`: chosen by the law's type while its caller is compiled.
+The paper's contact acts at a node and remembers no more than its `Contact`: it does not radiate
+(no force depends on v), and has nothing to commit.
 """
 
 from hcm.compiled import by_type
@@ -24,13 +26,13 @@ place = by_type(BallLaw, round_tip.place, point.place)
 velocity = by_type(BallLaw, round_tip.velocity, point.velocity)
 axis_end = by_type(BallLaw, round_tip.axis_end, point.axis_end)
 tip_force = by_type(BallLaw, round_tip.tip_force, point.tip_force)
-radiates = by_type(BallLaw, round_tip.radiates, point.radiates)
-radiated_force = by_type(BallLaw, round_tip.radiated_force, point.radiated_force)
-radiated_power = by_type(BallLaw, round_tip.radiated_power, point.radiated_power)
+radiates = by_type(BallLaw, round_tip.radiates, False)
+radiated_force = by_type(BallLaw, round_tip.radiated_force, (0.0, 0.0))
+radiated_power = by_type(BallLaw, round_tip.radiated_power, 0.0)
 subtract_force = by_type(BallLaw, round_tip.subtract_force, point.subtract_force)
 add_tangent = by_type(BallLaw, round_tip.add_tangent, point.add_tangent)
-add_rate = by_type(BallLaw, round_tip.add_rate, point.add_rate)
+add_rate = by_type(BallLaw, round_tip.add_rate, None)
 fill_column = by_type(BallLaw, round_tip.fill_column, point.fill_column)
 stiffness_key = by_type(BallLaw, round_tip.stiffness_key, point.stiffness_key)
-keep = by_type(BallLaw, round_tip.keep, point.keep)
-begin_mode = by_type(BallLaw, round_tip.begin_mode, point.begin_mode)
+keep = by_type(BallLaw, round_tip.keep, None)
+begin_mode = by_type(BallLaw, round_tip.begin_mode, None)

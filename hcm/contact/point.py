@@ -1,7 +1,8 @@
 """A contact that acts at the tip node itself (paper, fig. 2b): what the tip's motion is to its law,
 and what the law's force is to the tip's coordinates (r, r').
 
-The contract of a contact's kinematics, whose other side is `hcm.contact.round_tip`.
+The contract of a contact's kinematics, whose other side is `hcm.contact.round_tip`: what this one
+does not have is left to `contract`.
 """
 
 from hcm.arrays import Floats
@@ -39,26 +40,6 @@ def tip_force(
 
 
 @kernel
-def radiates(law: ContactLaw) -> bool:
-    """Whether `tip_force` depends on v."""
-    return False
-
-
-@kernel
-def radiated_force(
-    gap: float, ft: float, fn: float, vn: float, contact: Contact, law: ContactLaw
-) -> tuple[float, float]:
-    """What a tip that radiates adds to the element's force, N."""
-    return 0.0, 0.0
-
-
-@kernel
-def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw) -> float:
-    """What the tip radiates, W."""
-    return 0.0
-
-
-@kernel
 def subtract_force(
     q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw, out: Floats
 ) -> None:
@@ -66,13 +47,6 @@ def subtract_force(
     ft, fn = tip_force(q, v, tip, contact, law)
     out[tip] -= ft
     out[tip + 1] -= fn
-
-
-@kernel
-def add_rate(
-    q: Floats, weight: float, tip: int, contact: Contact, law: ContactLaw, rows: Floats
-) -> None:
-    """Add -weight dF_c/dv to `rows`: nothing."""
 
 
 @kernel
@@ -102,13 +76,3 @@ def fill_column(
 def stiffness_key(contact: Contact, law: ContactLaw) -> tuple[float, float, float]:
     """Three numbers; factors made with others no longer fit."""
     return contact_tangent(contact, law)
-
-
-@kernel
-def keep(q: Floats, tip: int, contact: Contact, law: ContactLaw) -> None:
-    """Commit what the law remembers of an accepted step that ends at q: the `Contact` is all."""
-
-
-@kernel
-def begin_mode(q: Floats, tip: int, before: Contact, contact: Contact, law: ContactLaw) -> None:
-    """Commit what it remembers of an event at q between two modes: nothing either."""

@@ -69,15 +69,6 @@ def stage_friction(
 
 
 @kernel
-def no_stages(
-    h: float, contact: Contact, clock: Clock, old: Motion, integrator: AnyIntegrator, probe: Probe,
-    rows: Floats, reactions: Floats,
-) -> int:  # fmt: skip
-    """A step without stages writes none."""
-    return 0
-
-
-@kernel
 def write_stages(
     h: float, contact: Contact, clock: Clock, old: Motion, integrator: GaussIntegrator,
     probe: Probe, rows: Floats, reactions: Floats,
@@ -108,17 +99,11 @@ def write_stages(
 
 
 @kernel
-def one_row(integrator: AnyIntegrator) -> int:
-    """Most rows of a step."""
-    return 1
-
-
-@kernel
 def stage_rows(integrator: GaussIntegrator) -> int:
-    """The same, with a row a stage."""
+    """Most rows of a step: one, and one a stage."""
     return integrator.tableau.c.size + 1 if integrator.contact else 1
 
 
 friction_of_step = by_type(GaussIntegrator, stage_friction, plain_friction)
-write_between = by_type(GaussIntegrator, write_stages, no_stages)
-rows_of_step = by_type(GaussIntegrator, stage_rows, one_row)
+write_between = by_type(GaussIntegrator, write_stages, 0)
+rows_of_step = by_type(GaussIntegrator, stage_rows, 1)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_fem.arrays import Array, Index
+from reference_fem.compiled import inlined
 from reference_fem.elements.alignment import aligned
 
 Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative indices
@@ -64,6 +65,14 @@ def make_blocks(
         scratch=aligned(np.zeros((threads, scratch_rows * LANES))),
         buffers=np.empty((threads, *points.shape)),
     )
+
+
+@inlined
+def lane_sum(total: float, s: Array, row: int) -> float:
+    """`total` and the LANES numbers in a row of scratch s, added one after another."""
+    for lane in range(LANES):
+        total += s[row * LANES + lane]
+    return total
 
 
 def _lanes(values: Array) -> Array:

@@ -39,9 +39,9 @@ def base_vectors(s: Array, row: int, lane: int) -> Bases:
 
 
 @inlined
-def base_forces(s: Array, row: int, lane: int, c1: Four, c2: Four, c3: Four) -> None:
+def base_forces(s: Array, row: int, lane: int, c: Bases) -> None:
     """Transpose of `base_vectors`: 8 nodal rows of s from the forces conjugate to g_1, g_2, g_3."""
-    o = row * LANES + lane
+    o, (c1, c2, c3) = row * LANES + lane, c
     a01, a32, a45, a76 = at_gauss(c1[0], c1[1], c1[2], c1[3])
     b03, b12, b47, b56 = at_gauss(c2[0], c2[1], c2[2], c2[3])
     d04, d15, d37, d26 = at_gauss(c3[0], c3[1], c3[2], c3[3])

@@ -23,9 +23,8 @@ Lanes past the last element have zero rows and repeat its nodes.
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.alignment import aligned_frame
-from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored
+from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import (
-    Three,
     at_points,
     base_forces,
     base_vectors,
@@ -36,9 +35,9 @@ from reference_fem.elements.hexahedron.edges import (
 from reference_fem.elements.hexahedron.nodes import gather, gather_positions, scatter
 from reference_fem.elements.hexahedron.point import (
     POINT_ROWS,
+    Rows,
     damped_point,
     dilatation,
-    dilatation_of,
     gradient_rows,
     point_force,
     strain_rate,
@@ -58,9 +57,7 @@ SCRATCH_ROWS = POWER + 1
 
 
 @inlined
-def point_bases(
-    s: Array, row: int, lane: int, values: tuple[int, int, int]
-) -> tuple[Three, Three, Three]:
+def point_bases(s: Array, row: int, lane: int, values: tuple[int, int, int]) -> Rows:
     """Rows of [g_1 g_2 g_3] at one point, from the 36 rows of s that `store_bases` filled."""
     a, b, c = values
     o = row * LANES + lane
@@ -72,12 +69,21 @@ def point_bases(
 
 
 @inlined
+def store_all_bases(s: Array, row: int, nodal: int) -> None:
+    """36 rows of s: g_k of the vectors in 24 nodal rows; zeros in the row behind, for a sum."""
+    for lane in range(LANES):
+        for k in range(3):
+            store_bases(s, row + 12 * k, lane, base_vectors(s, nodal + 8 * k, lane))
+        s[(row + 36) * LANES + lane] = 0.0
+
+
+@inlined
 def add_dilatation(s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
     """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
     for lane in range(LANES):
-        gx, gy, gz = point_bases(s, BASES, lane, (a, b, c))
-        p = lane + q * POINT_ROWS * LANES
-        s[DILATATION * LANES + lane] += dilatation(gx, gy, gz, r, p)
+        o = lane + q * POINT_ROWS * LANES
+        f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
+        s[DILATATION * LANES + lane] += dilatation(f, r, o)
 
 
 @compiled
@@ -86,11 +92,7 @@ def block_dilatation(s: Array, r: Array) -> None:
 
     One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
     """
-    for lane in range(LANES):
-        store_bases(s, BASES, lane, base_vectors(s, 0, lane))
-        store_bases(s, BASES + 12, lane, base_vectors(s, 8, lane))
-        store_bases(s, BASES + 24, lane, base_vectors(s, 16, lane))
-        s[DILATATION * LANES + lane] = 0.0
+    store_all_bases(s, BASES, 0)
     add_dilatation(s, r, 0, 0, 0, 0)
     add_dilatation(s, r, 1, 0, 1, 1)
     add_dilatation(s, r, 2, 1, 1, 3)
@@ -110,20 +112,17 @@ def lane_force(s: Array, r: Array, lane: int) -> float:
     step = POINT_ROWS * LANES
     mu, volume = r[56 * LANES + lane], s[DILATATION * LANES + lane]
     p = r[57 * LANES + lane] * volume
-    f0, e0 = point_force(x[0], y[0], z[0], r, lane, mu, p)
-    f1, e1 = point_force(x[1], y[1], z[1], r, lane + step, mu, p)
-    f2, e2 = point_force(x[2], y[2], z[2], r, lane + 2 * step, mu, p)
-    f3, e3 = point_force(x[3], y[3], z[3], r, lane + 3 * step, mu, p)
-    f4, e4 = point_force(x[4], y[4], z[4], r, lane + 4 * step, mu, p)
-    f5, e5 = point_force(x[5], y[5], z[5], r, lane + 5 * step, mu, p)
-    f6, e6 = point_force(x[6], y[6], z[6], r, lane + 6 * step, mu, p)
-    f7, e7 = point_force(x[7], y[7], z[7], r, lane + 7 * step, mu, p)
-    cx = collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0])
-    cy = collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1])
-    cz = collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2])
-    base_forces(s, 0, lane, cx[0], cx[1], cx[2])
-    base_forces(s, 8, lane, cy[0], cy[1], cy[2])
-    base_forces(s, 16, lane, cz[0], cz[1], cz[2])
+    f0, e0 = point_force((x[0], y[0], z[0]), r, lane, mu, p)
+    f1, e1 = point_force((x[1], y[1], z[1]), r, lane + step, mu, p)
+    f2, e2 = point_force((x[2], y[2], z[2]), r, lane + 2 * step, mu, p)
+    f3, e3 = point_force((x[3], y[3], z[3]), r, lane + 3 * step, mu, p)
+    f4, e4 = point_force((x[4], y[4], z[4]), r, lane + 4 * step, mu, p)
+    f5, e5 = point_force((x[5], y[5], z[5]), r, lane + 5 * step, mu, p)
+    f6, e6 = point_force((x[6], y[6], z[6]), r, lane + 6 * step, mu, p)
+    f7, e7 = point_force((x[7], y[7], z[7]), r, lane + 7 * step, mu, p)
+    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
+    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
+    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
 
 
@@ -134,12 +133,10 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
     Where energies are `stored`, row RESULT of s: those of the elements, J.
     """
     aligned_frame()
-    if stored is None:
-        for lane in range(LANES):
-            lane_force(s, r, lane)
-    else:
-        for lane in range(LANES):
-            s[RESULT * LANES + lane] = lane_force(s, r, lane)
+    for lane in range(LANES):
+        energy = lane_force(s, r, lane)
+        if stored is not None:
+            s[RESULT * LANES + lane] = energy
 
 
 @inlined
@@ -149,8 +146,8 @@ def add_dilatations(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: flo
         o = lane + q * POINT_ROWS * LANES
         f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
         v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
-        d, _ = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
-        s[DILATATION * LANES + lane] += dilatation_of(f[0], f[1], f[2], r, o)
+        d, _ = strain_rate(f, v, lag)
+        s[DILATATION * LANES + lane] += dilatation(f, r, o)
         s[DILATATION_RATE * LANES + lane] += 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
 
 
@@ -168,27 +165,24 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
     p, e, d = k * (volume + tau * rate), 0.5 * k * volume * volume, tau * k * rate * rate
     t = lane
-    f0, e, d = damped_point(x[0], y[0], z[0], u[0], v[0], w[0], r, t, mu, tau, p, lag, e, d)
+    f0, e, d = damped_point((x[0], y[0], z[0]), (u[0], v[0], w[0]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f1, e, d = damped_point(x[1], y[1], z[1], u[1], v[1], w[1], r, t, mu, tau, p, lag, e, d)
+    f1, e, d = damped_point((x[1], y[1], z[1]), (u[1], v[1], w[1]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f2, e, d = damped_point(x[2], y[2], z[2], u[2], v[2], w[2], r, t, mu, tau, p, lag, e, d)
+    f2, e, d = damped_point((x[2], y[2], z[2]), (u[2], v[2], w[2]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f3, e, d = damped_point(x[3], y[3], z[3], u[3], v[3], w[3], r, t, mu, tau, p, lag, e, d)
+    f3, e, d = damped_point((x[3], y[3], z[3]), (u[3], v[3], w[3]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f4, e, d = damped_point(x[4], y[4], z[4], u[4], v[4], w[4], r, t, mu, tau, p, lag, e, d)
+    f4, e, d = damped_point((x[4], y[4], z[4]), (u[4], v[4], w[4]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f5, e, d = damped_point(x[5], y[5], z[5], u[5], v[5], w[5], r, t, mu, tau, p, lag, e, d)
+    f5, e, d = damped_point((x[5], y[5], z[5]), (u[5], v[5], w[5]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f6, e, d = damped_point(x[6], y[6], z[6], u[6], v[6], w[6], r, t, mu, tau, p, lag, e, d)
+    f6, e, d = damped_point((x[6], y[6], z[6]), (u[6], v[6], w[6]), r, t, mu, tau, p, lag, e, d)
     t += step
-    f7, e, d = damped_point(x[7], y[7], z[7], u[7], v[7], w[7], r, t, mu, tau, p, lag, e, d)
-    cx = collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0])
-    cy = collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1])
-    cz = collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2])
-    base_forces(s, 0, lane, cx[0], cx[1], cx[2])
-    base_forces(s, 8, lane, cy[0], cy[1], cy[2])
-    base_forces(s, 16, lane, cz[0], cz[1], cz[2])
+    f7, e, d = damped_point((x[7], y[7], z[7]), (u[7], v[7], w[7]), r, t, mu, tau, p, lag, e, d)
+    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
+    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
+    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
     return e, d
 
 
@@ -199,16 +193,8 @@ def damped_force(s: Array, r: Array, lag: float) -> None:
     Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
     """
     aligned_frame()
-    for lane in range(LANES):
-        store_bases(s, BASES, lane, base_vectors(s, 0, lane))
-        store_bases(s, BASES + 12, lane, base_vectors(s, 8, lane))
-        store_bases(s, BASES + 24, lane, base_vectors(s, 16, lane))
-    for lane in range(LANES):
-        store_bases(s, RATES, lane, base_vectors(s, VELOCITIES, lane))
-        store_bases(s, RATES + 12, lane, base_vectors(s, VELOCITIES + 8, lane))
-        store_bases(s, RATES + 24, lane, base_vectors(s, VELOCITIES + 16, lane))
-        s[DILATATION * LANES + lane] = 0.0
-        s[DILATATION_RATE * LANES + lane] = 0.0
+    store_all_bases(s, BASES, 0)
+    store_all_bases(s, RATES, VELOCITIES)
     add_dilatations(s, r, 0, 0, 0, 0, lag)
     add_dilatations(s, r, 1, 0, 1, 1, lag)
     add_dilatations(s, r, 2, 1, 1, 3, lag)
@@ -240,10 +226,6 @@ def add_force(
         damped_force(s, r, lag)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
-        energy = 0.0
-        for lane in range(LANES):
-            energy += s[RESULT * LANES + lane]
-        stored[t, 0] += energy
+        stored[t, 0] += lane_sum(0.0, s, RESULT)
         if moving is not None:
-            for lane in range(LANES):
-                stored[t, 2] += s[POWER * LANES + lane]
+            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)

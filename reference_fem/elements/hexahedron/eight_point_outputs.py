@@ -41,8 +41,8 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     for q in range(8):
         values = VALUES[q]
         for lane in range(LANES):
-            x, y, z = point_bases(s, BASES, lane, values)
-            s[RESULT * LANES + lane] = point_det(x, y, z, r, lane + q * POINT_ROWS * LANES)
+            bases, o = point_bases(s, BASES, lane, values), lane + q * POINT_ROWS * LANES
+            s[RESULT * LANES + lane] = point_det(bases, r, o)
         for lane in range(min(LANES, blocks.n_cells - block * LANES)):
             smallest = lower(smallest, s[RESULT * LANES + lane])
     return float(smallest)

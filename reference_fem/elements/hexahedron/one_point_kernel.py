@@ -25,7 +25,7 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined, njit
 from reference_fem.elements.alignment import aligned_frame
-from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored
+from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import Four, Three
 from reference_fem.elements.hexahedron.modes import (
     Modes,
@@ -155,12 +155,10 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
     Where energies are `stored`, rows RESULT and RESULT + 1: of strains and of hourglass modes, J.
     """
     aligned_frame()
-    if stored is None:
-        for lane in range(LANES):
-            lane_force(s, r, lane)
-    else:
-        for lane in range(LANES):
-            s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = lane_force(s, r, lane)
+    for lane in range(LANES):
+        strain, hourglass = lane_force(s, r, lane)
+        if stored is not None:
+            s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = strain, hourglass
 
 
 @compiled
@@ -187,16 +185,6 @@ def gather_both(blocks: Blocks, displacement: Array, block: int, s: Array) -> No
 
 
 @compiled
-def sum_energies(s: Array) -> tuple[float, float]:
-    """Rows RESULT and RESULT + 1, summed over the lanes."""
-    strain, hourglass = 0.0, 0.0
-    for lane in range(LANES):
-        strain += s[RESULT * LANES + lane]
-        hourglass += s[(RESULT + 1) * LANES + lane]
-    return strain, hourglass
-
-
-@compiled
 def add_force(
     blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
     _moving: Moving,
@@ -207,9 +195,8 @@ def add_force(
     block_force(s, blocks.reference[block], stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
-        strain, hourglass = sum_energies(s)
-        stored[t, 0] += strain
-        stored[t, 1] += hourglass
+        stored[t, 0] += lane_sum(0.0, s, RESULT)
+        stored[t, 1] += lane_sum(0.0, s, RESULT + 1)
 
 
 @compiled

@@ -51,17 +51,9 @@ def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Array, o: int) -> T
 
 
 @inlined
-def dilatation(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
-    """Return w tr E at one point, m^3, from the rows of [g_1 g_2 g_3]."""
-    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
-    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
-    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
-    return dilatation_of(fx, fy, fz, r, o)
-
-
-@inlined
-def dilatation_of(fx: Three, fy: Three, fz: Three, r: Array, o: int) -> float:
-    """`dilatation` from the rows of F Q."""
+def dilatation(f: Rows, r: Array, o: int) -> float:
+    """Return w tr E at one point, m^3, from the rows of F Q."""
+    fx, fy, fz = f
     xx = fx[0] * fx[0] + fx[1] * fx[1] + fx[2] * fx[2]
     yy = fy[0] * fy[0] + fy[1] * fy[1] + fy[2] * fy[2]
     zz = fz[0] * fz[0] + fz[1] * fz[1] + fz[2] * fz[2]
@@ -69,8 +61,9 @@ def dilatation_of(fx: Three, fy: Three, fz: Three, r: Array, o: int) -> float:
 
 
 @inlined
-def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
+def green_strain(f: Rows) -> tuple[Three, Three]:
     """2E = C - I in the point's frame, as (11, 22, 33), (12, 23, 13)."""
+    fx, fy, fz = f
     return (
         (
             fx[0] * fx[0] + fy[0] * fy[0] + fz[0] * fz[0] - 1.0,
@@ -86,14 +79,13 @@ def green_strain(fx: Three, fy: Three, fz: Three) -> tuple[Three, Three]:
 
 
 @inlined
-def strain_rate(
-    fx: Three, fy: Three, fz: Three, vx: Three, vy: Three, vz: Three, lag: float
-) -> tuple[Three, Three]:
+def strain_rate(f: Rows, v: Rows, lag: float) -> tuple[Three, Three]:
     """2 dE/dt = F^T F. + F.^T F as `green_strain` gives 2E, of the rows of F. and those of F.
 
     F. is that of `lag` ago, and taken with the F that was there then, F - lag F.: over a step of
     twice the lag the rate is the difference of the strains, which is zero where the body turns.
     """
+    (fx, fy, fz), (vx, vy, vz) = f, v
     gx = (fx[0] - lag * vx[0], fx[1] - lag * vx[1], fx[2] - lag * vx[2])
     gy = (fy[0] - lag * vy[0], fy[1] - lag * vy[1], fy[2] - lag * vy[2])
     gz = (fz[0] - lag * vz[0], fz[1] - lag * vz[1], fz[2] - lag * vz[2])
@@ -122,9 +114,7 @@ def product(d: Three, h: Three) -> float:
 
 
 @inlined
-def stress_force(
-    fx: Three, fy: Three, fz: Three, d: Three, h: Three, r: Array, o: int, wmu: float, wp: float
-) -> Rows:
+def stress_force(f: Rows, d: Three, h: Three, r: Array, o: int, wmu: float, wp: float) -> Rows:
     """Rows x, y, z of w F S J^-T, S = p I + 2 mu E: the forces conjugate to g_1, g_2, g_3.
 
     d, h : 2E as `green_strain` gives it. wmu, wp : w mu and w p, J.
@@ -134,51 +124,45 @@ def stress_force(
     s2 = (s12, wmu * d[1] + wp, s23)
     s3 = (s13, s23, wmu * d[2] + wp)
     return (
-        force_row(fx, s1, s2, s3, r, o),
-        force_row(fy, s1, s2, s3, r, o),
-        force_row(fz, s1, s2, s3, r, o),
+        force_row(f[0], s1, s2, s3, r, o),
+        force_row(f[1], s1, s2, s3, r, o),
+        force_row(f[2], s1, s2, s3, r, o),
     )
 
 
 @inlined
-def point_force(
-    gx: Three, gy: Three, gz: Three, r: Array, o: int, mu: float, pressure: float
-) -> tuple[Rows, float]:
+def point_force(g: Rows, r: Array, o: int, mu: float, pressure: float) -> tuple[Rows, float]:
     """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point; w mu E:E, J.
 
     Inlined where nobody asks for the energy, it is not computed.
     """
-    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
-    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
-    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
-    d, h = green_strain(fx, fy, fz)
+    f = gradient_rows(g, r, o)
+    d, h = green_strain(f)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
-    return stress_force(fx, fy, fz, d, h, r, o, wmu, wp), wmu * product(d, h)
+    return stress_force(f, d, h, r, o, wmu, wp), wmu * product(d, h)
 
 
 @inlined
 def damped_point(
-    gx: Three, gy: Three, gz: Three, hx: Three, hy: Three, hz: Three, r: Array, o: int,
-    mu: float, tau: float, pressure: float, lag: float, energy: float, power: float,
+    bases: Rows, rates: Rows, r: Array, o: int, mu: float, tau: float, pressure: float, lag: float,
+    energy: float, power: float,
 ) -> tuple[Rows, float, float]:  # fmt: skip
-    """`point_force` with damping, h being the rates of g; energy and power with its own added."""
-    f, v = gradient_rows((gx, gy, gz), r, o), gradient_rows((hx, hy, hz), r, o)
-    d, h = green_strain(f[0], f[1], f[2])
-    e, g = strain_rate(f[0], f[1], f[2], v[0], v[1], v[2], lag)
+    """`point_force` with damping, `rates` those of g; energy and power with its own added."""
+    f, v = gradient_rows(bases, r, o), gradient_rows(rates, r, o)
+    d, h = green_strain(f)
+    e, g = strain_rate(f, v, lag)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
     energy += wmu * product(d, h)
     power += 2.0 * tau * wmu * product(e, g)
     d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
     h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
-    return stress_force(f[0], f[1], f[2], d, h, r, o, wmu, wp), energy, power
+    return stress_force(f, d, h, r, o, wmu, wp), energy, power
 
 
 @inlined
-def point_det(gx: Three, gy: Three, gz: Three, r: Array, o: int) -> float:
+def point_det(g: Rows, r: Array, o: int) -> float:
     """Return det F at one point."""
-    fx = gradient_row(gx[0], gx[1], gx[2], r, o)
-    fy = gradient_row(gy[0], gy[1], gy[2], r, o)
-    fz = gradient_row(gz[0], gz[1], gz[2], r, o)
+    fx, fy, fz = gradient_rows(g, r, o)
     return (
         fx[0] * (fy[1] * fz[2] - fy[2] * fz[1])
         + fx[1] * (fy[2] * fz[0] - fy[0] * fz[2])

@@ -19,7 +19,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
-from reference_fem.elements.blocks import LANES, Blocks, Moving, Nodes, Stored
+from reference_fem.elements.blocks import LANES, Blocks, Moving, Nodes, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import LOW, Three
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
@@ -196,12 +196,10 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
 
     Where energies are `stored`, row RESULT of s: those of the elements, J.
     """
-    if stored is None:
-        for lane in range(LANES):
-            lane_force(s, r, lane)
-    else:
-        for lane in range(LANES):
-            s[RESULT * LANES + lane] = lane_force(s, r, lane)
+    for lane in range(LANES):
+        energy = lane_force(s, r, lane)
+        if stored is not None:
+            s[RESULT * LANES + lane] = energy
 
 
 @inlined
@@ -253,13 +251,9 @@ def add_force(
         damped_force(s, blocks.reference[block], lag)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
-        energy = 0.0
-        for lane in range(LANES):
-            energy += s[RESULT * LANES + lane]
-        stored[t, 0] += energy
+        stored[t, 0] += lane_sum(0.0, s, RESULT)
         if moving is not None:
-            for lane in range(LANES):
-                stored[t, 2] += s[POWER * LANES + lane]
+            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
 
 
 @compiled

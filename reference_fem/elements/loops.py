@@ -81,31 +81,17 @@ def share_force(
 
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def internal_force(blocks: Blocks, displacement: Array, n_threads: int, out: Array) -> None:
-    """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads."""
+def internal_force(
+    blocks: Blocks, displacement: Array, n_threads: int, out: Array, stored: Stored = None,
+    moving: Moving = None,
+) -> None:  # fmt: skip
+    """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads.
+
+    What `add_force` adds where they are given: stored (n_threads, 2), or 3 with `moving`.
+    """
     shares = thread_shares(blocks.node_range, n_threads)
     for t in prange(n_threads):
-        share_force(blocks, displacement, shares, t, out, None, None)
-    add_buffers(blocks, shares, out)
-
-
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def audited_force(blocks: Blocks, displacement: Array, out: Array, stored: Array) -> None:
-    """`internal_force` and energies of strains and of hourglass modes, stored (threads, 2), J."""
-    shares = thread_shares(blocks.node_range, len(stored))
-    for t in prange(len(stored)):
-        share_force(blocks, displacement, shares, t, out, stored, None)
-    add_buffers(blocks, shares, out)
-
-
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
-def damped_force(
-    blocks: Blocks, displacement: Array, velocity: Array, lag: float, out: Array, stored: Array
-) -> None:
-    """`audited_force` with damping, and what it dissipates, W: stored (threads, 3)."""
-    shares = thread_shares(blocks.node_range, len(stored))
-    for t in prange(len(stored)):
-        share_force(blocks, displacement, shares, t, out, stored, (velocity, lag))
+        share_force(blocks, displacement, shares, t, out, stored, moving)
     add_buffers(blocks, shares, out)
 
 

@@ -86,7 +86,7 @@ def shortcuts() -> str:
 
     found = {(s.name, s.model): s for s in (*HCM, *SOLID, *SOLID_FULL)}
     rows = [
-        (s.name, s.model, " ".join(f"`{k}`" for k in s.without_it if k not in s.with_it), s.note)
+        (s.name, s.model, " ".join(f"`{key}`" for key in s.switched_off_by), s.note)
         for s in found.values()
     ]
     return table(("shortcut", "model", "without it", "note"), rows)

@@ -18,6 +18,7 @@ from validation.converge.refinements import (
 )
 from validation.converge.verdicts import (
     PRESET,
+    STUDIED,
     RefinedRuns,
     judged,
     level_rows,
@@ -28,12 +29,13 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
-from validation.harness.files import output_folder, safe_name
+from validation.harness.files import output_folder, safe_name, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
 from validation.models.adapter import Progress
+from validation.models.inputs import scene_inputs
 from validation.models.solid_mesh import size_scale
 
 
@@ -96,7 +98,8 @@ def run_converge(
     quick
         Coarser levels: two minutes instead of a half hour, and a wider error bar.
     out
-        Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png.
+        Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png,
+        scene.json.
     """
     output_folder(out / "converge")
     with progress_bar("converge") as progress:
@@ -116,6 +119,7 @@ def run_converge(
                 failures.append(f"preset converged: {error}")
     title = f"{runs.scene.name} finger, {model}"
     verdicts = judged(results)
+    write_json(folder / STUDIED, scene_inputs(runs.scene.tables, model))
     write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
     of_preset = [] if preset is None else preset_rows(preset, verdicts)
     rows = [*verdict_rows(verdicts), *of_preset]

@@ -1,5 +1,6 @@
 """What a convergence study says: orders, limits, uncertainties, and what the preset is off by."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +10,11 @@ from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
+from validation.models.inputs import scene_inputs
+from validation.scenes.scene import Scene
 
 PRESET = "preset"
+STUDIED = "scene.json"  # what the study's scene is, beside its tables
 Verdicts = Mapping[tuple[str, Quantity], Convergence]  # by name of the refinement, and quantity
 
 
@@ -100,12 +104,18 @@ def preset_rows(preset: Values, verdicts: Verdicts) -> list[dict[str, Any]]:
     return rows
 
 
-def preset_uncertainties(path: Path) -> dict[str, float]:
+def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
     """Relative uncertainties of the preset `converged` by key, from a study's ``convergence.csv``.
 
-    Empty where there is no such file, or it is no study's.
+    Empty where there is no such file, or it is no study's, or that of another scene.
     """
-    if not path.is_file():
+    path, studied = folder / "convergence.csv", folder / STUDIED
+    if not (path.is_file() and studied.is_file()):
+        return {}
+    try:
+        if json.loads(studied.read_bytes()) != scene_inputs(tables, "fem3d"):
+            return {}
+    except ValueError:
         return {}
     import pandas as pd
 

@@ -62,7 +62,11 @@ def surface(mesh: Any, cut: bool) -> Any:
     """
     import pyvista as pv
 
-    if np.ptp(mesh.points[:, 2]) > 0:
+    low, high = mesh.bounds[4:]
+    if low < -0.5 * high:  # the whole body
+        behind = mesh.cell_centers().points[:, 2] < 0.0
+        mesh = mesh.extract_cells(np.flatnonzero(behind)) if cut else mesh
+    elif high > low:
         far_half = mesh.reflect((0, 0, 1), point=(0, 0, 0))
         mesh = far_half if cut else pv.merge([mesh, far_half], merge_points=False)
     return mesh.extract_surface(algorithm="dataset_surface")

@@ -10,6 +10,7 @@ from validation.models import default_accuracy, without_estimate
 from validation.models.variants import every
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
+from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import NO_ACCURACY
 
 DEFAULT = ("fem3d", "contact")  # the reference by default: the first screen's
@@ -23,7 +24,12 @@ ALONE = (REDUCED, DEFAULT, REFERENCE, FAST, PLANE)  # first in their process: it
 MESHES = {f"N={n}": f"N = {n}" for n in (60, 30, 15)}  # variants of hcm, the paper's fig. 7
 SHAFT_SHARE = 1 / 6  # radius over the smallest diameter; the paper draws holes, without a size
 PENALTY = "solver.fem.penalty_factor"
+NO_FEM_ACCURACY = f"solver.fem.accuracy={NO_ACCURACY}"  # beside a preset, which decides it
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
+VARIED = (  # of the solid, by the paper's comparison
+    *("mesh", "preset", "contact", "penalty_factor", "shaft_radius"),
+    *("section_size", "axial_size", "tip_size"),
+)
 
 
 @dataclass(frozen=True)
@@ -48,16 +54,16 @@ class Plan:
         """What was done to the data, and what is left out, in lines."""
         noted = [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
         return noted + [
-            f"{scene}: the paper's comparison, over several meshes, is left out beside a mesh file"
-            for scene in self.on_mesh_files
+            f"{scene}: the paper's comparison, over several meshes, is left out beside {key}"
+            for scene, key in self.decided.items()
         ]
 
     @cached_property
-    def on_mesh_files(self) -> tuple[str, ...]:
-        """Scenes that state a mesh file, which no preset, no hole and no other model can change."""
-        scenes = self.scenes.items()
-        stated = [name for name, s in scenes if load_scene(s).tables.solver.fem.mesh is not None]
-        return tuple(stated if self._asked_in_full else ())
+    def decided(self) -> Mapping[str, str]:
+        """Scenes that decide what the paper's comparison varies, and the key by which they do."""
+        asked = self.scenes.items() if self._asked_in_full else ()
+        keys = ((name, decisive_keys(load_scene(source).tables)) for name, source in asked)
+        return {name: found[0] for name, found in keys if found}
 
     @property
     def _asked_in_full(self) -> bool:
@@ -66,10 +72,22 @@ class Plan:
     @property
     def in_full(self) -> bool:
         """Whether the paper's comparison is made: its ladder, meshes, penalties and holes."""
-        return self._asked_in_full and not self.on_mesh_files
+        return self._asked_in_full and not self.decided
 
 
 PAPER = Plan()
+
+
+def decisive_keys(tables: Scene) -> list[str]:
+    """The keys that a scene states of meshes, contact laws, holes and assumptions: what the paper's
+    comparison varies itself, and names its runs by.
+    """
+    import hcm
+
+    stated = tables.solver.hcm.stated(hcm.Assumptions)
+    beams = list(stated) if hcm.Assumptions(**stated).any else []
+    solid = [key for key in VARIED if key in tables.solver.fem.model_fields_set]
+    return [f"solver.fem.{key}" for key in solid] + [f"solver.hcm.{key}" for key in beams]
 
 
 def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
@@ -116,8 +134,10 @@ def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     """
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")
     own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
-    fixed, plain = (f"solver.{table}.accuracy={NO_ACCURACY}" for table in ("hcm", "fem"))
-    preset, fast = ((plain, f"solver.fem.preset={name}") for name in (REFERENCE[1], FAST[1]))
+    fixed = f"solver.hcm.accuracy={NO_ACCURACY}"
+    preset, fast = (
+        (NO_FEM_ACCURACY, f"solver.fem.preset={name}") for name in (REFERENCE[1], FAST[1])
+    )
     tables = load_scene(scene).tables
     radius = SHAFT_SHARE * tables.smallest_diameter
     holes = f"solver.fem.shaft_radius={radius:g}"
@@ -205,8 +225,15 @@ class Runs:
 
     def measured(self) -> list[RunRecord]:
         """The runs that had a process to themselves when their memory was read."""
-        own = (*((model, "") for model in self.plan.models), *ALONE)
-        return [run for run in self.records if (run.model, run.variant) in own]
+        first = {(run.scene, run.model): run for run in reversed(self.records)}
+        of = (*self.plan.models, self.plan.reference)
+        own = [first.get((scene, model)) for scene in self.scenes for model in of]
+        alone = ALONE if self.plan.in_full else ()
+        return [
+            run
+            for run in self.records
+            if (run.model, run.variant) in alone or any(run is one for one in own)
+        ]
 
     def failures(self) -> list[RunRecord]:
         """The runs that did not complete; but for those that only say what matters."""

@@ -141,16 +141,30 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
     assert [len(group) for group in refined] == [1, 1, 11 + 10]  # step by step, and each left out
 
 
-def test_a_mesh_file_stands_alone(tmp_path: Path) -> None:
-    """No preset, hole or plane model can have its mesh: their runs would fail, or be its own."""
-    path = replaced_scene(tmp_path / "mine.toml", "solver.fem.mesh=mine.vtu")
+@pytest.mark.parametrize(
+    "stated",
+    [
+        "solver.fem.mesh=mine.vtu",
+        "solver.fem.preset=fast",
+        "solver.fem.contact=impulse",
+        "solver.fem.shaft_radius=2e-3",
+        "solver.fem.tip_size=1e-3",
+        "solver.hcm.assumptions=refined",
+        "solver.hcm.shear=true",
+    ],
+)
+def test_what_the_papers_comparison_varies_stands_alone(stated: str, tmp_path: Path) -> None:
+    """Its runs on other presets, holes and laws would fail, or be the scene's own by other names;
+    a ladder's spring is none of a refined tip's."""
+    path = replaced_scene(tmp_path / "mine.toml", stated)
     plan = plan_of((str(path),), "hcm", "fem3d", "")
     assert [(job.model, job.variant) for group in work(plan) for job in group] == [
         ("hcm", None),
         ("fem3d", None),
     ]
     assert plan.notes == [
-        "mine: the paper's comparison, over several meshes, is left out beside a mesh file"
+        "mine: the paper's comparison, over several meshes, is left out beside "
+        + stated.partition("=")[0]
     ]
     assert plan_of((str(path),), "hcm", "hcm-refined", "").notes == []
 

@@ -10,8 +10,10 @@ from tests.validation.commands import Make, Patch
 from tests.validation.validate.test_page import cause_of
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError
+from validation.harness.files import write_json
 from validation.harness.record import RunRecord
 from validation.models.impact import impact_of
+from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
 from validation.validate.ladder import run_tables
@@ -119,15 +121,21 @@ def test_uncertainty_is_the_index_or_the_spread(make_record: Make) -> None:
 
 
 def test_study_of_convergence_is_read_where_it_exists(tmp_path: Path) -> None:
-    path = tmp_path / "convergence.csv"
-    assert preset_uncertainties(path) == {}
+    path, tables = tmp_path / "convergence.csv", load_scene("soft").tables
+    assert preset_uncertainties(tmp_path, tables) == {}
+    write_json(tmp_path / "scene.json", scene_inputs(tables, "fem3d"))
     path.write_text("something,else\n1,2\n")
-    assert preset_uncertainties(path) == {}
+    assert preset_uncertainties(tmp_path, tables) == {}
     path.write_text(
         "refinement,quantity,uncertainty_percent\npreset,peak_normal_force_N,1.5\n"
         "penalty,peak_normal_force_N,5\npreset,contact_duration_s,\npreset,nonsense,0.3\n"
     )
-    assert preset_uncertainties(path) == {"peak_normal_force_N": pytest.approx(0.015)}
+    known = {"peak_normal_force_N": pytest.approx(0.015)}
+    assert preset_uncertainties(tmp_path, tables) == known
+    smooth = load_scene("soft", ["surface.friction=0"]).tables
+    assert preset_uncertainties(tmp_path, smooth) == {}  # the study was of another scene
+    (tmp_path / "scene.json").write_text("{")
+    assert preset_uncertainties(tmp_path, tables) == {}
 
 
 def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:

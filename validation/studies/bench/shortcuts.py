@@ -46,6 +46,12 @@ class Shortcut:
     without_it: tuple[str, ...]
     note: str = ""
 
+    @property
+    def switched_off_by(self) -> list[str]:
+        """The keys that are stated without it alone; or, after "no", with it alone."""
+        own = [key for key in self.without_it if key not in self.with_it]
+        return own or [f"no {key}" for key in self.with_it if key not in self.without_it]
+
 
 # hcm's settings that the ledger is measured with: error control, the cheapest mesh and a fine one.
 CHEAP, FINE = (hcm_setting("tap", "", elements, BASE).overrides() for elements in (5, 20))
@@ -180,7 +186,7 @@ def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
         with_it, without = shortest_in_turns(runs, budget_s)
     read = (HCM_SOLVER if shortcut.model == "hcm" else REFERENCE_SOLVER).read
     found, exact = read(with_it.result).tap, read(without.result).tap
-    switch = ", ".join(shortcut.without_it[:1] if shortcut.note else shortcut.without_it)
+    switch = ", ".join(shortcut.switched_off_by)
     return Entry(
         shortcut.name, shortcut.model, switch, with_it.wall_time_s, without.wall_time_s,
         tap_errors(found, exact) if found and exact else None, shortcut.note,

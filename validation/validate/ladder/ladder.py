@@ -60,7 +60,7 @@ def compute_ladder(
             ladder.rows.extend(structure_rung(scene, impact, full, runs))
             tip = runs.identify(scene, MESHES if full else MESHES[:1])
             ladder.identified.append(tip)
-            stored = preset_uncertainties(studies / f"{scene.name}-fem3d" / "convergence.csv")
+            stored = preset_uncertainties(studies / f"{scene.name}-fem3d", scene.tables)
             compared, reference, own, predicted = contact_rung(
                 source, scene, impact, tip, stored, full, runs
             )
@@ -70,6 +70,6 @@ def compute_ladder(
             ladder.causes.extend(causes(scene, impact, tip, reference, runs))
             if full and source == EXPLICIT_FLIGHT:
                 ladder.checks.append(explicit_flight(source, runs))
-        except (UserError, RunFailedError) as error:
+        except (UserError, RunFailedError, ValueError) as error:  # the last: a solid's refusal
             ladder.failures.append(f"{scene_name(source)}: {error}")
     return ladder

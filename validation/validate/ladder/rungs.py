@@ -20,7 +20,7 @@ from validation.validate.ladder.runs import (
     scene_contact,
 )
 from validation.validate.ladder.stored_runs import LadderRuns
-from validation.validate.plan import REDUCED, REFERENCE, Runs
+from validation.validate.plan import NO_FEM_ACCURACY, REDUCED, REFERENCE, Runs
 
 # Edges of section and axis over the diameter, coarse to fine: 15 mm gives 2.25, 1.5, 1.2 mm.
 STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))
@@ -139,12 +139,12 @@ def causes(
 
 def mesh_keys(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str], str]:
     """The scene's keys of a mesh, and its name."""
-    preset = "solver.fem.preset=converged"
+    preset = ["solver.fem.preset=converged", NO_FEM_ACCURACY]
     if mesh is None:
-        return [preset], "preset converged"
+        return preset, "preset converged"
     tip, growth, section, axial = mesh
     keys = [
-        preset,
+        *preset,
         f"solver.fem.tip_size={tip * diameter}",
         f"solver.fem.growth={growth}",
         f"solver.fem.section_size={section * diameter}",

@@ -11,7 +11,7 @@
 from reference_fem.accuracy import COARSEST, HELD, ONE_POINT, SMALLEST, sizes_for
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
-from reference_fem.flight_error import rigid_flight_error
+from reference_fem.flight_error import RodFlight, rod_flight
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
 from reference_fem.rigid_flight import impact_state
@@ -32,6 +32,7 @@ __all__ = [
     "Material",
     "Restart",
     "RestartError",
+    "RodFlight",
     "Settings",
     "Snapshot",
     "Status",
@@ -42,7 +43,7 @@ __all__ = [
     "Touch",
     "impact_state",
     "predicted_touch",
-    "rigid_flight_error",
+    "rod_flight",
     "simulate",
     "sizes_for",
 ]

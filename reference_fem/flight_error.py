@@ -140,7 +140,16 @@ def unseen(
     return Unseen(late, np.abs(changed) + left.speed, left.speed, left.settling)
 
 
-def rigid_flight_error(
+class RodFlight(NamedTuple):
+    """What a rigid flight leaves out of the impulse, relative, inf where that is not known; and how
+    long it takes, s. 0 where it does not touch.
+    """
+
+    left_out: float
+    lasts_s: float
+
+
+def rod_flight(
     geometry: meshes.FingerGeometry,
     materials: Sequence[Material],
     surface: Surface,
@@ -148,9 +157,8 @@ def rigid_flight_error(
     settings: Settings,
     start: ChainState | None = None,
     dim: int = 3,
-) -> float:
-    """What a rigid flight leaves out of the impulse, relative, by the true body's; inf where that
-    is not known, 0 where it does not touch.
+) -> RodFlight:
+    """The true body's, before anything is solved.
 
     Parameters
     ----------
@@ -167,8 +175,9 @@ def rigid_flight_error(
     gap = true_gap(geometry, surface.height)
     flown = descent(chain, gap, first, settings)
     if flown is None:
-        return 0.0
+        return RodFlight(0.0, 0.0)
     pole = np.array([[geometry.hinges[-1] - geometry.lengths[-1], 0.0]])
     flight = Flight(chain, gap, pole, flown)
     fall = max(abs(float(flight.pole_velocity(flight.touch)[1])), 1e-300)
-    return unseen(flight, "rigid", drive, geometry, materials, fall).share(IMPULSE, fall)
+    left = unseen(flight, "rigid", drive, geometry, materials, fall).share(IMPULSE, fall)
+    return RodFlight(left, flown.touch_s - first.time_s)

@@ -186,17 +186,18 @@ def test_what_a_rigid_flight_leaves_out_is_known_before(
     _, of = flown(material, drive, sizing=meshes.Sizing(3e-3, 5e-3, 3e-3))
     fall = abs(of.pole_velocity(of.touch)[1])
     stated = unseen(of, "rigid", drive, FINGER, three, fall).share("normal_impulse_N_s", fall)
-    told = rf.rigid_flight_error(FINGER, three, SURFACE, drive, rf.Settings())
+    told, lasts = rf.rod_flight(FINGER, three, SURFACE, drive, rf.Settings())
     assert told == pytest.approx(stated, rel=0.01)
+    assert lasts == pytest.approx(of.touch.time_s, rel=1e-3)
 
 
 def test_where_a_rigid_flight_leads_elsewhere_or_nowhere() -> None:
     three = (SOFT,) * 3
-    assert rf.rigid_flight_error(FINGER, three, SURFACE, WHIRL, rf.Settings()) == math.inf
+    assert rf.rod_flight(FINGER, three, SURFACE, WHIRL, rf.Settings()).left_out == math.inf
     far, still = rf.Surface(1.0, 0.0), rf.Settings()
-    assert rf.rigid_flight_error(FINGER, three, far, rf.Drive(), still) == 0.0
+    assert rf.rod_flight(FINGER, three, far, rf.Drive(), still) == (0.0, 0.0)
     with pytest.raises(ValueError, match="2 given for 3 phalanges"):
-        rf.rigid_flight_error(FINGER, three[:2], SURFACE, rf.Drive(), still)
+        rf.rod_flight(FINGER, three[:2], SURFACE, rf.Drive(), still)
 
 
 def test_a_tap_of_which_nothing_is_known_asks_for_no_finer_mesh(

@@ -6,6 +6,7 @@ Stated errors bound 9 of 10 true ones (of 336 random taps: 93 % of the stated on
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from validation.errors import UserError
@@ -13,7 +14,7 @@ from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome, shown
 from validation.models.solid_inputs import Dimension
-from validation.models.solid_mesh import rigid_flight_error, sizes_of
+from validation.models.solid_mesh import coarse_flight_s, rod_flight, sizes_of
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 
@@ -27,6 +28,8 @@ FIRST = 0.7
 LEAST, MOST, SOLVES = 1.5, 3.0, 3
 # Of what is wanted, what must be left to the mesh; a rigid flight that takes more is none.
 ROOM = 0.5
+# What a flight that nobody asked for may take, by the count of its element updates
+LONGEST_FLIGHT_S = 60.0
 COARSE = "a rigid one leaves out {:.2g} of the tap"
 FINER = "on a finer mesh the run ends as {}"
 
@@ -37,7 +40,7 @@ def solved_within(
     """A scene's run, again on finer meshes while they may lessen an error beyond what is asked for.
 
     It has a coarse flight where a rigid one would leave out too much and none is stated, unless
-    that is refused for its length; on a mesh that is read, or without estimates, it is solved once.
+    that takes long; on a mesh that is read, or without estimates, it is solved once.
 
     Each is compared with the one before, whose time is its too. A further mesh that is refused, or
     a run on it that does not complete, ends the search, and the finest that did is kept: where it
@@ -51,11 +54,14 @@ def solved_within(
         return solve(scene)
     try:  # as it is stated, before a share of it is asked for
         sizes_of(scene.tables)
-        stated = "flight" in fem.model_fields_set
-        left_out = 0.0 if stated else rigid_flight_error(scene.tables, dimension)
+        left_out, flight = 0.0, list[str]()
+        if "flight" not in fem.model_fields_set:
+            left_out, lasts_s = rod_flight(scene.tables, dimension)
+            takes_s = partial(coarse_flight_s, scene.tables, dimension, lasts_s)
+            if left_out > ROOM * wanted and takes_s() < LONGEST_FLIGHT_S:
+                flight = ["solver.fem.flight=coarse"]
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
-    flight = ["solver.fem.flight=coarse"] if left_out > ROOM * wanted else []
     once = fem.estimate is False or fem.mesh is not None
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs, targets, finer = FIRST * wanted, list[Outcome](), list[float](), ""

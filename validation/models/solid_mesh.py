@@ -86,12 +86,15 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
 
 
 def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
-    """The mesh of a coarse flight: even edges; None where it does not fly on one."""
+    """The mesh of a coarse flight; None where it does not fly on one."""
+    return _flight_mesh(tables, dimension) if tables.solver.fem.flight == "coarse" else None
+
+
+def _flight_mesh(tables: Scene, dimension: Dimension) -> Any:
+    """Even edges."""
     import meshes
 
     fem, diameter = tables.solver.fem, tables.smallest_diameter
-    if fem.flight != "coarse":
-        return None
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
     axial = min(edge, *tables.per_phalanx(tables.finger.length))
     return _mesh(tables, dimension, meshes.Sizing(min(edge, diameter), axial, min(edge, diameter)))
@@ -198,13 +201,22 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     return reference_fem.predicted_touch(mesh, *inputs(tables)[:3], state)
 
 
-def rigid_flight_error(tables: Scene, dimension: Dimension) -> float:
-    """What a rigid flight leaves out of the impulse, relative; inf where that is not known."""
+def rod_flight(tables: Scene, dimension: Dimension) -> Any:
+    """The `reference_fem.RodFlight`, before anything is solved."""
     import reference_fem
 
-    return reference_fem.rigid_flight_error(
-        finger_geometry(tables), *inputs(tables), start_of(tables), dimension
-    )
+    given = finger_geometry(tables), *inputs(tables)
+    return reference_fem.rod_flight(*given, start_of(tables), dimension)
+
+
+def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> float:
+    """About what elements would take for a flight that lasts so long, s."""
+    from reference_fem.model import build_model
+    from reference_fem.workload import UPDATES_PER_S
+
+    mesh = _flight_mesh(tables, dimension)
+    step = build_model(mesh, *inputs(tables)).step_s
+    return lasts_s / step * len(mesh.cells) / UPDATES_PER_S
 
 
 def impact_state(tables: Scene, dimension: Dimension) -> Any:

@@ -215,7 +215,7 @@ def test_what_a_rigid_flight_leaves_out_has_the_elements_fly(
 ) -> None:
     """From half of what is wanted on, unless the scene states its flight; a run that is solved
     once, as it has no errors or a mesh of its own, is no other."""
-    monkeypatch.setattr(solid_accuracy, "rigid_flight_error", lambda *_: left_out)
+    monkeypatch.setattr(solid_accuracy, "rod_flight", lambda *_: (left_out, 0.1))
     seen: list[tuple[str, float]] = []
 
     def solver(scene: NamedScene) -> Outcome:
@@ -235,11 +235,13 @@ def test_what_a_rigid_flight_leaves_out_has_the_elements_fly(
 
 
 @pytest.mark.parametrize("stated", ["", "solver.fem.estimate=false"])
+@pytest.mark.parametrize(("lasts_s", "flights"), [(0.1, ["coarse", "rigid"]), (1e3, ["rigid"])])
 def test_a_flight_that_is_too_long_for_elements_is_the_rods(
-    stated: str, monkeypatch: pytest.MonkeyPatch
+    lasts_s: float, flights: list[str], stated: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nobody asked for it: the run has what it leaves out in its errors."""
-    monkeypatch.setattr(solid_accuracy, "rigid_flight_error", lambda *_: 0.1)
+    """Refused, or of more than a minute. Nobody asked for it: the run has what it leaves out in its
+    errors."""
+    monkeypatch.setattr(solid_accuracy, "rod_flight", lambda *_: (0.1, lasts_s))
     seen: list[str] = []
 
     def solver(scene: NamedScene) -> Outcome:
@@ -250,7 +252,7 @@ def test_a_flight_that_is_too_long_for_elements_is_the_rods(
 
     overrides = ["solver.accuracy=0.01", *filter(None, [stated])]
     record = solved_within(solver, load_scene("soft", overrides), 3).record
-    assert seen == ["coarse", "rigid"]
+    assert seen == flights
     assert record.message.startswith("expects a relative error of 0.15")
 
 

@@ -171,7 +171,7 @@ class Drive:
     reaction: bool = False
     """Whether each torque w > 1 reacts on the previous phalanx's last node (a motor in the hinge).
     The paper's eq. 14 has no reaction."""
-    incline: Annotated[float, Bound("rad")] = 0.0
+    incline: Annotated[float, Bound("rad", at_least=-math.pi / 2, at_most=math.pi / 2)] = 0.0
     """Angle by which the surface rises towards +X."""
     table: TorqueTable | None = None
     """Torques over time, in the place of `torques`."""

@@ -123,7 +123,7 @@ class Drive:
     reaction: bool = False
     """Whether t_w, w > 1, reacts on the last face of phalanx w - 1, as a motor in the hinge does;
     the paper's eq. 14 has no reaction."""
-    incline: Annotated[float, Bound("rad")] = 0.0
+    incline: Annotated[float, Bound("rad", at_least=-math.pi / 2, at_most=math.pi / 2)] = 0.0
     """Angle by which the surface rises towards +X."""
     table: TorqueTable | None = None
     """Torques over time, in the place of `torques`."""

@@ -58,6 +58,7 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (hcm.Settings(), "max_steps", 10**400, COUNT),
     (hcm.Settings(), "end_time", -1.0, "a finite number in s, > 0"),
     (hcm.Settings(), "estimate", "no", "False or True"),
+    (hcm.Drive(), "incline", 20, "a finite number in rad, >= -1.5708 and <= 1.5708"),
     (hcm.Drive(), "reaction", "no", "False or True"),
     (hcm.Drive(), "reaction", 1.0, "False or True"),
     (hcm.Settings(), "flight", np.array([1, 2]), "'elastic' or 'rigid'"),

@@ -19,6 +19,11 @@ GIVEN: dict[str, Any] = {
 }
 
 
+def test_an_incline_in_degrees_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^incline = 20: must be .* rad"):
+        rf.Drive(incline=20)
+
+
 @pytest.mark.parametrize(
     ("name", "value", "allowed"),
     [

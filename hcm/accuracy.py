@@ -31,7 +31,8 @@ from hcm.model import Scene
 from hcm.other_ends import held_touches, with_other_ends
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
-from hcm.simulate import Progress, simulate
+from hcm.simulate import simulate
+from hcm.stepping import Progress
 
 COMPANION, SAFETY = 3.0, 1.5
 # of an accuracy, and at most: a tap that ends by less may not end. At 1e-2 one left at 0.024 of its

@@ -15,7 +15,7 @@ import pytest
 import xarray
 
 import hcm
-from hcm import batch, loop
+from hcm import batch, loop, stepping
 from tests.hcm.cases import SOFT, SOFT_TIP
 
 ROOT = Path(__file__).parents[2]
@@ -139,7 +139,7 @@ def test_scenes_are_asked_for_as_they_are_needed() -> None:
 def test_what_runs_ends_when_nobody_waits_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of 20,000 calls of the loop is left between two of them."""
     calls = multiprocessing.get_context("fork").Value("l")
-    monkeypatch.setattr(sys.modules["hcm.simulate"], "TABLE_ROWS", 50)
+    monkeypatch.setattr(stepping, "TABLE_ROWS", 50)
     # falling upwards it swings above the surface for ever
     endless = replace(
         CHEAP, end_time=100.0, max_flight_time=1e5, max_steps=10**6, flight_tolerance=0.0

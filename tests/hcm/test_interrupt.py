@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm import stepping
 from hcm.record import next_segment
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
@@ -18,8 +19,7 @@ VISIT = 3
 
 def tapped(interrupted: Line | None, lines: Counter[Line]) -> hcm.TapResult:
     """A tap, interrupted at a line's third visit; `lines` counts those of the loop's Python."""
-    loop = sys.modules["hcm.simulate"]._take_steps
-    codes = {loop.__code__, next_segment.__code__}
+    codes = {stepping.take_steps.__code__, next_segment.__code__}
 
     def trace(frame: FrameType, event: str, _: Any) -> Any:
         if frame.f_code not in codes:
@@ -39,7 +39,7 @@ def tapped(interrupted: Line | None, lines: Counter[Line]) -> hcm.TapResult:
 
 
 def test_an_interrupt_at_any_line_keeps_whole_segments(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["hcm.simulate"], "TABLE_ROWS", 40)
+    monkeypatch.setattr(stepping, "TABLE_ROWS", 40)
     lines: Counter[Line] = Counter()
     whole = tapped(None, lines)
     assert whole.status is hcm.Status.COMPLETED

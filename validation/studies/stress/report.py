@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hcm.simulate import LARGEST_RESIDUAL
+from hcm.stepping import LARGEST_RESIDUAL
 from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance

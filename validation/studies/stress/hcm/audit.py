@@ -17,7 +17,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from hcm import Finger, Posture, Scene, Status, TapResult
 from hcm.arrays import Floats
-from hcm.simulate import LARGEST_RESIDUAL
+from hcm.stepping import LARGEST_RESIDUAL
 from validation.studies.stress.stability_map import LARGEST_ERROR
 
 EPS = float(np.finfo(float).eps)

@@ -15,10 +15,12 @@ from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 
+from hcm.bounds import ParameterError
 from hcm.chosen import Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy
 from hcm.estimate import (
     LARGEST_ERROR,
+    REPEATED,
     WHOLE,
     caution,
     compare,
@@ -59,14 +61,23 @@ def simulate_within(
     A run whose energy audit does not close once it has touched is solved once more, for an accuracy
     that is 9 times smaller. Where errors are estimated, so is one that is expected to have a larger
     one, or whose tap may end by chance, for one that is 3 to 9 times smaller; the time is that of
-    both. Where the second asks for more steps than are allowed the first is kept.
+    both. Where the second asks for more steps or memory than is allowed the first is kept.
     """
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
     first: tuple[TapResult, float, bool, Chosen] | None = None
+    expected: float | None = None
+    chance = False
     chosen = settings_for(accuracy, scene, stated)
     while True:
         spent += time.perf_counter() - began
-        result = _solve(chosen, progress)
+        try:
+            result = _solve(chosen, progress)
+        except ParameterError as refusal:  # of a finer run, for its size
+            if first is None:
+                raise
+            (result, expected, chance, chosen), again = first, ""
+            result = replace(result, cautions=(*result.cautions, f"no finer run: {refusal}"))
+            break
         spent += result.statistics.wall_time_s
         expected, chance = None, False
         touched = result.summary.contact_time_s is not None
@@ -84,7 +95,7 @@ def simulate_within(
             break
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
-        coarser = _coarser(chosen, tap_peaks(result).size)
+        coarser = _coarser(chosen, result)
         coarse = simulate(**coarser.arguments(), progress=progress)
         if coarse.status is Status.INTERRUPTED:
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
@@ -94,7 +105,8 @@ def simulate_within(
             result, result.errors, partial(_of_touches, result, progress)
         )
         if ended is Status.INTERRUPTED:
-            result = replace(result, status=ended, message="interrupted while it was repeated")
+            message = f"{ended.value}{REPEATED}"
+            result = replace(result, status=ended, message=message, errors={})
             break
         if doubts:
             result = replace(result, errors=errors, cautions=(*result.cautions, *doubts))
@@ -133,8 +145,11 @@ def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> Ta
     return simulate(**held_touches(run, until_s), progress=progress)
 
 
-def _coarser(chosen: Chosen, taps: int) -> Scene:
-    """Wrong by COMPANION times as much, but for single elements; few steps in flight stay."""
+def _coarser(chosen: Chosen, own: TapResult) -> Scene:
+    """Wrong by COMPANION times as much, but for single elements; few steps in flight stay.
+
+    own : the run, whose flight an end time may have let last longer than allowed without.
+    """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept = 1.0, settings.flight_elements, 1
     if chosen.followed:
@@ -152,7 +167,8 @@ def _coarser(chosen: Chosen, taps: int) -> Scene:
         flight_step=min(longer * settings.flight_step, 1.0),
         flight_tolerance=min(COMPANION * settings.flight_tolerance, 1.0),
         contact_step=min(math.sqrt(COMPANION) * settings.contact_step, 1.0),
-        taps=max(taps, 1),
+        taps=max(tap_peaks(own).size, 1),
+        max_flight_time=max(settings.max_flight_time, 2.0 * float(own.history.time_s[-1])),
         end_time=None,
         frame_times=(),
         estimate=False,

@@ -62,6 +62,7 @@ DECISIVE = (
     "normal_impulse_N_s",
 )
 """Those that make a run unrepeatable where a tighter one changes them."""
+REPEATED = " while it was repeated"
 WHOLE = (Status.COMPLETED, Status.UNRESOLVED)
 """Statuses of a companion whose first tap is whole: its steps are longer than a run's may be."""
 FROM_SPEED = (
@@ -274,7 +275,7 @@ def estimate_errors(
         if other.status in (*WHOLE, Status.INTERRUPTED):
             break
     if other.status is Status.INTERRUPTED:
-        return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
+        return Estimate({}, (), Status.INTERRUPTED, REPEATED)
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
     how = {"rods": settings.flight == "rigid", "located": settings.contact_integrator == GAUSS}
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
@@ -285,7 +286,7 @@ def estimate_errors(
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:
-            return Estimate({}, (), Status.INTERRUPTED, " while it was repeated")
+            return Estimate({}, (), Status.INTERRUPTED, REPEATED)
         changes = relative_errors(own.summary, compare(own, tight, **how))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > LARGEST_ERROR:

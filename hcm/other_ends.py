@@ -6,12 +6,14 @@ The scene is solved once more with the touches of the other end (`Settings.tap_u
 its numbers differ is an error.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from hcm.estimate import FROM_SPEED
+from hcm.estimate import FROM_SPEED, WHOLE
 from hcm.result import OtherEnd, Status, TapResult
+from hcm.workload import most_steps
 
 NEAR, TIMES = 1e-4, 4.0
 # Ends that are looked at, the nearest first.
@@ -21,6 +23,10 @@ OPEN = (
     "it is open whether the first tap is over after {:.4g} us or after {:.4g} us, by a rule that"
     " parts touches and that was near to either: hold its touches (solver.hcm.tap_until), or"
     " compare forces"
+)
+UNKNOWN = (
+    "it is open whether the first tap is over after {:.4g} us or has the touches of {:.4g} us, of"
+    " which a run ended as {}: hold its touches (solver.hcm.tap_until)"
 )
 Errors = Mapping[str, float | tuple[float, float]]
 
@@ -37,8 +43,8 @@ def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
 def with_other_ends(
     result: TapResult, errors: Errors, again: Callable[[float], TapResult]
 ) -> tuple[dict[str, float | tuple[float, float]], tuple[str, ...], Status]:
-    """Errors that hold for its open ends too, a caution of each, and INTERRUPTED if that is how
-    one of them went.
+    """Errors that hold for its open ends too, inf where such a run is not whole, and a caution of
+    each; none of either, and INTERRUPTED, if that is how one of them went.
 
     again : solves the scene with `Settings.tap_until`, s
     """
@@ -46,22 +52,33 @@ def with_other_ends(
     for end in open_ends(result, errors):
         other = again(end.until_s)
         if other.status is Status.INTERRUPTED:
-            return found, tuple(doubts), other.status
+            return {}, (), other.status
         for name in NUMBERS:
             own, its = getattr(result.summary, name), getattr(other.summary, name)
-            apart = abs(own - its) if its is not None else abs(own)
+            apart = abs(own - its) if other.status in WHOLE and its is not None else math.inf
             error = found[name]
             assert isinstance(error, float)
             found[name] = max(error, apart)
-        times = [s.contact_duration_s for s in (result.summary, other.summary)]
-        doubts.append(OPEN.format(*(1e6 * (time or 0.0) for time in times)))
+        ends = [1e6 * (s.contact_duration_s or 0.0) for s in (result.summary, other.summary)]
+        text = OPEN.format(*ends)
+        if other.status not in WHOLE:
+            text = UNKNOWN.format(ends[0], 1e6 * end.until_s, other.status.value)
+        doubts.append(text)
     return found, tuple(doubts), Status.COMPLETED
 
 
 def held_touches(result: TapResult, until_s: float) -> dict[str, Any]:
     """What `hcm.simulate` was given for a run, for its first tap alone, of these touches."""
-    given = dict(result.given)
+    given, settings = dict(result.given), result.given["settings"]
     given["settings"] = replace(
-        given["settings"], tap_until=until_s, taps=1, estimate=False, end_time=None, frame_times=()
+        settings,
+        tap_until=until_s,
+        taps=1,
+        estimate=False,
+        end_time=None,
+        frame_times=(),
+        # an end time lifts the one limit, and another end may take more than the run had
+        max_flight_time=max(settings.max_flight_time, 2.0 * float(result.history.time_s[-1])),
+        max_steps=max(settings.max_steps, min(4 * settings.max_steps, most_steps(given["finger"]))),
     )
     return given

@@ -35,8 +35,8 @@ CHANGES = ("stick_to_slip", "slip_to_stick")
 
 @kernel_with()
 def second_difference(time: Floats, force: Floats, first: int, end: int) -> float:
-    """Largest h^2 |F''| in rows [first, end), h the longer step of three, at most `LONGER` times
-    the other; over the peak.
+    """Largest h h_l |F''| in rows [first, end), h_l the longer of two steps, h that but at most
+    `LONGER` times the other; over the peak.
 
     Infinite of fewer than three times, or where nothing pushes.
     """

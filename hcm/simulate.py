@@ -13,7 +13,7 @@ from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
 from hcm.bounds import ParameterError, check_kind
 from hcm.contact.build import beyond_checks
-from hcm.estimate import estimate_errors
+from hcm.estimate import REPEATED, estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import Model, RigidStart, Scene, build_model, until_touch
@@ -26,7 +26,7 @@ from hcm.start import start_beams, start_divided
 from hcm.state import Clock
 from hcm.stepping import Progress, rows_between, take_steps
 from hcm.summary import summarize
-from hcm.tap import next_touch_s, returned, slow_end, taps_of
+from hcm.tap import nearest, next_touch_s, returned, slow_end, taps_of
 from hcm.workload import check_size
 
 # What a rigid flight leaves out may change the tap by this share; the estimate is that of
@@ -149,7 +149,7 @@ def simulate(
         Postures(tuple(frames.time[first:end].tolist()), places, frames.q[first:end]),
         cautions=cautions,
         taps=taps,
-        other_ends=tuple(other_ends),
+        other_ends=nearest(other_ends),
         given=scene.arguments(),
     )
     if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
@@ -160,13 +160,17 @@ def simulate(
 
     found = estimate_errors(result, again, finger, settings, begun.left_out)
     errors, open_ends, ended = with_other_ends(
-        result, found.errors, lambda until: simulate(**held_touches(result, until))
+        result,
+        found.errors,
+        lambda until: simulate(**held_touches(result, until), progress=progress),
     )
-    status = found.status if ended is Status.COMPLETED else ended
+    status, doubt = found.status, found.doubt
+    if ended is Status.INTERRUPTED:
+        status, doubt = ended, REPEATED
     return replace(
         result,
         status=status,
-        message=_message(status, clock, statistics) + found.doubt,
+        message=_message(status, clock, statistics) + doubt,
         errors=errors,
         cautions=(*cautions, *found.cautions, *open_ends),
     )

@@ -121,6 +121,14 @@ def returned(
     return ends
 
 
+def nearest(ends: Iterable[OtherEnd]) -> tuple[OtherEnd, ...]:
+    """Of ends with the same touches the one that the tap came nearest to, the nearest first."""
+    kept: dict[float, OtherEnd] = {}
+    for end in sorted(ends, key=lambda end: end.apart_s):
+        kept.setdefault(end.until_s, end)
+    return tuple(kept.values())
+
+
 def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
     """A caution, of a tap that fades out: its duration is a small force's; no end: inf. s, N."""
     during = (time >= tap[0]) & (time <= tap[1])

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 import hcm
-from hcm.other_ends import NEAR, TIMES, open_ends
+from hcm.other_ends import NEAR, NUMBERS, TIMES, open_ends, with_other_ends
 from hcm.result import Event, OtherEnd
-from hcm.tap import TapEnds, returned
+from hcm.tap import TapEnds, nearest, returned
 
 RULE = TapEnds(transit=1.0)
 TAP = (0.0, 10.0)  # it must stay away for 1, and not come back within 20
@@ -93,6 +93,49 @@ def test_an_open_end_is_in_the_errors_and_said(accuracy: float) -> None:
     assert result.errors["peak_normal_force_N"] < 0.01 * result.summary.peak_normal_force_N
 
 
+def fixed(**settings: float) -> hcm.TapResult:
+    """The same with the settings that 1e-3 chooses."""
+    scene = hcm.settings_for(1e-3, nearly_parted()).scene
+    given = replace(scene.settings, **({"estimate": True} | settings))  # type: ignore[arg-type]
+    return hcm.simulate(**{**scene.arguments(), "settings": given})
+
+
+def test_the_other_end_may_take_longer_than_the_run() -> None:
+    """In steps, and where an end time had lifted the limit of a flight."""
+    steps = fixed().statistics.steps
+    for run in (fixed(max_steps=steps + 8), fixed(end_time=0.1156, max_flight_time=0.1)):
+        assert run.status is hcm.Status.COMPLETED
+        assert 30e-6 < run.errors["contact_duration_s"] < 40e-6
+        assert run.errors["peak_normal_force_N"] < 0.01 * run.summary.peak_normal_force_N
+    held = hcm.simulate_within(1e-3, nearly_parted(end_time=0.1156, max_flight_time=0.1))
+    assert held.accuracy is not None
+    assert held.accuracy.expected < 2.0
+
+
+def test_of_an_end_whose_run_fails_nothing_is_known() -> None:
+    run = fixed(estimate=False)
+    failed = replace(run, status=hcm.Status.NEWTON_FAILED)
+    errors = dict.fromkeys((*NUMBERS, "contact_time_s"), 1e-8)
+    found, (doubt,), ended = with_other_ends(run, errors, lambda until_s: failed)
+    assert ended is hcm.Status.COMPLETED
+    assert all(math.isinf(found[name]) for name in NUMBERS)
+    assert found["contact_time_s"] == 1e-8
+    assert "of which a run ended as" in doubt
+
+
+def test_an_interrupt_leaves_no_errors() -> None:
+    assert with_other_ends(
+        fixed(estimate=False),
+        dict.fromkeys(NUMBERS, 1e-8),
+        lambda until_s: replace(fixed(estimate=False), status=hcm.Status.INTERRUPTED),
+    ) == ({}, (), hcm.Status.INTERRUPTED)
+
+
+def test_many_looks_are_one_end() -> None:
+    looks = [OtherEnd(1e-5, apart, 1e-6) for apart in (3e-9, 1e-9, 2e-9)]
+    assert nearest([OtherEnd(2e-5, 2e-9, 1e-6), *looks]) == (looks[1], OtherEnd(2e-5, 2e-9, 1e-6))
+
+
 def test_held_touches_are_known_again() -> None:
     """What the caution says to do."""
     durations = []
@@ -106,8 +149,6 @@ def test_held_touches_are_known_again() -> None:
 
 
 def test_fixed_settings_state_it_too() -> None:
-    chosen = hcm.settings_for(1e-3, nearly_parted()).scene
-    settings = replace(chosen.settings, estimate=True)
-    result = hcm.simulate(**{**chosen.arguments(), "settings": settings})
+    result = fixed()
     assert result.errors["contact_duration_s"] > 30e-6
     assert any("it is open" in caution for caution in result.cautions)

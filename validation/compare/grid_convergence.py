@@ -85,12 +85,11 @@ def convergence(
 
     An observed order above the formal one is cut to it, which lengthens both. The ladder is
     asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and at
-    most ABOVE_FORMAL above the formal one and,
-    where there is a fourth, the three before the finest predict the same limit to within their
-    own index (they are monotone with such an order too). Four levels or more that are not so, most
-    often because a little noise lies on their trend, are fitted by least squares. If there is none,
-    what the finest is off by is at most the spread of three levels of equal scatter in 87 of 100
-    cases, of four in 95, of five in 98.
+    most ABOVE_FORMAL above the formal one and, where there is a fourth, the three before the finest
+    predict the same limit to within their own index (they are monotone with such an order too).
+    Four levels or more that are not so, most often because a little noise lies on their trend, are
+    fitted by least squares. If there is none, what the finest is off by is at most the spread of
+    three levels of equal scatter in 87 of 100 cases, of four in 95, of five in 98.
 
     Parameters
     ----------

@@ -119,11 +119,12 @@ def run_converge(
                 failures.append(f"preset converged: {error}")
     title = f"{runs.scene.name} finger, {model}"
     verdicts = judged(results)
-    write_json(folder / STUDIED, scene_inputs(runs.scene.tables, model))
+    (folder / STUDIED).unlink(missing_ok=True)  # of other tables
     write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
     of_preset = [] if preset is None else preset_rows(preset, verdicts)
     rows = [*verdict_rows(verdicts), *of_preset]
     write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
+    write_json(folder / STUDIED, scene_inputs(runs.scene.tables, model))
     draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     wide = max(len(refinement.name) for refinement in wanted)

@@ -30,7 +30,7 @@ LEAST, MOST, SOLVES = 1.5, 3.0, 3
 ROOM = 0.5
 # What a flight that nobody asked for may take, by the count of its element updates
 LONGEST_FLIGHT_S = 60.0
-COARSE = "a rigid one leaves out {:.2g} of the tap"
+COARSE = "a rigid one leaves out {} of the tap"
 FINER = "on a finer mesh the run ends as {}"
 
 
@@ -107,7 +107,8 @@ def solved_within(
     record = runs[kept].record.with_summary(wall_time_s=time)
     choices = [*record.accuracy["choices"], *([] if once else tried)]
     if flight:
-        flown = COARSE.format(left_out)
+        share = f"{left_out:.2g}" if left_out < math.inf else "an unknown share"
+        flown = COARSE.format(share)
         choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
     record = replace(
         record,

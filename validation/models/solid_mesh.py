@@ -1,5 +1,6 @@
 """The solid models' meshes: sizes by preset, accuracy and predicted patch, and a companion."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -87,17 +88,19 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
 
 def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
     """The mesh of a coarse flight; None where it does not fly on one."""
-    return _flight_mesh(tables, dimension) if tables.solver.fem.flight == "coarse" else None
+    if tables.solver.fem.flight != "coarse":
+        return None
+    return _mesh(tables, dimension, _flight_sizing(tables))
 
 
-def _flight_mesh(tables: Scene, dimension: Dimension) -> Any:
-    """Even edges."""
+def _flight_sizing(tables: Scene) -> Any:
+    """Even edges of `flight_size`, or `FLIGHT_EDGE` of the smallest diameter."""
     import meshes
 
     fem, diameter = tables.solver.fem, tables.smallest_diameter
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
     axial = min(edge, *tables.per_phalanx(tables.finger.length))
-    return _mesh(tables, dimension, meshes.Sizing(min(edge, diameter), axial, min(edge, diameter)))
+    return meshes.Sizing(min(edge, diameter), axial, min(edge, diameter))
 
 
 def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
@@ -210,13 +213,22 @@ def rod_flight(tables: Scene, dimension: Dimension) -> Any:
 
 
 def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> float:
-    """About what elements would take for a flight that lasts so long, s."""
-    from reference_fem.model import build_model
+    """About what elements would take for a flight that lasts so long, s; inf where they are too
+    many.
+
+    A step is what a wave takes through half an edge.
+    """
+    import meshes
     from reference_fem.workload import UPDATES_PER_S
 
-    mesh = _flight_mesh(tables, dimension)
-    step = build_model(mesh, *inputs(tables)).step_s
-    return lasts_s / step * len(mesh.cells) / UPDATES_PER_S
+    sizing, materials = _flight_sizing(tables), inputs(tables)[0]
+    try:
+        count = meshes.count_elements(finger_geometry(tables), sizing, dimension)
+    except meshes.MeshError:
+        return math.inf
+    edge = min(sizing.section_size, sizing.axial_size)
+    step = 0.5 * edge / max(material.bar_speed for material in materials)
+    return lasts_s / step * count / UPDATES_PER_S
 
 
 def impact_state(tables: Scene, dimension: Dimension) -> Any:

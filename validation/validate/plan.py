@@ -28,7 +28,7 @@ NO_FEM_ACCURACY = f"solver.fem.accuracy={NO_ACCURACY}"  # beside a preset, which
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
 VARIED = (  # of the solid, by the paper's comparison
     *("mesh", "preset", "contact", "penalty_factor", "shaft_radius"),
-    *("section_size", "axial_size", "tip_size"),
+    *("section_size", "axial_size", "tip_size", "growth", "halvings", "element"),
 )
 
 
@@ -54,7 +54,7 @@ class Plan:
         """What was done to the data, and what is left out, in lines."""
         noted = [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
         return noted + [
-            f"{scene}: the paper's comparison, over several meshes, is left out beside {key}"
+            f"the paper's comparison, over several meshes, is left out: {scene} states {key}"
             for scene, key in self.decided.items()
         ]
 

@@ -149,6 +149,7 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
         "solver.fem.contact=impulse",
         "solver.fem.shaft_radius=2e-3",
         "solver.fem.tip_size=1e-3",
+        "solver.fem.growth=1.5",
         "solver.hcm.assumptions=refined",
         "solver.hcm.shear=true",
     ],
@@ -163,7 +164,7 @@ def test_what_the_papers_comparison_varies_stands_alone(stated: str, tmp_path: P
         ("fem3d", None),
     ]
     assert plan.notes == [
-        "mine: the paper's comparison, over several meshes, is left out beside "
+        "the paper's comparison, over several meshes, is left out: mine states "
         + stated.partition("=")[0]
     ]
     assert plan_of((str(path),), "hcm", "hcm-refined", "").notes == []

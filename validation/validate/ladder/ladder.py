@@ -70,6 +70,6 @@ def compute_ladder(
             ladder.causes.extend(causes(scene, impact, tip, reference, runs))
             if full and source == EXPLICIT_FLIGHT:
                 ladder.checks.append(explicit_flight(source, runs))
-        except (UserError, RunFailedError, ValueError) as error:  # the last: a solid's refusal
+        except (UserError, RunFailedError) as error:
             ladder.failures.append(f"{scene_name(source)}: {error}")
     return ladder

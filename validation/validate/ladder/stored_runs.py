@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Concatenate, ParamSpec
 
+from validation.errors import UserError
 from validation.harness.identity import program
 from validation.harness.record import RunRecord, plain
 from validation.harness.store import NO_STORE, Store
@@ -31,7 +32,13 @@ class LadderRuns:
         *given: P.args,
         **named: P.kwargs,
     ) -> RunRecord:
-        """The record of ``simulate(scene, *given, **named)``, a function of the module `runs`."""
+        """The record of ``simulate(scene, *given, **named)``, a function of the module `runs`.
+
+        Raises
+        ------
+        UserError
+            A solid refuses the scene.
+        """
         inputs = {
             "program": program(runs.__name__),
             "simulate": simulate.__name__,
@@ -41,7 +48,10 @@ class LadderRuns:
         }
         record = load_run(self.store, inputs)
         if record is None:
-            record = simulate(scene, *given, **named)
+            try:
+                record = simulate(scene, *given, **named)
+            except ValueError as error:  # what a solid or its mesh refuses
+                raise UserError(str(error)) from error
             keep_run(self.store, inputs, record)
         return replace(record, scene=scene.name)
 

@@ -17,7 +17,7 @@ from validation.render import interactive
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
 from validation.render.run_folder import read_curves, read_steps
-from validation.render.views import read_fields
+from validation.render.views import read_fields, surface
 
 COARSE = (
     *("--set", "surface.height=0.06", "--set", "solver.fem.section_size=4e-3"),
@@ -217,3 +217,21 @@ def test_rigid_motion_leaves_nothing_and_strain_is_left(dim: int) -> None:
     stretch = 1e-3 * rest * [1.0, -0.4, 0.0]
     beyond = beyond_rigid(rest, turned(rest + stretch, 2.0) + 7.0, np.zeros(len(rest)))
     assert beyond == pytest.approx(turned(stretch, 2.0), abs=1e-12)
+
+
+@pytest.mark.parametrize(("low", "cut", "ends", "cells"), [
+    (0.0, True, (-1.0, 0.0), 40),  # the far half, from its mirror
+    (0.0, False, (-1.0, 1.0), 80),
+    (-1.0, True, (-1.0, 0.0), 24),
+    (-1.0, False, (-1.0, 1.0), 40),
+])  # fmt: skip
+def test_a_whole_body_is_cut_as_a_half_model_is(
+    low: float, cut: bool, ends: tuple[float, float], cells: int
+) -> None:
+    """A block of 2 x 2 x 4 cells: its mirror is none of a whole one's parts."""
+    pv = pytest.importorskip("pyvista")
+    steps = (0.5, 0.5, (1.0 - low) / 4)
+    block = pv.ImageData(dimensions=(3, 3, 5), spacing=steps, origin=(0.0, 0.0, low))
+    shown = surface(block.cast_to_unstructured_grid(), cut)
+    assert shown.bounds[4:] == pytest.approx(ends)
+    assert shown.n_cells == cells

@@ -248,3 +248,17 @@ def test_numbers_in_another_unit_are_named(make_record: Make) -> None:
     )
     (note,) = [text for text in unit_notes(runs) if "peak_normal_force_N" in text]
     assert note.startswith("soft, mine: peak_normal_force_N = 0.06 N is some 0.001 times")
+
+
+@pytest.mark.parametrize(
+    ("models", "reference"), [("hcm", "fem2d"), ("fem2d", "fem3d"), ("hcm-refined", "hcm")]
+)
+def test_what_is_compared_and_what_with_is_measured(
+    models: str, reference: str, make_record: Make
+) -> None:
+    """Whatever a solid calls its own run; runs between the two assumptions are not timed alone."""
+    variant = {"hcm": "", "hcm-refined": ""}
+    own = [make_record(model=m, variant=variant.get(m, "contact")) for m in (models, reference)]
+    between = make_record(model="hcm", variant="refined but shear")
+    runs = Runs((*own, between), plan_of(("soft",), models, reference, ""))
+    assert runs.measured() == own

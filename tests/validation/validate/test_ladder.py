@@ -9,11 +9,12 @@ import pytest
 from tests.validation.commands import Make, Patch
 from tests.validation.validate.test_page import cause_of
 from validation.converge.verdicts import preset_uncertainties
-from validation.errors import RunFailedError
+from validation.errors import RunFailedError, UserError
 from validation.harness.files import write_json
 from validation.harness.record import RunRecord
 from validation.models.impact import impact_of
 from validation.models.inputs import scene_inputs
+from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
 from validation.validate.ladder import run_tables
@@ -40,7 +41,7 @@ from validation.validate.ladder.rungs import (
     structure_rung,
     uncertainties,
 )
-from validation.validate.ladder.runs import reduced, scene_contact, touching_mesh
+from validation.validate.ladder.runs import full_contact, reduced, scene_contact, touching_mesh
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import Runs, groups
 from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
@@ -295,3 +296,18 @@ def test_rung_two_beams_agree_with_solids_to_two_percent(name: str) -> None:
     own = rows[f"tip velocity vy at contact (m/s), {OWN}"]
     # Rotary inertia takes 2.5 % of the speed.
     assert own.error_percent == pytest.approx(2.5, abs=0.3)
+
+
+@pytest.mark.parametrize("mesh", [None, (0.0267, 1.6, 0.1, 0.167)])
+def test_a_rungs_mesh_is_that_of_a_scene_that_states_an_accuracy(
+    mesh: tuple[float, ...] | None,
+) -> None:
+    """A preset beside an accuracy would be refused, and with it all rungs of all scenes."""
+    keys, _ = mesh_keys(mesh, 0.015)
+    assert sizes_of(load_scene("soft", ["solver.accuracy=0.01", *keys]).tables) is None
+
+
+def test_what_a_solid_refuses_costs_the_ladder_one_scene() -> None:
+    scene = load_scene("soft", ["solver.fem.preset=converged", "solver.fem.accuracy=0.01"])
+    with pytest.raises(UserError, match=r"solver\.fem\.preset = 'converged'"):
+        LadderRuns().obtain(full_contact, scene, None, "refused")

@@ -119,3 +119,14 @@ def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
         located.duration_s - truth.duration_s
     )
     assert np.isfinite(unlocated.normal_impulse_N_s)
+
+
+def test_what_switches_a_shortcut_off_is_what_only_one_run_has() -> None:
+    for shortcut in (*shortcuts.HCM, *shortcuts.SOLID, *shortcuts.SOLID_FULL):
+        keys = shortcut.switched_off_by
+        assert keys, shortcut.name
+        for key in keys:
+            alone = shortcut.without_it if not key.startswith("no ") else shortcut.with_it
+            other = shortcut.with_it if not key.startswith("no ") else shortcut.without_it
+            assert key.removeprefix("no ") in alone
+            assert key.removeprefix("no ") not in other

@@ -24,6 +24,10 @@ OPEN = (
     " parts touches and that was near to either: hold its touches (solver.hcm.tap_until), or"
     " compare forces"
 )
+GOES_ON = (
+    "it is open whether the first tap is over after {:.4g} us or goes on beyond {:.4g} us, by a"
+    " rule that parts touches and that was near to either: hold its touches (solver.hcm.tap_until)"
+)
 UNKNOWN = (
     "it is open whether the first tap is over after {:.4g} us or has the touches of {:.4g} us, of"
     " which a run ended as {}: hold its touches (solver.hcm.tap_until)"
@@ -36,6 +40,8 @@ def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
     lasts, error = result.summary.contact_duration_s, errors.get("contact_duration_s")
     if lasts is None or not isinstance(error, float) or error > 0.1 * lasts:
         return ()
+    if result.given["settings"].tap_until > 0.0:
+        return ()
     near = [e for e in result.other_ends if e.apart_s <= NEAR * e.threshold_s + TIMES * error]
     return tuple(sorted(near, key=lambda end: end.apart_s)[:MOST])
 
@@ -43,8 +49,8 @@ def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
 def with_other_ends(
     result: TapResult, errors: Errors, again: Callable[[float], TapResult]
 ) -> tuple[dict[str, float | tuple[float, float]], tuple[str, ...], Status]:
-    """Errors that hold for its open ends too, inf where such a run is not whole, and a caution of
-    each; none of either, and INTERRUPTED, if that is how one of them went.
+    """Errors that hold for its open ends too, inf where such a run is not whole or goes on, and a
+    caution of each; none of either, and INTERRUPTED, if that is how one of them went.
 
     again : solves the scene with `Settings.tap_until`, s
     """
@@ -53,14 +59,17 @@ def with_other_ends(
         other = again(end.until_s)
         if other.status is Status.INTERRUPTED:
             return {}, (), other.status
+        # the rule itself may go on after touches that it nearly had
+        further = end.until_s > (result.summary.contact_duration_s or 0.0) and other.other_ends
+        known = other.status in WHOLE and not further
         for name in NUMBERS:
             own, its = getattr(result.summary, name), getattr(other.summary, name)
-            apart = abs(own - its) if other.status in WHOLE and its is not None else math.inf
+            apart = abs(own - its) if known and its is not None else math.inf
             error = found[name]
             assert isinstance(error, float)
             found[name] = max(error, apart)
         ends = [1e6 * (s.contact_duration_s or 0.0) for s in (result.summary, other.summary)]
-        text = OPEN.format(*ends)
+        text = (OPEN if known else GOES_ON).format(*ends)
         if other.status not in WHOLE:
             text = UNKNOWN.format(ends[0], 1e6 * end.until_s, other.status.value)
         doubts.append(text)

@@ -26,8 +26,6 @@ AWAY, AWAY_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
 # A force of less than the first, over the peak, for longer than the second, over the tap: where the
 # study's durations differ by more than 2 %.
 SLIGHT, LONG = 0.01, 0.03
-# Of a threshold: what is further from it is no other end.
-CLOSE = 0.1
 # of L/c, between two looks at a tip that is about to come back
 LOOK = 0.1
 
@@ -71,7 +69,7 @@ class TapEnds:
         else:  # what comes down may be slowed: the next touch is before twice that time
             times = (touch_in_s, touch_in_s - soon, soon), (tip_in_s, tip_in_s, wait)
             ends = [OtherEnd(since + 2.0 * t + wait, apart, of) for t, apart, of in times]
-        return [end for end in ends if end.apart_s < CLOSE * end.threshold_s]
+        return [end for end in ends if end.apart_s < math.inf]
 
 
 def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEnds | None:
@@ -101,7 +99,8 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
 def returned(
     rule: TapEnds, events: Sequence[Event], tap: Tap, touch_in_s: Callable[[int], float]
 ) -> list[OtherEnd]:
-    """Ends that a tap nearly had as its tip came back before it was looked at.
+    """Ends that a tap nearly had as its tip came back before it was looked at; of held touches an
+    endless one, where the rule would go on after them.
 
     touch_in_s : of `next_touch_s` as an event happens
     """
@@ -112,12 +111,13 @@ def returned(
         so_far = tap[0], left.time_s
         wait = rule.first_look_s(so_far) - left.time_s
         early = wait - (back.time_s - left.time_s)
-        if (
-            rule.until == 0.0
-            and 0.0 <= early < CLOSE * wait
-            and touch_in_s(number) > rule.soon_s(so_far)
-        ):
+        if rule.until == 0.0 and early >= 0.0 and touch_in_s(number) > rule.soon_s(so_far):
             ends.append(OtherEnd(left.time_s - tap[0], early, wait))
+    for number, event in enumerate(events):
+        if rule.until > 0.0 and (event.kind, event.time_s) == ("separation", tap[1]):
+            soon = rule.soon_s(tap)
+            if touch_in_s(number) <= soon:
+                ends.append(OtherEnd(math.inf, 0.0, soon))
     return ends
 
 

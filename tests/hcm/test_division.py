@@ -173,5 +173,6 @@ def test_the_run_that_judges_a_followed_flight_has_fewer_elements_there() -> Non
     followed, bent = (hcm.settings_for(accuracy, SCENE) for accuracy in (1e-5, 1e-4))
     assert (followed.followed, bent.followed) == (True, False)
     few = [chosen.scene.settings.flight_elements for chosen in (followed, bent)]
-    coarse = [_coarser(chosen, 1).settings.flight_elements for chosen in (followed, bent)]
+    own = hcm.simulate(**bent.scene.arguments())
+    coarse = [_coarser(chosen, own).settings.flight_elements for chosen in (followed, bent)]
     assert coarse == [few[0] - 1, few[1]] == [round(few[0] / 3**0.25), few[1]]

@@ -48,10 +48,10 @@ def test_a_users_mesh_is_the_mesh_that_runs(
         assert one[key] == two[key] is not None
     # it stays as it is, and what is asked of it is told
     assert "accuracy" not in one or not one["accuracy"]
-    held = fem(tmp_path / "c", f"solver.fem.mesh={path}", "solver.accuracy=1e-3")
+    held = fem(tmp_path / "c", f"solver.fem.mesh={path}", "solver.accuracy=5e-3")
     assert "expects a relative error" in fingertap(*held).err
     three = json.loads((tmp_path / "c/run/soft-fem3d/summary.json").read_text())
-    assert three["accuracy"]["expected"] > three["accuracy"]["wanted"] == 1e-3
+    assert three["accuracy"]["expected"] > three["accuracy"]["wanted"] == 5e-3
     assert three["peak_normal_force_N"] == one["peak_normal_force_N"]
 
 

@@ -4,15 +4,17 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pytest
 
 import hcm
+from hcm import accuracy as accuracy_module
 from hcm.accuracy import HELD, other_transitions, simulate_within
 from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
-from hcm.chosen import BESIDE, NEWTON, contact_frequency, settings_for
+from hcm.chosen import BESIDE, NEWTON, Chosen, contact_frequency, settings_for
 from hcm.chosen_flight import BY_WEIGHT, FEW_STEPS, FOLLOWING_STAGES, QUIET, followed_frequency
 from hcm.companion import first_tap
 from hcm.estimate import VERTEX_SHARE
@@ -428,6 +430,27 @@ def test_a_run_whose_second_takes_too_many_steps_is_kept() -> None:
     assert result.errors["peak_normal_force_N"] > 0.0
     assert any("a finer run takes more than max_steps = 60 steps" in c for c in result.cautions)
     assert any("0.001 was wanted" in caution for caution in result.cautions)
+
+
+def test_a_run_whose_second_is_refused_for_its_size_is_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own, solved = accuracy_module._solve, list[Chosen]()
+
+    def solve(chosen: Chosen, progress: Any) -> hcm.TapResult:
+        solved.append(chosen)
+        if len(solved) == 2:
+            raise hcm.ParameterError("may need 4 GiB")
+        return own(chosen, progress)
+
+    monkeypatch.setattr(accuracy_module, "_solve", solve)
+    settings = hcm.Settings(contact_step=1e-5)
+    stated = {"contact_integrator": "generalized-alpha", "contact_step": 1e-5}
+    result = simulate_within(1e-3, replace(SOFT_SCENE, settings=settings), stated)
+    assert len(solved) == 2
+    assert result.status is hcm.Status.COMPLETED
+    assert result.errors
+    assert "no finer run: may need 4 GiB" in result.cautions
 
 
 def test_two_runs_with_the_same_flight_do_not_judge_one_another() -> None:

@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 from hcm.bounds import ParameterError
 from hcm.chosen import Chosen, choose, settings_for
-from hcm.companion import GRAZE, folded, grazes, lost_energy
+from hcm.companion import GRAZE, folded, grazes, lost_energy, repeated
 from hcm.estimate import (
     LARGEST_ERROR,
     REPEATED,
@@ -69,16 +69,21 @@ def simulate_within(
     chance = False
     chosen = settings_for(accuracy, scene, stated)
     while True:
-        spent += time.perf_counter() - began
+        spent, beyond = spent + time.perf_counter() - began, ""
         try:
             result = _solve(chosen, progress)
-        except ParameterError as refusal:  # of a finer run, for its size
+            spent += result.statistics.wall_time_s
+            if result.status is Status.WORK_LIMIT:
+                most = scene.settings.max_steps
+                beyond = f"a finer run takes more than max_steps = {most} steps"
+        except ParameterError as refusal:  # for its size
             if first is None:
                 raise
+            beyond = f"no finer run: {refusal}"
+        if first is not None and beyond:
             (result, expected, chance, chosen), again = first, ""
-            result = replace(result, cautions=(*result.cautions, f"no finer run: {refusal}"))
+            result = replace(result, cautions=(*result.cautions, beyond))
             break
-        spent += result.statistics.wall_time_s
         expected, chance = None, False
         touched = result.summary.contact_time_s is not None
         if touched and result.status is Status.UNBALANCED and not again:
@@ -88,11 +93,6 @@ def simulate_within(
                 again = "solved again: the energy audit of the first run did not close"
                 chosen = finer
                 continue
-        if first is not None and result.status is Status.WORK_LIMIT:
-            (result, expected, chance, chosen), again = first, ""
-            more = f"a finer run takes more than max_steps = {scene.settings.max_steps} steps"
-            result = replace(result, cautions=(*result.cautions, more))
-            break
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
         coarser = _coarser(chosen, result)
@@ -146,9 +146,8 @@ def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> Ta
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:
-    """Wrong by COMPANION times as much, but for single elements; few steps in flight stay.
-
-    own : the run, whose flight an end time may have let last longer than allowed without.
+    """Wrong by COMPANION times as much as `own`, but for single elements, over as many taps; few
+    steps in flight stay.
     """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept = 1.0, settings.flight_elements, 1
@@ -162,16 +161,12 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
         for p in scene.finger.phalanges
     ]
     coarse = replace(
-        settings,
+        repeated(settings, own),
         flight_elements=flown,
         flight_step=min(longer * settings.flight_step, 1.0),
         flight_tolerance=min(COMPANION * settings.flight_tolerance, 1.0),
         contact_step=min(math.sqrt(COMPANION) * settings.contact_step, 1.0),
         taps=max(tap_peaks(own).size, 1),
-        max_flight_time=max(settings.max_flight_time, 2.0 * float(own.history.time_s[-1])),
-        end_time=None,
-        frame_times=(),
-        estimate=False,
     )
     return replace(scene, finger=Finger(tuple(fewer)), settings=coarse)
 

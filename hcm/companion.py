@@ -36,26 +36,35 @@ FOLDED = 0.5
 GRAZE = 0.01
 
 
-def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
-    """Settings of a repetition: one tap, steps `factor` times as long, not repeated itself.
+def repeated(settings: Settings, own: TapResult) -> Settings:
+    """Settings of a repetition of a run: one tap, not repeated itself.
 
-    A step's local error is of order 3 in its length. A flight may last as long as the run did,
-    where an end time lifts the limit. Shorter steps may be more, up to the `most` that fit, so that
-    a completed run is never refused for its repetition.
+    A flight may last as long as the run did, where an end time lifts the limit.
     """
-    more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
     return replace(
         settings,
-        flight_step=min(settings.flight_step * factor, 1.0),
-        contact_step=min(settings.contact_step * factor, 1.0),
-        flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),
-        contact_tolerance=min(settings.contact_tolerance * factor**3, 1.0),
-        max_steps=min(more, most),
         max_flight_time=max(settings.max_flight_time, 2.0 * float(own.history.time_s[-1])),
         taps=1,
         end_time=None,
         frame_times=(),
         estimate=False,
+    )
+
+
+def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
+    """Settings of a repetition in steps `factor` times as long.
+
+    A step's local error is of order 3 in its length. Shorter steps may be more, up to the `most`
+    that fit, so that a completed run is never refused for its repetition.
+    """
+    more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
+    return replace(
+        repeated(settings, own),
+        flight_step=min(settings.flight_step * factor, 1.0),
+        contact_step=min(settings.contact_step * factor, 1.0),
+        flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),
+        contact_tolerance=min(settings.contact_tolerance * factor**3, 1.0),
+        max_steps=min(more, most),
     )
 
 

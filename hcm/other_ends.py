@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from hcm.companion import repeated
 from hcm.estimate import FROM_SPEED, WHOLE
 from hcm.result import OtherEnd, Status, TapResult
 from hcm.workload import most_steps
@@ -80,14 +81,9 @@ def held_touches(result: TapResult, until_s: float) -> dict[str, Any]:
     """What `hcm.simulate` was given for a run, for its first tap alone, of these touches."""
     given, settings = dict(result.given), result.given["settings"]
     given["settings"] = replace(
-        settings,
+        repeated(settings, result),
         tap_until=until_s,
-        taps=1,
-        estimate=False,
-        end_time=None,
-        frame_times=(),
-        # an end time lifts the one limit, and another end may take more than the run had
-        max_flight_time=max(settings.max_flight_time, 2.0 * float(result.history.time_s[-1])),
+        # another end may take more than the run had
         max_steps=max(settings.max_steps, min(4 * settings.max_steps, most_steps(given["finger"]))),
     )
     return given

@@ -14,7 +14,6 @@ tap, whatever the rule says. Without `whole_tap` each separation ends a tap, as 
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
@@ -105,19 +104,18 @@ def returned(
     touch_in_s : of `next_touch_s` as an event happens
     """
     ends = []
-    for number, (left, back) in enumerate(pairwise(events), 1):
-        if (left.kind, back.kind) != ("separation", "contact") or back.time_s > tap[1]:
-            continue
-        so_far = tap[0], left.time_s
-        wait = rule.first_look_s(so_far) - left.time_s
-        early = wait - (back.time_s - left.time_s)
-        if rule.until == 0.0 and early >= 0.0 and touch_in_s(number) > rule.soon_s(so_far):
-            ends.append(OtherEnd(left.time_s - tap[0], early, wait))
     for number, event in enumerate(events):
-        if rule.until > 0.0 and (event.kind, event.time_s) == ("separation", tap[1]):
-            soon = rule.soon_s(tap)
-            if touch_in_s(number) <= soon:
-                ends.append(OtherEnd(math.inf, 0.0, soon))
+        if event.kind != "separation" or event.time_s > tap[1]:
+            continue
+        so_far = tap[0], event.time_s
+        soon = rule.soon_s(so_far)
+        if event.time_s < tap[1]:
+            wait = rule.first_look_s(so_far) - event.time_s
+            early = wait - (events[number + 1].time_s - event.time_s)
+            if rule.until == 0.0 and early >= 0.0 and touch_in_s(number + 1) > soon:
+                ends.append(OtherEnd(event.time_s - tap[0], early, wait))
+        elif rule.until > 0.0 and touch_in_s(number) <= soon:
+            ends.append(OtherEnd(math.inf, 0.0, soon))
     return ends
 
 

@@ -108,14 +108,12 @@ def convergence(
     finest = values[-1]
     spread = (max(values) - min(values)) / abs(finest) if finest else math.inf
     order, limit, index = _extrapolated(sizes[-3:], values[-3:], formal_order)
-    asymptotic = order is not None and LEAST_ORDER <= order <= formal_order + ABOVE_FORMAL
+    asymptotic = _is_near(order, formal_order)
     if asymptotic and len(sizes) > 3:
         before, guess, band = _extrapolated(sizes[-4:-1], values[-4:-1], formal_order)
-        asymptotic = (
-            before is not None
-            and LEAST_ORDER <= before <= formal_order + ABOVE_FORMAL
-            and abs(guess - limit) <= band * abs(values[-2]) + index * abs(finest)
-        )
+        asymptotic = _is_near(before, formal_order) and abs(guess - limit) <= band * abs(
+            values[-2]
+        ) + index * abs(finest)
     if not asymptotic and len(sizes) > 3:
         fit = _fitted(sizes, values, formal_order)
         if fit is not None:
@@ -123,6 +121,11 @@ def convergence(
     if not asymptotic:
         return Convergence(False, order, finest, spread, finest, spread)
     return Convergence(True, order, limit, index, finest, spread)
+
+
+def _is_near(order: float | None, formal_order: float) -> bool:
+    """Whether there is an order, from LEAST_ORDER to ABOVE_FORMAL above the formal one."""
+    return order is not None and LEAST_ORDER <= order <= formal_order + ABOVE_FORMAL
 
 
 def _extrapolated(

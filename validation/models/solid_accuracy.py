@@ -6,7 +6,6 @@ Stated errors bound 9 of 10 true ones (of 336 random taps: 93 % of the stated on
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from validation.errors import UserError
@@ -57,8 +56,8 @@ def solved_within(
         left_out, flight = 0.0, list[str]()
         if "flight" not in fem.model_fields_set:
             left_out, lasts_s = rod_flight(scene.tables, dimension)
-            takes_s = partial(coarse_flight_s, scene.tables, dimension, lasts_s)
-            if left_out > ROOM * wanted and takes_s() < LONGEST_FLIGHT_S:
+            much = left_out > ROOM * wanted
+            if much and coarse_flight_s(scene.tables, dimension, lasts_s) < LONGEST_FLIGHT_S:
                 flight = ["solver.fem.flight=coarse"]
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
@@ -102,10 +101,10 @@ def solved_within(
     reason = "of the mesh, which states more than it leaves"
     if len(runs) > 1:
         reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
-    tried = [{"setting": "accuracy", "value": shown(targets[kept]), "reason": reason}]
+    tried = {"setting": "accuracy", "value": shown(targets[kept]), "reason": reason}
     time = sum(run.record.summary["wall_time_s"] for run in runs)
     record = runs[kept].record.with_summary(wall_time_s=time)
-    choices = [*record.accuracy["choices"], *([] if once else tried)]
+    choices = [*record.accuracy["choices"], *([] if once else [tried])]
     if flight:
         share = f"{left_out:.2g}" if left_out < math.inf else "an unknown share"
         flown = COARSE.format(share)

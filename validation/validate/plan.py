@@ -227,12 +227,12 @@ class Runs:
         """The runs that had a process to themselves when their memory was read."""
         first = {(run.scene, run.model): run for run in reversed(self.records)}
         of = (*self.plan.models, self.plan.reference)
-        own = [first.get((scene, model)) for scene in self.scenes for model in of]
         alone = ALONE if self.plan.in_full else ()
         return [
             run
             for run in self.records
-            if (run.model, run.variant) in alone or any(run is one for one in own)
+            if (run.model, run.variant) in alone
+            or (run.model in of and run is first[run.scene, run.model])
         ]
 
     def failures(self) -> list[RunRecord]:

@@ -2,7 +2,8 @@
 
 Arrival and speed: `flight_error`, and with it what a force or a time follows of the speed. The tap:
 a companion, a mesh of other edges, coarser or finer, taps from the run's own impact state
-(`mesh_error`).
+(`mesh_error`). What a flight leaves out and what a mesh does have nothing to do with each other:
+their squares add up (JCGM 100, 5.1.2).
 """
 
 import math
@@ -165,7 +166,7 @@ def estimated(
             alone = tap_errors(run, None, resolution) if open_ends else of_tap
             of_mesh = {"contact_time_s": late, **alone}
         errors |= {
-            name: max(error, of_ends.get(name, 0.0)) + of_left.get(name, 0.0)
+            name: math.hypot(max(error, of_ends.get(name, 0.0)), of_left.get(name, 0.0))
             for name, error in of_tap.items()
         }
     doubts = (*imprecise(run.summary, errors, of_mesh, resolution.coarse), *open_ends)

@@ -88,7 +88,7 @@ def solved_within(
         if last or left is None or expects is None:
             break
         # what no mesh lessens takes its part of what is wanted, where there is room for both
-        room = wanted - (expects - left)
+        room = math.sqrt(max(wanted**2 - (expects**2 - left**2), 0.0))
         room = room if room >= ROOM * wanted else wanted
         if left <= room:
             break

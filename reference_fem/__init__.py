@@ -14,10 +14,9 @@ from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.flight_error import RodFlight, rod_flight
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
-from reference_fem.rigid_flight import impact_state
 from reference_fem.settings import Drive, Material, Settings, Surface, TorqueTable
 from reference_fem.simulate import simulate
-from reference_fem.touch import Touch, predicted_touch
+from reference_fem.touch import Touch, impact_state, predicted_touch
 
 __all__ = [
     "COARSEST",

@@ -1,18 +1,17 @@
-"""The rigid chain's flight down to the surface, and the state just before it touches."""
+"""The rigid chain's flight down to the surface."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-import meshes
 from reference_fem.arrays import Array
-from reference_fem.model import Model, build_model
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
-from reference_fem.settings import Drive, Material, Settings, Surface
+from reference_fem.model import Model
+from reference_fem.rigid_chain import ChainState, RigidChain, pose
+from reference_fem.settings import Settings
 
 SHALLOW = 1e-5
 """Depth over the finger's reach of a touch that may be stepped over."""
@@ -164,35 +163,3 @@ def descent(
         return None
     state_at, contact = fly(chain, start, gap, end)
     return None if contact is None else Descent(start, contact, state_at)
-
-
-def impact_state(
-    mesh: meshes.FingerMesh,
-    materials: Sequence[Material],
-    surface: Surface,
-    drive: Drive,
-    clearance_m: float,
-    max_flight_time_s: float = 2.0,
-    start: ChainState | None = None,
-) -> ChainState | None:
-    """State of the rigid flight with `clearance_m` left below the lowest node.
-
-    From `start`, or from rest along -X. Runs on several meshes that start from it hit with the same
-    angles and rates: the clearance must exceed what their lowest nodes differ by, h²/8R for edges h
-    on a radius R.
-
-    Returns
-    -------
-    None if the surface is not reached in time.
-
-    Raises
-    ------
-    ValueError
-        For bad input, naming it, its value and what is allowed.
-    """
-    above = replace(surface, height=surface.height - clearance_m)
-    model = build_model(mesh, materials, above, drive, Settings())
-    chain, first = chain_and_start(model.chain, start)
-    end = first.time_s + max_flight_time_s
-    state_at, time_s = fly(chain, first, surface_gap(model, chain), end)
-    return None if time_s is None else state_at(time_s)

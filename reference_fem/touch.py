@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
-from reference_fem.model import build_model
 from reference_fem.rigid_chain import ChainState, chain_and_start
-from reference_fem.settings import Drive, Material, Settings, Surface
+from reference_fem.rigid_flight import fly
+from reference_fem.settings import Drive, Material, Surface, check_materials
+from reference_fem.true_body import true_chain, true_gap
 
 
 @dataclass(frozen=True)
@@ -39,14 +40,51 @@ def touch_angle(axis: float) -> float:
     return math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)
 
 
+def impact_state(
+    geometry: meshes.FingerGeometry,
+    materials: Sequence[Material],
+    surface: Surface,
+    drive: Drive,
+    clearance_m: float,
+    max_flight_time_s: float = 2.0,
+    start: ChainState | None = None,
+    dim: int = 3,
+) -> ChainState | None:
+    """State of the true body's rigid flight with `clearance_m` left below its lowest point.
+
+    From `start`, or from rest along -X. Runs on several meshes that start from it hit with the same
+    angles and rates: the clearance must exceed what their lowest nodes lie above the round end,
+    h²/8R for edges h on a radius R.
+
+    Parameters
+    ----------
+    dim : 3, or 2 for the plane-stress body
+
+    Returns
+    -------
+    None if the surface is not reached in time.
+
+    Raises
+    ------
+    ValueError
+        For bad input, naming it, its value and what is allowed.
+    """
+    check_materials(materials, geometry.phalanges)
+    chain, first = chain_and_start(true_chain(geometry, materials, drive, dim), start)
+    gap = true_gap(geometry, surface.height - clearance_m)
+    state_at, time_s = fly(chain, first, gap, first.time_s + max_flight_time_s)
+    return None if time_s is None else state_at(time_s)
+
+
 def predicted_touch(
-    mesh: meshes.FingerMesh,
+    geometry: meshes.FingerGeometry,
     materials: Sequence[Material],
     surface: Surface,
     drive: Drive,
     state: ChainState,
+    dim: int = 3,
 ) -> Touch:
-    """The touch of the finger of `mesh` in a rigid state at the surface.
+    """The touch of the finger of `geometry` in a rigid state at the surface.
 
     With the mobility G of the ball's lowest point (`RigidChain.mobility`) and friction in gross
     slip, F_t = r F_n, r = -μ sgn v_x, the point meets the surface with the mass m = 1/(G_yy + r
@@ -54,13 +92,20 @@ def predicted_touch(
     Hertz's ball of that mass turns where (Johnson, Contact Mechanics, 11.4.1)
 
         ½ m v² = 2/5 k δ^(5/2),  k = 4/3 E* sqrt(R),  F = k δ^(3/2),  a = sqrt(R δ)
+
+    Parameters
+    ----------
+    dim : 3, or 2 for the plane-stress body
+
+    Raises
+    ------
+    ValueError
+        For bad input, naming it, its value and what is allowed.
     """
-    model = build_model(mesh, materials, surface, drive, Settings())
-    chain, _ = chain_and_start(model.chain, None)
-    last = model.body_of_point == chain.links - 1
-    radius = float(np.abs(model.points[last, 1]).max())
-    axis = float(state.angles[-1])
-    reach = float(np.ptp(model.points[last, 0])) - radius
+    check_materials(materials, geometry.phalanges)
+    chain = true_chain(geometry, materials, drive, dim)
+    radius, axis = geometry.radii[-1], float(state.angles[-1])
+    reach = geometry.lengths[-1] - radius
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
     lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) - [0.0, radius]
     if math.sin(axis) < 0.0:
@@ -71,7 +116,7 @@ def predicted_touch(
     yielding = float(mobility[1, 1] + slip * mobility[1, 0])
     if yielding <= 0.0:
         yielding = float(mobility[1, 1])
-    mass = model.copies / yielding
+    mass = 1.0 / yielding
     speed = max(0.0, -float(velocity[1]))
     stiffness = 4.0 / 3.0 * materials[-1].plane_strain_modulus * math.sqrt(radius)
     approach = (1.25 * mass * speed**2 / stiffness) ** 0.4

@@ -197,11 +197,11 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     """Where and how hard the rigid finger touches; None if it never does."""
     import reference_fem
 
-    mesh = _fast_mesh(tables, dimension)
-    state = _impact(tables, mesh)
+    state = impact_state(tables, dimension)
     if state is None:
         return None
-    return reference_fem.predicted_touch(mesh, *inputs(tables)[:3], state)
+    given = finger_geometry(tables), *inputs(tables)[:3]
+    return reference_fem.predicted_touch(*given, state, dimension)
 
 
 def rod_flight(tables: Scene, dimension: Dimension) -> Any:
@@ -232,25 +232,14 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
 
 
 def impact_state(tables: Scene, dimension: Dimension) -> Any:
-    """Rigid state a little above the surface, by the ``fast`` mesh's masses; None if never there.
+    """Rigid state a little above the surface; None if it never gets there.
 
     Runs on different meshes that start from it hit the surface alike.
     """
-    return _impact(tables, _fast_mesh(tables, dimension))
-
-
-def _impact(tables: Scene, mesh: Any) -> Any:
-    """The `impact_state` by the masses of this mesh."""
     import reference_fem
 
     materials, surface, drive, settings = inputs(tables)
-    clearance = CLEARANCE * tables.tip_radius
-    limit = settings.max_flight_time_s
-    start = start_of(tables)
-    return reference_fem.impact_state(mesh, materials, surface, drive, clearance, limit, start)
-
-
-def _fast_mesh(tables: Scene, dimension: Dimension) -> Any:
-    import meshes
-
-    return _mesh(tables, dimension, _scaled(meshes.SIZINGS["fast"], tables))
+    return reference_fem.impact_state(
+        finger_geometry(tables), materials, surface, drive, CLEARANCE * tables.tip_radius,
+        settings.max_flight_time_s, start_of(tables), dimension,
+    )  # fmt: skip

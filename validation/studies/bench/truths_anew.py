@@ -14,8 +14,7 @@ import cyclopts
 from validation.compare.tap_errors import TapQuantities
 from validation.harness.console import output
 from validation.harness.interrupts import unless_interrupted
-from validation.models.solid_inputs import DIMENSIONS, inputs
-from validation.models.solid_mesh import build_mesh
+from validation.models.solid_inputs import DIMENSIONS, finger_geometry, inputs
 from validation.scenes.load import load_scene
 from validation.studies.bench import hcm_truth
 from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
@@ -26,7 +25,6 @@ from validation.studies.bench.work_precision import Setting, simulation
 # against half the shaft, is added to it in 3D, where the finest tip was too dear on the finer one.
 FINEST = {"fem3d": (2.0, 0.5), "fem2d": (0.5, 0.25)}
 SHAFTS = {"fem3d": ((2.0, 1.0), (1.0, 1.0))}
-EVEN = {"fem3d": (7.5e-4, 3.75e-4), "fem2d": (2.5e-4, 1.25e-4)}  # m, the flight's meshes
 
 
 def solve_tap(model: str, shaft: float, tip: float) -> TapQuantities:
@@ -47,19 +45,13 @@ def solve_tap(model: str, shaft: float, tip: float) -> TapQuantities:
 
 
 def contact_time(model: str) -> float:
-    """Time of the rigid flight, s, of even meshes of h and h/2 extrapolated by h^2."""
-    coarse, fine = (_flight(model, edge) for edge in EVEN[model])
-    return fine + (fine - coarse) / 3.0
-
-
-def _flight(model: str, edge: float) -> float:
+    """Time of the true body's rigid flight, s."""
     import reference_fem
 
-    names = ("section", "axial", "tip")
-    tables = load_scene("soft", [f"solver.fem.{name}_size={edge!r}" for name in names]).tables
-    materials, surface, drive, _ = inputs(tables)
-    mesh = build_mesh(tables, DIMENSIONS[model])
-    state = reference_fem.impact_state(mesh, materials, surface, drive, 0.0)
+    tables = load_scene("soft").tables
+    state = reference_fem.impact_state(
+        finger_geometry(tables), *inputs(tables)[:3], 0.0, dim=DIMENSIONS[model]
+    )
     if state is None:
         raise RuntimeError(f"{model}: the surface is not reached")
     return state.time_s

@@ -117,7 +117,7 @@ def prepared(scene: str, factor: float, friction: float) -> tuple[Any, ...]:
     tables = load_scene(scene, overrides).tables
     sizing, _ = solid_mesh.sizing_of(tables, 3)
     mesh, given = solid_mesh.build_mesh(tables, 3, sizing), solid_inputs.inputs(tables)
-    state: Any = fem.impact_state(mesh, *given[:3], CLEARANCE_M)
+    state: Any = fem.impact_state(mesh.shape, *given[:3], CLEARANCE_M)
     beside = solid_mesh.companion(tables, 3, sizing)
     run = fem.simulate(mesh, *given, start=state, companion=beside)
     if run.status is not fem.Status.COMPLETED:

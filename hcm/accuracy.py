@@ -37,6 +37,9 @@ from hcm.simulate import simulate
 from hcm.stepping import Progress
 
 COMPANION, SAFETY = 3.0, 1.5
+# Of the step of a flight that does not follow its vibration: equal steps of two runs would have it
+# in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
+OTHER_PHASE = 0.8
 # of an accuracy, and at most: a tap that ends by less may not end. At 1e-2 one left at 0.024 of its
 # approach, in both runs that were compared, that goes on for as long again
 GRAZE_OVER, MOST_GRAZED = 3.0, 0.05
@@ -146,11 +149,14 @@ def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> Ta
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:
-    """Wrong by COMPANION times as much as `own`, but for single elements, over as many taps; few
-    steps in flight stay.
+    """Wrong by COMPANION times as much as `own`, but for single elements, over as many taps.
+
+    A vibration that a flight of few steps does not follow arrives in another phase.
     """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept = 1.0, settings.flight_elements, 1
+    if settings.flight == "elastic":
+        longer = OTHER_PHASE
     if chosen.followed:
         longer = COMPANION ** (2 / 3)
         most = max(p.elements for p in scene.finger.phalanges)

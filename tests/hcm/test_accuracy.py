@@ -545,3 +545,27 @@ def test_springs_that_take_hold_in_a_step_are_solved_again_and_known_as_their_au
         assert error / peak <= 2.01 * result.accuracy.expected
         assert error / peak < 0.01
     assert (np.ptp(runs, axis=0) <= 2e-3 * np.array(runs[0])).all()
+
+
+def test_a_vibration_that_is_not_followed_is_in_the_errors() -> None:
+    """It moves the end of a tap that fades out by 1 %: two runs in equal steps do not see it."""
+    phalanges = tuple(
+        hcm.Phalanx(length, diameter, modulus, density, poisson_ratio=0.323)
+        for length, diameter, modulus, density in (
+            (0.009186, 0.001508, 7.723e9, 1400.0),
+            (0.0529, 0.001508, 51.19e9, 1337.0),
+            (0.04692, 0.0008933, 17.29e9, 1172.0),
+            (0.0282, 0.001508, 68.73e9, 1400.0),
+            (0.0156, 0.002183, 9.027e9, 1400.0),
+        )
+    )
+    scene = hcm.Scene(
+        hcm.Finger(phalanges), hcm.Surface(0.143587, 0.052), hcm.Tip(418400.0, 0.305, 0.914),
+        start=hcm.RigidStart((0.0,) * 5, (2.046, 3.451, 5.157, 3.552, 10.022), 0.0),
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+    run, fine = (simulate_within(accuracy, scene) for accuracy in (1e-3, 1e-4))
+    names = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
+    for name in (*names, "peak_normal_force_time_s", "peak_stress_R_Pa"):
+        apart = abs(getattr(run.summary, name) - getattr(fine.summary, name))
+        assert apart <= run.errors[name] + fine.errors[name], name

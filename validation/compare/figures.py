@@ -89,8 +89,6 @@ def assumption_bars(
 ) -> list[int]:
     """Horizontal bars, the first name's on top; returns their places.
 
-    Parameters
-    ----------
     axes, titles : one for each quantity.
     values, starts : (name, quantity), how long a bar is and where it begins; nan: none.
     split : from this name on bars are grey, and set apart.
@@ -114,8 +112,6 @@ def difference_figure(
 ) -> None:
     """E of each model on a scene, with u as its bar; between the first two, what the steps add.
 
-    Parameters
-    ----------
     models : the quantities of one model after another.
     stairs : for each step those quantities after it, the first those that it starts from.
     labels : by the model's name what it is called; by "" what it is compared with.
@@ -158,8 +154,6 @@ def _percent(one: Difference) -> float:
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
     """Fig. 7: the reduced model with different numbers of elements.
 
-    Parameters
-    ----------
     runs : label and run of each line.
     """
     looks = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
@@ -182,8 +176,6 @@ def overlay_figure(
 ) -> None:
     """Fig. 9: the reduced model against the reference.
 
-    Parameters
-    ----------
     runs : one line each.
     spread_over : runs whose smallest and largest force at each time make the shaded band.
     compared : by scene, references and runs whose difference from them is drawn below: of F_n, in

@@ -14,8 +14,6 @@ FORCES = {"normal_force_N": "Fn", "tangential_force_N": "Ft"}  # names and title
 def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[Any]:
     """A force at the times t - t_c: linear between two steps, zero before the first and after all.
 
-    Parameters
-    ----------
     time : (n,), s after first contact.
     """
     contact = record.value("contact_time_s")
@@ -40,8 +38,6 @@ def first_tap(
 
     None where a run has no contact, one that is not over, or one that lasts no time.
 
-    Parameters
-    ----------
     samples : equally spaced times; None takes every step of every run.
     """
     ends = [record.value("contact_duration_s") for record in records]

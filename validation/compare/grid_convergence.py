@@ -91,15 +91,10 @@ def convergence(
     fitted by least squares. If there is none, what the finest is off by is at most the spread of
     three levels of equal scatter in 87 of 100 cases, of four in 95, of five in 98.
 
-    Parameters
-    ----------
     sizes : refined quantity (element size, step, 1/penalty), coarse to fine; three at least.
     formal_order : the method's order in it
 
-    Raises
-    ------
-    ValueError
-        With fewer than three levels or sizes that do not fall.
+    Raises ValueError: with fewer than three levels or sizes that do not fall.
     """
     if len(sizes) < 3 or len(sizes) != len(values):
         raise ValueError(f"{len(sizes)} sizes, {len(values)} values: three levels are needed")

@@ -59,14 +59,9 @@ class Rating(NamedTuple):
 def iso18571(computed: Floats, reference: Floats) -> Rating:
     """Rate a curve.
 
-    Parameters
-    ----------
     computed, reference : (n,), equally spaced samples at the same times, n at least 20.
 
-    Raises
-    ------
-    ValueError
-        The curves differ in length, are too short, not finite, or one is constant.
+    Raises ValueError: the curves differ in length, are too short, not finite, or one is constant.
     """
     c, t = (np.asarray(curve, dtype=float) for curve in (computed, reference))
     if c.shape != t.shape or c.ndim != 1 or c.size < 20:

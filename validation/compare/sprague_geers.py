@@ -34,14 +34,9 @@ def sprague_geers(
 ) -> SpragueGeers:
     """Metrics of two curves on one time grid.
 
-    Parameters
-    ----------
     time, computed, reference : (n,), time increasing.
 
-    Raises
-    ------
-    ValueError
-        One of the curves is zero throughout: its magnitude and phase mean nothing.
+    Raises ValueError: one of the curves is zero throughout: its magnitude and phase mean nothing.
     """
     sizes = [float(np.abs(curve).max()) for curve in (computed, reference)]
     if min(sizes) <= 0.0:

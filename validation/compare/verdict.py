@@ -68,8 +68,6 @@ def judge(
 ) -> Verdict | None:
     """The verdict on a number and its reference; None where there is nothing to compare.
 
-    Parameters
-    ----------
     value, target : S and D, in one unit.
     value_error, target_error : u_S and u_D in that unit; None or infinite: not known.
     tolerance : percent of D.

@@ -25,8 +25,6 @@ Values = dict[str, float | None]
 class LevelRuns:
     """Runs of one scene on one model, all from the same impact state.
 
-    Parameters
-    ----------
     source, overrides : as `load_scene` takes them
     model : fem3d or fem2d
     store : where results are kept, and found again by a later study

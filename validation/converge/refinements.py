@@ -60,8 +60,6 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     An edge of the tip that is split in two halves its size and takes the root of the growth: with
     both, and not the tip's size alone, the graded part converges too.
 
-    Parameters
-    ----------
     scale : the finger's diameter over 15 mm
     patch : radius of the patch of contact as predicted, m
     quick : coarser levels and fewer of them: minutes, and a wider error bar
@@ -105,10 +103,7 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
 def check_given(overrides: Sequence[str], wanted: Sequence[Refinement]) -> None:
     """Refuse a ``KEY=VALUE`` that no level would keep.
 
-    Raises
-    ------
-    UserError
-        Every level sets that key itself.
+    Raises UserError: every level sets that key itself.
     """
     always = set.intersection(*(set(keys) for one in wanted for keys in one.levels.values()))
     if "solver.fem.accuracy" in always:  # which no level leaves to the models' common one

@@ -33,10 +33,7 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
 
     ``*.dat`` is CalculiX's, a file with LS-DYNA's lines is an rcforc, all others are CSV.
 
-    Raises
-    ------
-    UserError
-        The file, or the one beside it, is refused.
+    Raises UserError: the file, or the one beside it, is refused.
     """
     path = Path(source)
     if not os.path.isfile(source):

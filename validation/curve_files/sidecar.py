@@ -70,10 +70,7 @@ class Sidecar(_Table):
 def read_sidecar(path: Path) -> Sidecar:
     """The keys beside a file of curves; the defaults where there are none.
 
-    Raises
-    ------
-    UserError
-        It can't be read, or a key is unknown or not what it may be.
+    Raises UserError: it can't be read, or a key is unknown or not what it may be.
     """
     beside = path.with_name(f"{path.name}.toml")
     try:

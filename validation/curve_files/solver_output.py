@@ -28,10 +28,7 @@ _DAT_ROW = re.compile(
 def read_solver_output(text: str, origin: str, sidecar: Sidecar) -> Samples:
     """The samples of one interface.
 
-    Raises
-    ------
-    UserError
-        A block can't be read, or it is not clear which interface is the finger's.
+    Raises UserError: a block can't be read, or it is not clear which interface is the finger's.
     """
     dyna = RCFORC.search(text) is not None
     blocks, row = (RCFORC, _RCFORC_ROW) if dyna else (DAT, _DAT_ROW)

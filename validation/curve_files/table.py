@@ -22,11 +22,8 @@ KNOWN = ", ".join(f"{name}_{'|'.join(units)}" for name, units in UNITS.items())
 def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
     """The samples of a CSV file.
 
-    Raises
-    ------
-    UserError
-        A column is unknown, missing or there twice, a cell is empty or no number, or the sidecar
-        has keys that are of no use here.
+    Raises UserError: a column is unknown, missing or there twice, a cell is empty or no number, or
+        the sidecar has keys that are of no use here.
     """
     for key in sidecar.model_fields_set & {"time_unit", "force_unit", "interface", "side"}:
         raise UserError(f"{origin}.toml: {key} is a solver's output's; a CSV's header has units")

@@ -16,10 +16,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
 
     Time counts from the scene's start; forces are the whole body's, zero out of contact.
 
-    Raises
-    ------
-    UserError
-        Times do not rise, a force pulls, there is none, or a record begins or ends in contact.
+    Raises UserError: times do not rise, a force pulls, there is none, or a record begins or ends in
+        contact.
     """
     line, beside, body = samples.lines, f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
     if line.size < 3:

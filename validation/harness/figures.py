@@ -42,8 +42,6 @@ def panels(
 ) -> Iterator[Any]:
     """Axes (rows, columns) of a figure, saved as PNG and SVG when the block ends without an error.
 
-    Parameters
-    ----------
     width, height : of one panel, inches.
     style : matplotlib settings beside `STYLE`.
     subplots : further arguments of `matplotlib.pyplot.subplots`.

@@ -59,10 +59,7 @@ def atomic(path: Path) -> Iterator[Path]:
 def sole_use(folder: Path) -> Iterator[None]:
     """Keep other commands out of a folder of results; however this process ends, they may use it.
 
-    Raises
-    ------
-    UserError
-        Another command is at work there.
+    Raises UserError: another command is at work there.
     """
     with (folder / ".in_use").open("a") as file:
         try:
@@ -99,10 +96,7 @@ def write_json(path: Path, value: Mapping[str, Any]) -> None:
 def output_folder(path: Path) -> Path:
     """Create the folder and prove that it can be written to, before any work is done.
 
-    Raises
-    ------
-    UserError
-        The folder cannot be created or written.
+    Raises UserError: the folder cannot be created or written.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -140,11 +134,8 @@ def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> 
 
     The summary says that a run is there as a whole.
 
-    Raises
-    ------
-    OSError
-        Not all could be written. The summary, which needs least room, is tried nevertheless, and
-        its message says what is not there.
+    Raises OSError: not all could be written. The summary, which needs least room, is tried
+        nevertheless, and its message says what is not there.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -221,10 +212,7 @@ def write_fields(folder: Path, fields: Fields) -> Path:
 
     ParaView, PyVista and meshio open them.
 
-    Raises
-    ------
-    OSError
-        Not all could be written; those that were are removed: nothing names them.
+    Raises OSError: not all could be written; those that were are removed: nothing names them.
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "tap.pvd"

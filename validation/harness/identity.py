@@ -68,10 +68,7 @@ def imports(text: str) -> Iterator[tuple[str, str]]:
 def module_file(name: str, root: Path = ROOT) -> str:
     """The file of a module by its dotted name.
 
-    Raises
-    ------
-    ModuleNotFoundError
-        There is no such module.
+    Raises ModuleNotFoundError: there is no such module.
     """
     path = os.path.join(root, *name.split("."))
     for file in (f"{path}.py", os.path.join(path, "__init__.py")):
@@ -98,8 +95,6 @@ def closure(
 ) -> tuple[Mapping[str, bytes], frozenset[str]]:
     """Modules that these import, themselves included, and the libraries that all of them import.
 
-    Parameters
-    ----------
     modules : dotted names.
     without : packages that have no part in the result, though something imports them.
     root : folder that holds the packages.
@@ -161,8 +156,6 @@ def _sources_and_versions(
 def program(*modules: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Source, versions and machine that the results of these modules depend on.
 
-    Parameters
-    ----------
     modules : dotted names of the modules whose code makes the result.
     without : packages of ours that have no part in it; see `closure`.
     """

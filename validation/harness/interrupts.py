@@ -42,10 +42,7 @@ Result = TypeVar("Result")
 def unless_interrupted(result: Result) -> Result:
     """A run's result. An interrupted solver returns what it has: who needs it whole does not go on.
 
-    Raises
-    ------
-    KeyboardInterrupt
-        The run was interrupted.
+    Raises KeyboardInterrupt: the run was interrupted.
     """
     status = getattr(result, "status", None)
     if getattr(status, "name", status) == "INTERRUPTED":
@@ -82,11 +79,8 @@ def heard_interrupts() -> Iterator[None]:
     A signal that is ignored (``nohup``) or someone else's to answer stays as it is; where the
     system's timer is in use, it changes nothing.
 
-    Raises
-    ------
-    KeyboardInterrupt
-        When that is safe, with the signal's name; at the latest, of an interrupt that still
-        waits, at the end.
+    Raises KeyboardInterrupt: when that is safe, with the signal's name; at the latest, of an
+        interrupt that still waits, at the end.
     """
     on_main = threading.current_thread() is threading.main_thread()
     ordinary_answers = (signal.default_int_handler, signal.SIG_DFL)

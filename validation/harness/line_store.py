@@ -19,8 +19,6 @@ KEY, DIGEST = "key", "digest"
 class LineStore:
     """Results of a file, by their inputs.
 
-    Parameters
-    ----------
     path : of the file, made with the first result.
     """
 

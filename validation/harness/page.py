@@ -51,8 +51,6 @@ def bar(value: float | None, error: float | None) -> str:
 def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
     """Fill a template of ``templates`` and write it atomically.
 
-    Parameters
-    ----------
     template : file name; it extends ``base.html.j2``, whose blocks are the page's sections.
     context : what the template names.
     """

@@ -185,16 +185,10 @@ def call_isolated(
 ) -> Any:
     """Call a module-level function in a process started from nothing.
 
-    Parameters
-    ----------
     limit_s : after which the process is killed; None: never.
 
-    Raises
-    ------
-    CrashedError
-        The process was killed, crashed, raised, or took longer than its limit.
-    UserError, RunFailedError, OSError
-        As the function raised it.
+    Raises CrashedError: the process was killed, crashed, raised, or took longer than its limit.
+    Raises UserError, RunFailedError, OSError: as the function raised it.
     """
     ours, theirs = SPAWN.Pipe(duplex=False)
     process = SPAWN.Process(target=_answer, args=(theirs, function, arguments))

@@ -99,10 +99,7 @@ class _Record(_Part):
 def check_record(content: bytes) -> None:
     """Check the JSON of a stored record.
 
-    Raises
-    ------
-    ValueError
-        It is no record; names the key and what is wrong.
+    Raises ValueError: it is no record; names the key and what is wrong.
     """
     try:
         record = _Record.model_validate_json(content)
@@ -117,14 +114,9 @@ def check_record(content: bytes) -> None:
 def check_arrays(arrays: Mapping[str, NDArray[Any]], needed: tuple[str, ...]) -> None:
     """Check arrays over time: one length, numbers, times that are finite and do not run back.
 
-    Parameters
-    ----------
     needed : names of one-dimensional arrays that have to be there, unless there are none at all.
 
-    Raises
-    ------
-    ValueError
-        Names the array and what is wrong.
+    Raises ValueError: names the array and what is wrong.
     """
     if not arrays:
         return

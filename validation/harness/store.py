@@ -64,8 +64,6 @@ def _read_values(kind: type[Value], folder: Path) -> Value:
 class Store:
     """A folder of results.
 
-    Parameters
-    ----------
     folder : created when the first result is kept; None keeps nothing.
     fresh : find nothing; what is computed again takes the place of what was there.
     """
@@ -82,8 +80,6 @@ class Store:
     def find(self, inputs: Inputs, kind: type[Value]) -> Value | None:
         """Numbers and texts made from these inputs, None if they are to be computed.
 
-        Parameters
-        ----------
         kind : their type: a dataclass, or what JSON has; an array is read back as a list.
         """
         return self.load(inputs, partial(_read_values, kind))
@@ -99,8 +95,6 @@ class Store:
     def load(self, inputs: Inputs, read: Callable[[Path], Value]) -> Value | None:
         """The result made from these inputs, None if it is to be computed.
 
-        Parameters
-        ----------
         inputs : JSON values.
         read : takes the entry's folder, after its files were verified.
         """
@@ -122,8 +116,6 @@ class Store:
     def keep(self, inputs: Inputs, write: Callable[[Path], None]) -> bool:
         """Keep a result; whether that was possible. A full or read-only disk is said, not raised.
 
-        Parameters
-        ----------
         write : writes the result's files into the folder that it is given.
         """
         if self.folder is None:
@@ -202,10 +194,7 @@ def _folder_id(entry: Path) -> tuple[int, int] | None:
 def _digests(folder: Path) -> dict[str, str]:
     """SHA-256 of every file below a folder but the manifest.
 
-    Raises
-    ------
-    DamagedError
-        Something there is no plain file or folder: a link could lead anywhere.
+    Raises DamagedError: something there is no plain file or folder: a link could lead anywhere.
     """
     found = {}
     for path in sorted(folder.rglob("*")):

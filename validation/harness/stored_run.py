@@ -34,11 +34,8 @@ def _json(record: RunRecord) -> str:
 def check_run(record: RunRecord) -> None:
     """Check what a model gave back, before anything is made of it.
 
-    Raises
-    ------
-    ValueError
-        A scalar or a force of a completed run is no finite number, or it is no record; names what
-        is wrong.
+    Raises ValueError: a scalar or a force of a completed run is no finite number, or it is no
+        record; names what is wrong.
     """
     for key, value in record.summary.items():
         if record.ok and isinstance(value, float) and not math.isfinite(value):
@@ -99,8 +96,6 @@ def relabelled(
 ) -> RunRecord:
     """The record under the names that this run has: one result may serve several.
 
-    Parameters
-    ----------
     variant : None keeps the record's own.
     document : the scene's tables as they were read.
     """
@@ -141,10 +136,7 @@ def _record_of(entry: Path, inputs: Inputs) -> RunRecord:
 def _fields_of(entry: Path) -> Path:
     """The folder of an entry's fields, if it holds an index and its steps or is not there.
 
-    Raises
-    ------
-    ValueError
-        Something else is there.
+    Raises ValueError: something else is there.
     """
     folder = entry / FIELDS
     paths = list(folder.iterdir()) if folder.exists() else []
@@ -159,8 +151,6 @@ def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> Run
 
     What a run's folder held before is removed; the caller writes the record's files.
 
-    Parameters
-    ----------
     folder : of the run.
     fields : whether its fields are wanted there.
     """

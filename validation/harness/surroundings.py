@@ -28,10 +28,8 @@ def open_closed_streams() -> None:
 def refuse_unusable_surroundings() -> None:
     """Refuse limits and environment variables with which numba or OpenBLAS cannot work.
 
-    Raises
-    ------
-    UserError
-        One line: the limit or the variable, its value, what is allowed and what to do.
+    Raises UserError: one line: the limit or the variable, its value, what is allowed and what to
+        do.
     """
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:

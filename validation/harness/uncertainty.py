@@ -8,8 +8,6 @@ DIGITS = 6  # of a number, however small its error is
 def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     """``95.2 +- 0.4``: the error to one digit, to two where the first is a 1, upwards.
 
-    Parameters
-    ----------
     error : absolute; None: none is stated; infinite: nothing is known of it, ``95.1523 +- ?``.
     digits : where there is none.
     """

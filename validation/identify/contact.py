@@ -97,16 +97,12 @@ def identify_contact(
 ) -> ContactIdentification:
     """Identify k and eta^2 of a scene's tip.
 
-    Parameters
-    ----------
     refinements : (edge over Hertz's contact radius, growth), coarse to fine; one is enough for k.
 
-    Raises
-    ------
-    UserError
-        The scene's finger cannot be meshed with these edges, or has no round end to press.
-    RunFailedError
-        The reduced model does not tap, or the contact's active set does not settle.
+    Raises UserError: the scene's finger cannot be meshed with these edges, or has no round end to
+        press.
+    Raises RunFailedError: the reduced model does not tap, or the contact's active set does not
+        settle.
     """
     from reference_fem.hertz import hertz_contact_radius, hertz_indentation, hertz_stiffness
     from reference_fem.statics.indentation import contact_area, indent, mindlin_ratio
@@ -198,10 +194,7 @@ def stated_force(
 def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     """Peak normal force of the reduced model with another k, N.
 
-    Raises
-    ------
-    RunFailedError
-        It does not tap.
+    Raises RunFailedError: it does not tap.
     """
     import hcm
 

@@ -37,12 +37,9 @@ def is_own(name: str) -> bool:
 def adapter(name: str, option: str = "--model") -> Adapter:
     """The adapter of a model; the option that named it begins a refusal.
 
-    Raises
-    ------
-    UserError
-        No installed model has that name.
-    RunFailedError
-        The package of that model can't be loaded, or what it names is no adapter.
+    Raises UserError: no installed model has that name.
+    Raises RunFailedError: the package of that model can't be loaded, or what it names is no
+        adapter.
     """
     door = _doors().get(name)
     if door is None:

@@ -85,10 +85,7 @@ class Adapter(Protocol):
         A solver's status is let through as the record's. A model that has nothing to resume
         ignores the checkpoint.
 
-        Raises
-        ------
-        UserError
-            The model cannot take this scene.
+        Raises UserError: the model cannot take this scene.
         """
 
 
@@ -128,8 +125,6 @@ def to_record(
 ) -> RunRecord:
     """A model's ``TapResult`` as the common record.
 
-    Parameters
-    ----------
     result : object with status, message, history, summary and, where the model has them, forces (of
         every step), events, statistics, cautions, errors and
         accuracy

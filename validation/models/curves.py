@@ -45,11 +45,8 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
     - peaks: of the samples in between, that of F_t signed, of the largest magnitude
     - impulse: the integral of F_n in between, trapezoid over the samples
 
-    Raises
-    ------
-    ValueError
-        The arrays are no curves (shapes, order of time, finite numbers), there is no force, or
-        they begin or end in contact.
+    Raises ValueError: the arrays are no curves (shapes, order of time, finite numbers), there is no
+        force, or they begin or end in contact.
     """
     for name in ("time_s", "normal_force_N", "tangential_force_N"):
         given = getattr(curves, name)
@@ -134,15 +131,10 @@ def record_of(
 ) -> RunRecord:
     """The curves as the record of a completed run, cautioned where its scalars contradict them.
 
-    Parameters
-    ----------
     model : as tables call it.
     wall_time_s : duration of the solve; None for data.
 
-    Raises
-    ------
-    ValueError
-        As `tap_scalars`, or a scalar has a key that no quantity has.
+    Raises ValueError: as `tap_scalars`, or a scalar has a key that no quantity has.
     """
     unknown = set(curves.scalars) - {entry.key for entry in QUANTITIES}
     if unknown:

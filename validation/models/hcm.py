@@ -30,14 +30,9 @@ REFINED = "solver.hcm.assumptions='refined'"
 def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
     """The scene as keyword arguments of ``hcm.simulate``.
 
-    Parameters
-    ----------
     estimate : whether errors are estimated, where the scene does not switch that off.
 
-    Raises
-    ------
-    UserError
-        The reduced model cannot take this scene.
+    Raises UserError: the reduced model cannot take this scene.
     """
     import hcm
 

@@ -39,10 +39,7 @@ class Impact:
 def impact_of(scene: NamedScene) -> Impact:
     """Let the thin rods fall from the scene's start until their end touches.
 
-    Raises
-    ------
-    RunFailedError
-        The surface is not reached.
+    Raises RunFailedError: the surface is not reached.
     """
     from reference_fem.rigid_chain import ChainState, build_chain
     from reference_fem.rigid_flight import fly

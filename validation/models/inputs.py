@@ -35,8 +35,6 @@ def _content(path: Path) -> str:
 def run_inputs(tables: Scene, model: str, *modules: str, **more: Any) -> dict[str, Any]:
     """Inputs of a run.
 
-    Parameters
-    ----------
     model : hcm, fem3d, fem2d; its adapter and its package are parts of the result.
     modules : further ones whose code makes the result.
     more : what else the result depends on, as JSON values: a start state, wanted times.

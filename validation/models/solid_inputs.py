@@ -44,10 +44,7 @@ def finger_geometry(tables: Scene) -> Any:
 def solver_settings(tables: Scene) -> Any:
     """The reference's settings: its defaults, then the preset's, then the scene's own.
 
-    Raises
-    ------
-    ValueError
-        The scene states a number of a contact law or a flight that it does not take.
+    Raises ValueError: the scene states a number of a contact law or a flight that it does not take.
     """
     import reference_fem
 

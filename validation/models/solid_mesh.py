@@ -148,10 +148,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
 def sizes_of(tables: Scene) -> Any:
     """What the scene's accuracy asks of the mesh; None where it asks for none.
 
-    Raises
-    ------
-    ValueError
-        It cannot be kept, or a preset is stated beside it.
+    Raises ValueError: it cannot be kept, or a preset is stated beside it.
     """
     import reference_fem
 

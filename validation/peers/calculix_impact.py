@@ -49,16 +49,11 @@ def deck(
 
     It prints the floor's force after every increment, and fields: CalculiX knows one frequency.
 
-    Parameters
-    ----------
     displacement, velocity : (n_points, 3), m and m/s, at the start.
     step_s : of every increment; None: automatic ones.
     stresses : whether they are printed, in the place of velocities.
 
-    Raises
-    ------
-    ValueError
-        The contact law is one that CalculiX has not.
+    Raises ValueError: the contact law is one that CalculiX has not.
     """
     if not isinstance(model.contact, SurfaceContact):
         raise ValueError(f"{type(model.contact).__name__}: only 'surface' is a law of CalculiX too")

@@ -206,8 +206,6 @@ def tap(
 ) -> PeerTap:  # fmt: skip
     """Fall from rest and tap.
 
-    Parameters
-    ----------
     given : finger, surface, tip and drive, as for `hcm.simulate`; undriven, sliding in +X.
     flight_step, contact_step : s.
     located : see the module.
@@ -217,10 +215,7 @@ def tap(
     spectral_radius : of Exudyn's generalized-alpha method.
     jacobian_a_step : whether every step makes a Jacobian, or keeps one while Newton converges.
 
-    Raises
-    ------
-    PeerFailedError
-        Exudyn stopped, or the tap is not complete.
+    Raises PeerFailedError: Exudyn stopped, or the tap is not complete.
     """
     finger = _Finger(given, adaptive, spectral_radius, jacobian_a_step)
     contact = finger.fly(flight_step, contact_step, located, until)

@@ -75,8 +75,6 @@ def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
     The rotation minimises sum |R X - x|^2 over the body's nodes (Kabsch, by the singular values
     of sum X x^T about the means).
 
-    Parameters
-    ----------
     rest, now : (n, 3) positions before and after.
     bodies : (n,) number of the body that each point belongs to.
     """

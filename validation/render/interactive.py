@@ -38,8 +38,6 @@ def write_interactive(
 ) -> None:
     """Write the file.
 
-    Parameters
-    ----------
     steps : times since the first touch, s, and the body's surface of quadrilaterals, m, of the same
         cells at each, with the field on its cells.
     limits : of the field's colours.

@@ -61,8 +61,6 @@ def render_run(
 ) -> Renders:
     """Draw pictures of one run from its ``fields`` folder.
 
-    Parameters
-    ----------
     run_folder : holds summary.json and fields/tap.pvd.
     out : folder for the pictures, named ``<prefix>-<what>.png`` (see `SUFFIXES`).
     wanted : which of `PICTURES`, or interactive; a pressure is drawn where the fields hold one.

@@ -38,10 +38,7 @@ class DrawnRun:
 def read_run(folder: Path) -> DrawnRun:
     """Read a run's summary and the index of its fields.
 
-    Raises
-    ------
-    UserError
-        One line: which file is missing or not what a run writes, and what to do.
+    Raises UserError: one line: which file is missing or not what a run writes, and what to do.
     """
     for part in ("summary.json", "fields/tap.pvd"):
         if not (folder / part).is_file():
@@ -69,10 +66,7 @@ def read_run(folder: Path) -> DrawnRun:
 def read_curves(folder: Path) -> tuple[str, Any]:
     """A run's name, and its time since the first touch (s), F_n and F_t (N) of every step.
 
-    Raises
-    ------
-    UserError
-        As `read_run`.
+    Raises UserError: as `read_run`.
     """
     import numpy as np
 
@@ -98,11 +92,8 @@ def _damaged(folder: Path, part: str, error: Exception) -> UserError:
 def read_steps(folder: Path) -> list[tuple[float, Path]]:
     """Times and files of a PVD collection.
 
-    Raises
-    ------
-    ValueError
-        There are none, or a file lies elsewhere: a collection made by others must not lead out of
-        its folder.
+    Raises ValueError: there are none, or a file lies elsewhere: a collection made by others must
+        not lead out of its folder.
     """
     steps = []
     for entry in ElementTree.parse(folder / "tap.pvd").getroot().iter("DataSet"):
@@ -131,10 +122,7 @@ def _finite(number: Any) -> float:
 def check_fields(path: Path, mesh: Any) -> None:
     """Check that a mesh read from a VTU file holds a step's fields.
 
-    Raises
-    ------
-    UserError
-        One line that names the file and what it lacks.
+    Raises UserError: one line that names the file and what it lacks.
     """
     import numpy as np
 

@@ -55,8 +55,6 @@ def deformed(path: Path, cut: bool) -> Any:
 def surface(mesh: Any, cut: bool) -> Any:
     """Surface of a body.
 
-    Parameters
-    ----------
     cut : whether to keep only the far half of a half model, so that the plane of motion with the
         stress inside the body faces the camera; otherwise the half is completed by its mirror.
     """

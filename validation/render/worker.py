@@ -134,17 +134,11 @@ class Drawing:
 def draw_run(folders: Sequence[Path], out: Path, prefix: str, wanted: Sequence[str]) -> None:
     """Draw pictures of the first folder's run, in a process of its own: VTK's words are not shown.
 
-    Parameters
-    ----------
     folders : of the run, and of others, whose forces an interactive page shows.
     wanted : any of `off_screen.PICTURES` or ``interactive``, each a method of `Drawing`.
 
-    Raises
-    ------
-    UserError
-        A folder holds no run to draw.
-    RunFailedError
-        The drawing failed.
+    Raises UserError: a folder holds no run to draw.
+    Raises RunFailedError: the drawing failed.
     """
     with open(os.devnull, "wb") as nothing:
         os.dup2(nothing.fileno(), 2)

@@ -85,12 +85,9 @@ def solve(
 ) -> Outcome:
     """Warm up, unless this process has solved a scene of the model (`warm`); solve and measure.
 
-    Raises
-    ------
-    UserError
-        The model cannot take this scene.
-    RunFailedError
-        The solver stopped with an error of its own; its trace is kept in ``folder``.
+    Raises UserError: the model cannot take this scene.
+    Raises RunFailedError: the solver stopped with an error of its own; its trace is kept in
+        ``folder``.
     """
     try:
         module = adapter(model)
@@ -209,8 +206,6 @@ def compile_in_fresh_process(
 
     Models of one kind share kernels: each kind has a process, beside the other's.
 
-    Parameters
-    ----------
     models : that are to be run.
     say : told what is loaded, or compiled the first time.
     """
@@ -236,8 +231,6 @@ def in_fresh_process(jobs: Sequence[Job], folder: Path, store: Store = NO_STORE)
     A crash of the process (a segmentation fault, the system out of memory) is reported as the
     failure of the job that caused it: after a crash each job gets a process of its own.
 
-    Parameters
-    ----------
     store : where results are kept and found again.
     """
     return _run([_task(job, folder, store, number == 0) for number, job in enumerate(jobs)])

@@ -157,15 +157,10 @@ def read_scene(text: str, origin: str) -> Scene:
 def load_scene(source: str, overrides: Iterable[str] = ()) -> NamedScene:
     """Read, override and validate a scene.
 
-    Parameters
-    ----------
     source : built-in name or path of a TOML file.
     overrides : ``KEY=VALUE`` texts, applied in order.
 
-    Raises
-    ------
-    UserError
-        One line naming key, value, what is allowed and what to do.
+    Raises UserError: one line naming key, value, what is allowed and what to do.
     """
     name, document = read_document(source)
     return changed_scene(name, document, overrides, source)

@@ -90,8 +90,6 @@ def _as_toml(node: Any) -> Any:
 def scene_text(values: dict[str, Any]) -> str:
     """A scene's text: keys with their values, and as comments the others with their defaults.
 
-    Parameters
-    ----------
     values : tables of the scene that the new one starts from.
     """
     schema = scene_schema()

@@ -46,10 +46,7 @@ def quantity_of(key: str) -> Quantity | None:
 def check_key(key: str, origin: str) -> None:
     """Refuse a key that no scene has.
 
-    Raises
-    ------
-    UserError
-        Naming the nearest one.
+    Raises UserError: naming the nearest one.
     """
     if key in known_keys():
         return
@@ -67,10 +64,7 @@ def clash(key: str, others: Iterable[str]) -> str:
 def check_apart(keys: Iterable[str], origin: str) -> None:
     """Refuse keys of which one gives another its value too.
 
-    Raises
-    ------
-    UserError
-        Naming both.
+    Raises UserError: naming both.
     """
     seen: list[str] = []
     for key in keys:
@@ -82,10 +76,7 @@ def check_apart(keys: Iterable[str], origin: str) -> None:
 def check_value(key: str, value: Any, origin: str) -> None:
     """Refuse a value that its key can't have in any scene.
 
-    Raises
-    ------
-    UserError
-        With what is allowed.
+    Raises UserError: with what is allowed.
     """
     if text := refusal_of(key, value, origin):
         raise UserError(text)

@@ -69,8 +69,6 @@ def solve_plan(
 ) -> tuple["xarray.Dataset", list[str]]:
     """Solve what is not finished and write the dataset; messages of runs that failed or crashed.
 
-    Parameters
-    ----------
     where : processes here, None for one a core, or the address of a Dask cluster.
     """
     finished = LineStore(folder / "results.jsonl")

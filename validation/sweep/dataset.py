@@ -71,8 +71,6 @@ def _error(entry: Quantity, result: Solved) -> float:
 def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> xarray.Dataset:
     """The dataset.
 
-    Parameters
-    ----------
     rows : of each point the solvers' results.
     """
     import xarray

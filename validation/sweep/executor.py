@@ -58,10 +58,8 @@ def processes_here(count: int | None) -> Iterator[Crew]:
 def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
     """The workers of a Dask cluster that is there.
 
-    Raises
-    ------
-    UserError
-        Dask is not installed, nothing answers at the address, or workers have other versions.
+    Raises UserError: Dask is not installed, nothing answers at the address, or workers have other
+        versions.
     """
     try:
         from distributed import Client
@@ -155,10 +153,7 @@ def solve_all(
 ) -> None:
     """Solve tasks; every row is handed to `keep` as soon as its batch is there.
 
-    Raises
-    ------
-    RunFailedError
-        The executor has lost a batch `TRIES` times, or its scheduler.
+    Raises RunFailedError: the executor has lost a batch `TRIES` times, or its scheduler.
     """
     wanted = {model: programs(model) for model in {task.model for task in tasks}}
     todo, again = deque(tasks), deque[tuple[tuple[Task, ...], int]]()

@@ -105,10 +105,7 @@ def _on_one_line(value: Any) -> str:
 def read_plan(path: Path) -> Plan:
     """Read and check a plan.
 
-    Raises
-    ------
-    UserError
-        One line naming the key, its value, what is allowed and what to do.
+    Raises UserError: one line naming the key, its value, what is allowed and what to do.
     """
     origin = f"plan {path}"
     document = read_toml(path, origin)

@@ -86,8 +86,6 @@ def solve_tasks(
 ) -> list[Row]:  # fmt: skip
     """In a worker: rows of (model, overrides), in their order.
 
-    Parameters
-    ----------
     wanted : `programs` by model, of the command that asks.
     """
     from threadpoolctl import threadpool_limits
@@ -105,10 +103,7 @@ def solve_tasks(
 def check_program(own: Mapping[str, Any], wanted: Mapping[str, Any], where: str) -> None:
     """Refuse a worker whose `programs` are not the command's.
 
-    Raises
-    ------
-    UserError
-        Naming what differs.
+    Raises UserError: naming what differs.
     """
     if differing := difference(own, wanted):
         raise UserError(f"{where}: {differing}; install the same program and versions there")

@@ -35,11 +35,9 @@ KEYS = tuple(entry.key for entry in COMPARED)
 def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) -> Plan:
     """What the command line asks for.
 
-    Raises
-    ------
-    UserError
-        A scene is refused or two have one name, a model is unknown, named twice, or takes one of
-        the scenes not, a tolerance or a file of curves can't be read, or a scene has none.
+    Raises UserError: a scene is refused or two have one name, a model is unknown, named twice, or
+        takes one of the scenes not, a tolerance or a file of curves can't be read, or a scene has
+        none.
     """
     named = {}
     for source in scenes or PAPER.scenes.values():
@@ -93,10 +91,7 @@ def _data(files: Sequence[str], scenes: Mapping[str, NamedScene]) -> Mapping[str
 def read_tolerances(text: str) -> Mapping[str, float]:
     """Percent by a quantity's key, of ``peak=5,impulse=3``.
 
-    Raises
-    ------
-    UserError
-        A name is unknown, or what follows it is no positive number.
+    Raises UserError: a name is unknown, or what follows it is no positive number.
     """
     found = {}
     for part in (part.strip() for part in text.split(",") if text):
@@ -141,8 +136,6 @@ def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Diff
 
     Returns the differences that a tolerance was asked for.
 
-    Parameters
-    ----------
     failures : one line for each run that failed.
     """
     rows = differences(runs, COMPARED)

@@ -128,8 +128,6 @@ def by_assumption(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
 def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
     """Jobs of one scene in the paper's comparison; the first of a group is measured.
 
-    Parameters
-    ----------
     estimate : whether the runs that the page's tables compare state their errors; others don't.
     """
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")

@@ -64,8 +64,6 @@ def accuracy_rows(
 ) -> list[dict[str, Any]]:
     """Rows of one scene: every compared quantity against every completed reference.
 
-    Parameters
-    ----------
     reduced : the run of ``hcm``.
     references : runs of the reference, each compared with the reduced run.
     spread_over : three-dimensional runs over meshes and penalty factors, whose spread is quoted
@@ -131,8 +129,6 @@ def efficiency_rows(
 ) -> list[dict[str, Any]]:
     """One row per run, each measured alone in a fresh process with its compiled code warm.
 
-    Parameters
-    ----------
     models : that are compared; the others are what they are compared with.
     """
     return [

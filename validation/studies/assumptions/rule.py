@@ -74,8 +74,6 @@ def fitted(known: pd.DataFrame, moved: Numbers, allowed: float) -> Rule:
 def rules(table: pd.DataFrame, moved: Numbers, names: list[str], cost: Numbers) -> pd.DataFrame:
     """A row for each assumption and error: the rule of all scenes, and how halves judge each other.
 
-    Parameters
-    ----------
     moved : (assumption, scene), percent, nan where a run did not complete.
     cost : (assumption,), the median share of the refined model's time that a run takes without it.
     """

@@ -102,8 +102,6 @@ def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]
     No refinement brings a model nearer to the other than the gap between their truths: a point
     below the gap is exact as far as the comparison goes.
 
-    Parameters
-    ----------
     points : `Point.solver` is the model.
     truths : by model; ``hcm``, ``fem3d`` and ``fem2d``.
     """

@@ -30,10 +30,7 @@ SHAFTS = {"fem3d": ((2.0, 1.0), (1.0, 1.0))}
 def solve_tap(model: str, shaft: float, tip: float) -> TapQuantities:
     """One tap from rest, contact by impulses.
 
-    Raises
-    ------
-    RuntimeError
-        The run did not complete.
+    Raises RuntimeError: the run did not complete.
     """
     name = f"shaft {shaft:g}, tip {tip:g}"
     setting = Setting(model, model, "", name, impulse_mesh(shaft, tip))

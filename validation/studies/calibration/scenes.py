@@ -39,8 +39,6 @@ class Case:
 def case(model: str, index: int, accuracy: float | None = None) -> Case:
     """The scene of that number, its elements and settings those of the `accuracy` if there is one.
 
-    Parameters
-    ----------
     accuracy : largest relative error wanted
     """
     kind = KINDS[index % len(KINDS)]

@@ -74,8 +74,6 @@ def driven_cases(
 ) -> tuple[Case, ...]:
     """Section 4.3.
 
-    Parameters
-    ----------
     factor, uncertainty : the identified t_3 factor, N m a printed unit.
     case_2_factor : the factor with which case 2 arrives at its printed time.
     fitted : the factor identified under each of ``NUMERICS``.

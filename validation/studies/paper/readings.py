@@ -26,10 +26,7 @@ VISIBLE = 0.005
 def scalar(runs: Runs, case: str, key: str) -> float:
     """One of a run's scalars.
 
-    Raises
-    ------
-    KeyError
-        The case has not run or has no such value.
+    Raises KeyError: the case has not run or has no such value.
     """
     value = runs[case].record.value(key)
     if value is None:

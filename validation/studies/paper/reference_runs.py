@@ -50,8 +50,6 @@ def run_references(run: Runner, progress: Progress) -> References:
 def penalty_for(target: float, values: Mapping[float, float]) -> float:
     """Penalty factor at which a force takes the target's size: a power law through two runs.
 
-    Parameters
-    ----------
     values : by penalty factor, two of them.
     """
     (p0, f0), (p1, f1) = sorted(values.items())

@@ -83,10 +83,7 @@ def flight(scene: str, factor: float, numerics: tuple[str, ...] = ()) -> Case:
 def arrival_time(run: CaseRun) -> float:
     """Time of first contact of a driven case, s.
 
-    Raises
-    ------
-    RunFailedError
-        The tip does not reach the surface with this factor.
+    Raises RunFailedError: the tip does not reach the surface with this factor.
     """
     time = run.record.value("contact_time_s")
     if time is None:

@@ -46,8 +46,6 @@ def compare_runs(
 ) -> list[Comparison]:
     """All compared scalars and the curves' metrics.
 
-    Parameters
-    ----------
     uncertainty : by key, the reference's own, relative.
     start : SAME or OWN.
     """

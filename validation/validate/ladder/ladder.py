@@ -45,8 +45,6 @@ def compute_ladder(
 ) -> Ladder:
     """Compute rungs 2 and 3; a scene that fails keeps the rungs before its failure.
 
-    Parameters
-    ----------
     full : use the preset `converged` as the reference; minutes instead of seconds.
     studies : folder of ``fingertap converge``, whose error bars are taken where they exist.
     store : where runs are kept and found again.

@@ -79,8 +79,6 @@ def accuracy_against_cost(
 ) -> list[Row]:
     """All models of every scene that has a best run of the reference, cheapest first.
 
-    Parameters
-    ----------
     predictions : the reduced model's runs with identified k and eta^2.
     best : rung 3's finest reference runs, from their own flight.
     """

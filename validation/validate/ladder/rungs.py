@@ -74,8 +74,6 @@ def contact_rung(
 ) -> tuple[list[Comparison], RunRecord, RunRecord, RunRecord]:
     """Rung 3: the identified k and eta^2 against the solid's own contact.
 
-    Parameters
-    ----------
     stored : relative uncertainties of the preset `converged` by key, where a study has them.
 
     Returns

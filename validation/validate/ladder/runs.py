@@ -61,8 +61,6 @@ def lumped_solid(
 ) -> RunRecord:
     """The solid with the lumped law at its flat end or on its hemisphere.
 
-    Parameters
-    ----------
     edges : of the section and along the axis, over the finger's diameter.
     """
     import meshes

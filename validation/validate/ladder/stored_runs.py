@@ -34,10 +34,7 @@ class LadderRuns:
     ) -> RunRecord:
         """The record of ``simulate(scene, *given, **named)``, a function of the module `runs`.
 
-        Raises
-        ------
-        UserError
-            A solid refuses the scene.
+        Raises UserError: a solid refuses the scene.
         """
         inputs = {
             "program": program(runs.__name__),

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas
 
 from validation.compare.verdict import error_percent
 from validation.errors import RunFailedError, UserError
@@ -18,21 +19,16 @@ from validation.models import without_estimate
 from validation.runs.execute import keep, solve
 from validation.scenes.load import NamedScene, load_scene
 
-if TYPE_CHECKING:
-    import pandas
-
 MEASURED = "wall_time_s"
 SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", MEASURED))
 
 
-def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame":
+def difference_table(scene: RunRecord, changed: RunRecord) -> pandas.DataFrame:
     """Both runs' scalars and the change in percent (`error_percent`) of the scene's own.
 
     Columns: quantity, scene, changed, difference_percent (empty where it has no meaning), and
     error_percent, the sum of what both runs state as their errors.
     """
-    import pandas
-
     rows = []
     for entry in SHOWN:
         before, after = entry.value(scene), entry.value(changed)
@@ -49,7 +45,7 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> "pandas.DataFrame"
 
 
 def difference_lines(
-    scene: RunRecord, changed: RunRecord, table: "pandas.DataFrame"
+    scene: RunRecord, changed: RunRecord, table: pandas.DataFrame
 ) -> Iterator[str]:
     """The table's rows for people, with as many digits as the errors leave."""
     yield f"  {'':<{WIDTH}}{'as it is':<26}{'changed':<26}change"

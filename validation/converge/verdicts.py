@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
@@ -117,8 +119,6 @@ def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
             return {}
     except ValueError:
         return {}
-    import pandas as pd
-
     table = pd.read_csv(path)
     if not {"refinement", "quantity", "uncertainty_percent"} <= set(table.columns):
         return {}

@@ -3,12 +3,11 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from validation.harness.files import write_text
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 def rounded(value: Any) -> str:
@@ -27,12 +26,12 @@ def heading(column: str) -> str:
     return column if "." in column else column.replace("_", " ")
 
 
-def for_people(table: "pd.DataFrame") -> "pd.DataFrame":
+def for_people(table: pd.DataFrame) -> pd.DataFrame:
     """The table rounded, without columns that are empty throughout."""
     return table.dropna(axis="columns", how="all").map(rounded)
 
 
-def write_table(folder: Path, name: str, table: "pd.DataFrame", caption: str) -> None:
+def write_table(folder: Path, name: str, table: pd.DataFrame, caption: str) -> None:
     """Write ``name.csv``, ``name.md`` and ``name.tex``."""
     write_text(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.10g"))
     people = for_people(table)
@@ -45,9 +44,7 @@ def write_table(folder: Path, name: str, table: "pd.DataFrame", caption: str) ->
     write_text(folder / f"{name}.tex", latex)
 
 
-def table_of(rows: Iterable[Any], columns: Sequence[str] | None = None) -> "pd.DataFrame":
+def table_of(rows: Iterable[Any], columns: Sequence[str] | None = None) -> pd.DataFrame:
     """Rows, mappings or dataclass instances, as a table of these columns; None: of all."""
-    import pandas as pd
-
     mappings = [row if isinstance(row, Mapping) else vars(row) for row in rows]
     return pd.DataFrame(mappings, columns=columns)

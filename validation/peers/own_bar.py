@@ -1,16 +1,16 @@
 """The bar in the reference: its own explicit step, whole, with the contact out of reach."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 
+import meshes
+import reference_fem as fem
+from reference_fem.dynamics.step import advance, start_state
+from reference_fem.model import Model, build_model
 from validation.harness.timing import shortest
 from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, BarRun, Floats, Integers
-
-if TYPE_CHECKING:
-    import reference_fem as fem
-    from reference_fem.model import Model
 
 POINTS = {"hex8-sri": 8, "hex8-one-point": 1}
 BUDGET_S = 2.0
@@ -19,13 +19,10 @@ LOWER = {2: [0, 1], 3: [0, 1, 5, 4]}
 
 
 def box_model(
-    points: Floats, cells: Integers, material: "fem.Material", surface: "fem.Surface",
-    drive: "fem.Drive", settings: "fem.Settings",
-) -> "Model":  # fmt: skip
+    points: Floats, cells: Integers, material: fem.Material, surface: fem.Surface,
+    drive: fem.Drive, settings: fem.Settings,
+) -> Model:  # fmt: skip
     """Model of a box or sheet without hinges whose lower side may touch."""
-    import meshes
-    from reference_fem.model import build_model
-
     facets = cells[:, LOWER[points.shape[1]]]
     lowest = facets[(points[facets, 1] == points[:, 1].min()).all(axis=1)]
     mesh = meshes.FingerMesh(
@@ -40,11 +37,6 @@ def box_model(
 
 def run_bar(bar: Bar, element: str) -> BarRun:
     """Take all steps at once, several times."""
-    import numba
-
-    import reference_fem as fem
-    from reference_fem.dynamics.step import advance, start_state
-
     points, cells = bar.mesh()
     model = box_model(
         points,

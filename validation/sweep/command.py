@@ -3,7 +3,8 @@
 from collections import Counter
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import xarray
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output, progress_bar, say
@@ -17,9 +18,6 @@ from validation.sweep.page import clear_report, write_report
 from validation.sweep.plan import Plan, assignment, read_plan
 from validation.sweep.points import PointTable, points_of
 from validation.sweep.runs import INTERRUPTED, PASSING, Row, Task, on_one_thread, task_of
-
-if TYPE_CHECKING:
-    import xarray
 
 
 def run_sweep(
@@ -66,7 +64,7 @@ def run_sweep(
 
 def solve_plan(
     chosen: Plan, points: PointTable, folder: Path, where: tuple[int | None, str | None]
-) -> tuple["xarray.Dataset", list[str]]:
+) -> tuple[xarray.Dataset, list[str]]:
     """Solve what is not finished and write the dataset; messages of runs that failed or crashed.
 
     where : processes here, None for one a core, or the address of a Dask cluster.

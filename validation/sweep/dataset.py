@@ -1,15 +1,14 @@
 """The results of a sweep as one dataset: points, numbers of every model, what they differ by."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray
 
 from validation.harness.files import write_dataset, write_text
 from validation.harness.provenance import provenance
@@ -26,9 +25,6 @@ from validation.sweep.plan import Plan
 from validation.sweep.points import PointTable
 from validation.sweep.runs import NOT_SHARED
 from validation.sweep.sensitivity import Floats
-
-if TYPE_CHECKING:
-    import xarray
 
 DATASET, TABLE = "sweep.nc", "sweep.csv"
 NOT_SOLVED = "NOT_SOLVED"
@@ -73,8 +69,6 @@ def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> x
 
     rows : of each point the solvers' results.
     """
-    import xarray
-
     data: dict[str, Any] = {}
     for key, values in points.columns.items():
         quantity = quantity_of(key)

@@ -1,13 +1,11 @@
 """A sweep's figures: parity, distribution of differences, maps over two variables."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray
 
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
 from validation.harness.quantities import TAP_AND_STRESS
@@ -15,9 +13,6 @@ from validation.scenes.messages import known_keys
 from validation.sweep.axis import quantity_of
 from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
-
-if TYPE_CHECKING:
-    import xarray
 
 MOST_MAPPED = 8  # variables of a map: 28 panels
 

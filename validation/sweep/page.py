@@ -1,14 +1,13 @@
 """A sweep's page: models against each other, errors over the variables, the worst scenes."""
 
-from __future__ import annotations
-
 import itertools
 import shlex
 from collections.abc import Hashable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray
 
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
@@ -23,9 +22,6 @@ from validation.sweep.figures import MOST_MAPPED, draw_distribution, draw_map, d
 from validation.sweep.plan import Plan, assignment
 from validation.sweep.points import PointTable
 from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, MOST_MISSING, Floats, sobol
-
-if TYPE_CHECKING:
-    import xarray
 
 WORST = 10
 WITHIN = (0.02, 0.05)  # shares that the table counts

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import hcm
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
 from validation.models import default_accuracy, without_estimate
@@ -82,8 +83,6 @@ def decisive_keys(tables: Scene) -> list[str]:
     """The keys that a scene states of meshes, contact laws, holes and assumptions: what the paper's
     comparison varies itself, and names its runs by.
     """
-    import hcm
-
     stated = tables.solver.hcm.stated(hcm.Assumptions)
     beams = list(stated) if hcm.Assumptions(**stated).any else []
     solid = [key for key in VARIED if key in tables.solver.fem.model_fields_set]

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import pandas as pd
+
 from hcm.assumptions import Assumptions
 from validation.compare.differences import Difference, difference
 from validation.compare.figures import assumption_bars
@@ -86,8 +88,6 @@ def _write(
     reference: RunRecord,
 ) -> None:  # fmt: skip
     """``waterfall.csv``, ``.md``, ``.tex`` and ``waterfall.png``."""
-    import pandas as pd
-
     table = pd.DataFrame(
         [
             {

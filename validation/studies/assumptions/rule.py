@@ -5,18 +5,14 @@ Its rule is one inequality, x <= t or x >= t, of the quantity x that lets the mo
 it and few of them wrongly, fitted on one half of the Sobol points and judged on the other.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from validation.studies.assumptions.points import DIAMETER
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Numbers = NDArray[np.float64]
 ALLOWED = (1.0, 2.0, 5.0)  # percent
@@ -25,8 +21,6 @@ WRONG = 0.05  # of the scenes that a rule holds for, where it is fitted
 
 def features(table: pd.DataFrame) -> pd.DataFrame:
     """What is known of each scene before its run: the predicted patch, slenderness, friction."""
-    import pandas as pd
-
     return pd.DataFrame(
         {
             "a/R": table["patch_over_radius"],
@@ -77,8 +71,6 @@ def rules(table: pd.DataFrame, moved: Numbers, names: list[str], cost: Numbers) 
     moved : (assumption, scene), percent, nan where a run did not complete.
     cost : (assumption,), the median share of the refined model's time that a run takes without it.
     """
-    import pandas as pd
-
     known = features(table)
     halves = np.array_split(np.arange(len(table)), 2)
     rows: list[dict[str, Any]] = []

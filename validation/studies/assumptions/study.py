@@ -8,14 +8,15 @@ tap's touches are those that it has, for another end of it is no error of theirs
 so that a study that was stopped goes on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+import tomli_w
+import xarray
 
 from validation.errors import RunFailedError
 from validation.harness.files import output_folder, write_text
@@ -27,10 +28,6 @@ from validation.studies.assumptions.points import DIAMETER, six, tables_of
 from validation.sweep.command import solve_plan
 from validation.sweep.plan import read_plan
 from validation.sweep.points import points_of
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray
 
 FILE = "assumptions_study.csv"
 ACCURACY = "solver.fem.accuracy"
@@ -48,13 +45,11 @@ ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
 
 def read_study() -> pd.DataFrame:
     """The stored one, a row for each scene."""
-    import pandas as pd
-
     with resources.as_file(resources.files("validation").joinpath("data", FILE)) as path:
         return pd.read_csv(path)
 
 
-def known(table: pd.DataFrame) -> pd.Series[bool]:
+def known(table: pd.DataFrame) -> pd.Series:
     """Of each scene whether the reference completed and keeps the bars."""
     kept = table[STATUS] == "COMPLETED"
     for key, bar in BARS.items():
@@ -74,8 +69,6 @@ def by_reference(table: pd.DataFrame, name: str, workers: int | None, out: Path)
 
 def solved(points: Sequence[dict[str, Any]], workers: int | None, out: Path) -> pd.DataFrame:
     """Points with the reference's numbers, to the finest accuracy at which it completed."""
-    import pandas as pd
-
     table = pd.DataFrame(points).assign(**{ACCURACY: ACCURACIES[0]})
     table = by_reference(table, "reference-0", workers, out)
     for number, accuracy in enumerate(ACCURACIES[1:], 1):
@@ -113,8 +106,6 @@ def by_variants(
     different touches. The last two are the refined model again, with an elastic flight, which the
     reference leaves out, and with its own end of the tap.
     """
-    import xarray
-
     refined = cumulative()[-1]
     models = [_model(v, v.name, "rigid") for v in variants]
     models.append(_model(refined, ELASTIC, "elastic"))
@@ -138,8 +129,6 @@ def _swept(
     workers: int | None, out: Path,
 ) -> xarray.Dataset:  # fmt: skip
     """A sweep over the table's scenes, its plan and points written beside it."""
-    import tomli_w
-
     keys = [key for key in table.columns if "." in key and key != ACCURACY]
     folder = output_folder(out / "study")
     write_text(folder / f"{name}.csv", table[[*keys, *more]].to_csv(index=False))

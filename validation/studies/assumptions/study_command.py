@@ -5,14 +5,14 @@ the reference's, so that they differ by what happens in the same touches. Beside
 refined model once more, with an elastic flight, and with its own end of the tap.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+import xarray
 from numpy.typing import NDArray
 
 from validation.compare.figures import assumption_bars
@@ -41,10 +41,6 @@ from validation.studies.assumptions.study import (
     read_study,
     solved,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray
 
 WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in TAP_AND_STRESS}  # percent
 OUTER = 5.0  # percent, that no number of any scene may be beyond
@@ -182,8 +178,6 @@ def shares_of(errors: Numbers, names: Sequence[str], bars: Numbers) -> pd.DataFr
 
     errors : (variant, scene, quantity), %. bars : (scene, quantity), the reference's own errors, %.
     """
-    import pandas as pd
-
     limits = np.array(list(WANTED.values()))
     size = np.where(np.isnan(errors), np.inf, np.abs(errors))
     rows = []

@@ -7,6 +7,8 @@ import subprocess
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numba
+
 from validation.harness.provenance import version
 from validation.models.adapter import Progress
 from validation.peers import own_bar
@@ -52,8 +54,6 @@ def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
 
     All on as many threads as the bar asks for and numba may use.
     """
-    import numba
-
     bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
     cases = [(program, e) for program in PROGRAMS if program.present for e in program.elements]
 

@@ -8,6 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from validation.harness.console import output
 from validation.harness.files import write_json, write_text
 from validation.harness.page import write_page
@@ -41,8 +43,6 @@ def save_machine(folder: Path, name: str, extra: Mapping[str, object]) -> None:
 
 
 def _table(folder: Path, name: str) -> dict[str, Any] | None:
-    import pandas as pd
-
     path = folder / f"{name}.csv"
     if not path.is_file():
         return None

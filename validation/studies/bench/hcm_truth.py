@@ -3,6 +3,10 @@
 import math
 from typing import Any
 
+import hcm
+from hcm import reference_solution
+from hcm.beam.chain import build_chain
+from hcm.model import rigid_motion
 from validation.compare.tap_errors import TapQuantities
 from validation.models.hcm import translate
 from validation.scenes.load import load_scene
@@ -15,8 +19,6 @@ CLEARANCE = 1e-9  # m
 
 def impact_start(surface_height: float, length: float) -> Any:
     """The rigid state from which the contact alone is studied."""
-    import hcm
-
     upper = sum(length * math.sin(angle) for angle in IMPACT_ANGLES)
     last = math.asin((surface_height - CLEARANCE - upper) / length)
     return hcm.RigidStart((*IMPACT_ANGLES, last), IMPACT_RATES)
@@ -24,18 +26,12 @@ def impact_start(surface_height: float, length: float) -> Any:
 
 def solve_tap(elements: int, rtol: float) -> TapQuantities:
     """The tap from rest: minutes."""
-    from hcm import reference_solution
-
     given = soft_arguments(elements)
     return _quantities(reference_solution.solve(**given, rtol=rtol, atol=1e-4 * rtol))
 
 
 def solve_impact(elements: int, rtol: float) -> TapQuantities:
     """The contact alone, from `impact_start`: a second at 5 elements, a half minute at 20."""
-    from hcm import reference_solution
-    from hcm.beam.chain import build_chain
-    from hcm.model import rigid_motion
-
     given = soft_arguments(elements)
     finger = given["finger"]
     chain, _ = build_chain(finger, given["drive"])

@@ -6,18 +6,20 @@ A whole step holds contact, update and audits beside the force.
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 
+import reference_fem as fem
+from reference_fem.dynamics.energy import sample
+from reference_fem.dynamics.guards import FULL_SEARCH, failure
+from reference_fem.dynamics.loop import audit_interval
+from reference_fem.dynamics.step import advance, start_state
+from reference_fem.model import ELEMENTS, Model
 from validation.harness.timing import shortest_in_turns
 from validation.models.adapter import Progress
 from validation.peers.bar import DENSITY, YOUNG, Floats, Integers, box
 from validation.peers.own_bar import box_model
-
-if TYPE_CHECKING:
-    from reference_fem import Material
-    from reference_fem.model import Model
 
 BOX = (100, 25, 24)  # elements along x, y, z
 SHEET = (300, 200)
@@ -71,10 +73,8 @@ class BlockCase:
     model_and_state_MB: float
 
 
-def falling_block(points: Floats, cells: Integers, element: str, material: "Material") -> "Model":
+def falling_block(points: Floats, cells: Integers, element: str, material: fem.Material) -> Model:
     """Model of a block without hinges right above the surface, centred about Y = 0."""
-    import reference_fem as fem
-
     points = points.copy()
     points[:, 1] -= points[:, 1].mean()  # the thickness of a plane model is that of a round section
     surface = fem.Surface(height=-float(points[:, 1].min()), friction=0.5)
@@ -83,15 +83,9 @@ def falling_block(points: Floats, cells: Integers, element: str, material: "Mate
 
 
 def falling_block_case(
-    points: Floats, cells: Integers, element: str, material: "Material"
+    points: Floats, cells: Integers, element: str, material: fem.Material
 ) -> BlockCase:
     """What is timed on one mesh with one element."""
-    from reference_fem.dynamics.energy import sample
-    from reference_fem.dynamics.guards import FULL_SEARCH, failure
-    from reference_fem.dynamics.loop import audit_interval
-    from reference_fem.dynamics.step import advance, start_state
-    from reference_fem.settings import Settings
-
     model = falling_block(points, cells, element, material)
     interval = audit_interval(model)
     velocity = NOISE * np.random.default_rng(0).standard_normal(model.points.shape)
@@ -99,7 +93,7 @@ def falling_block_case(
     start = start_state(model, np.zeros_like(model.points), velocity, 0.0)
     state, _ = advance(model, start, 1, True)
     force = np.empty_like(model.points)
-    settings = Settings()
+    settings = fem.Settings()
     energy = sample(model, state, advance(model, state, 1, True)[1], 0.0).energy_balance_J
 
     def steps(audits: int) -> Floats:
@@ -154,11 +148,6 @@ def _arrays(holder: object) -> Iterator[np.ndarray]:
 
 def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:
     """Time the force and the whole step of every element of one dimension, one thread first."""
-    import numba
-
-    from reference_fem import Material
-    from reference_fem.model import ELEMENTS
-
     points, cells = box(counts)
     before = numba.get_num_threads()
     available = [n for n in threads if n <= numba.config.NUMBA_NUM_THREADS]
@@ -167,7 +156,7 @@ def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: flo
         numba.set_num_threads(count)
         run()
 
-    material = Material(YOUNG, POISSON, DENSITY)
+    material = fem.Material(YOUNG, POISSON, DENSITY)
     built = {
         name: falling_block_case(points, cells, name, material) for name in ELEMENTS[len(counts)]
     }

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from validation.harness.timing import shortest
 from validation.models.adapter import Progress
 from validation.scenes.load import load_scene
@@ -35,8 +37,6 @@ class Size:
 
 def exponent(sizes: Sequence[int], times: Sequence[float]) -> float:
     """Slope p of the least-squares line log t = p log n + c."""
-    import numpy as np
-
     slope, _ = np.polyfit(np.log(sizes), np.log(times), 1)
     return float(slope)
 

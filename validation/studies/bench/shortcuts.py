@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from reference_fem.dynamics.step import advance, start_state
+from reference_fem.model import build_model
 from validation.compare.tap_errors import TapErrors, tap_errors
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
@@ -195,9 +197,6 @@ def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
 
 def measure_contact_search(model: str, budget_s: float) -> Entry:
     """Steps in flight, far from the surface, with and without the search for contact."""
-    from reference_fem.dynamics.step import advance, start_state
-    from reference_fem.model import build_model
-
     tables = load_scene("soft").tables
     solid = build_model(build_mesh(tables, DIMENSIONS[model]), *inputs(tables))
     rest = np.zeros_like(solid.points)

@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
+import hcm
+import reference_fem
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.console import say
 from validation.harness.identity import program
@@ -97,10 +99,7 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
     """A model's solve of the soft scene, with all that comes before it done (mesh, translation)."""
     scene = load_scene("soft", overrides)
     if model == "hcm":
-        import hcm
-
         return partial(hcm.simulate, **translate(scene, estimate=False))
-    import reference_fem
 
     mesh, light = (make(scene.tables, DIMENSIONS[model]) for make in (build_mesh, flight_mesh))
     return partial(reference_fem.simulate, mesh, *inputs(scene.tables), flight_mesh=light)

@@ -1,13 +1,12 @@
 """How well stated errors bound true ones: counts, a figure, a page."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from validation.harness.figures import BLACK, GREY, ORANGE, panels
 from validation.harness.page import write_page
@@ -16,9 +15,6 @@ from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
 from validation.studies.calibration.scenes import KINDS, Case
 from validation.studies.stated_errors import FLOOR, TIMES, WRONG, understated
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FAR = 3.0  # times the accuracy asked for
 # What an accuracy is about.
@@ -35,8 +31,6 @@ def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
     cautioned, doubted : whether the run has a caution, and its tight solve. missed : whether the
     stated error is too small. silent : whether the number is wrong, and the run says nothing.
     """
-    import pandas as pd
-
     lines = [
         (index, case.kind, "; ".join(case.overrides), quantity, stated / scale, true / scale,
          bool(row["caution"]), bool(row["tight_caution"]))
@@ -163,8 +157,6 @@ def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
 
 def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[str, str]) -> str:
     """Tables, figure and page of what is solved; one line that sums them up."""
-    import pandas as pd
-
     numbers = numbers_of(rows)
     tables = {
         f"{model}-calibration": (table(numbers), "Stated against true errors, by quantity"),

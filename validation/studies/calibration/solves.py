@@ -9,11 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import hcm
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
 from validation.models import adapter, solid_inputs, solid_mesh, without_estimate
 from validation.models.adapter import to_record
+from validation.models.hcm import translate
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
@@ -56,8 +58,6 @@ class Solved:
 
 def solve_case(case: Case) -> Solved:
     """Solve a scene twice; one that is refused, left out or does not complete has no numbers."""
-    import hcm
-
     try:
         scene = load_scene("soft", case.overrides)
         solve_tightly = _tight_beams(scene, case) if case.model == "hcm" else _tight_solid(case)
@@ -109,9 +109,6 @@ def _tight_solid(case: Case) -> Solve | None:
 
 
 def _tight_beams(scene: NamedScene, case: Case) -> Solve | None:
-    import hcm
-    from validation.models.hcm import translate
-
     given = hcm.Scene(**translate(scene, estimate=False))
     tight = _tighter(given) if case.accuracy is None else _within(scene, given, case.accuracy)
 
@@ -140,8 +137,6 @@ def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
     A tenth of it may be beyond what settings are known for: then by that much less. None where the
     flight of either is beyond `MOST_BENT`; the scene is refused where nothing falls.
     """
-    import hcm
-
     lasts = impact_of(scene).time_s
     for share in WITHIN:
         smaller = max(accuracy / share, hcm.SMALLEST)
@@ -163,7 +158,5 @@ def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
 
 
 def _with_elements(given: Any, factor: float, settings: Any) -> Any:
-    import hcm
-
     more = [replace(p, elements=math.ceil(factor * p.elements)) for p in given.finger.phalanges]
     return replace(given, finger=hcm.Finger(tuple(more)), settings=settings)

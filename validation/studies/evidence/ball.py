@@ -11,7 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import hcm
+import reference_fem as fem
 from hcm.arrays import Floats
+from hcm.contact.build import law_of
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, Contact
+from hcm.contact.round_tip import begin_mode, keep, subtract_force
+from meshes.ball import half_ball
+from reference_fem.dynamics.loop import explicit_tap
+from reference_fem.dynamics.loop_state import first_loop_state
+from reference_fem.model import build_model
 from validation.studies.evidence.mindlin import FRICTION, spin
 
 EDGE, GROWTH, EVEN = 0.25, 1.6, 1.2  # edges over the patch's radius, their growth, the even part
@@ -52,12 +61,6 @@ def by_elements(
     speed: float, x: float, poisson: float, snapshots: int = 8, coarser: float = 1.0
 ) -> Bounce:
     """The reference's half ball that meets the wall at v_n = `speed`, v_t = x mu v_n."""
-    import reference_fem as fem
-    from meshes.ball import half_ball
-    from reference_fem.dynamics.loop import explicit_tap
-    from reference_fem.dynamics.loop_state import first_loop_state
-    from reference_fem.model import build_model
-
     depth, duration = hertz(speed, poisson)
     patch = math.sqrt(depth)
     mesh = half_ball(1.0, coarser * EDGE * patch, GROWTH**coarser, patch_size=EVEN * patch)
@@ -87,11 +90,6 @@ def by_elements(
 
 def by_reduced_model(speed: float, x: float, poisson: float) -> Bounce:
     """The law of hcm's round tip (`hcm.contact.ball`), with partial slip, under a rigid ball."""
-    import hcm
-    from hcm.contact.build import law_of
-    from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, Contact
-    from hcm.contact.round_tip import begin_mode, keep, subtract_force
-
     depth, duration = hertz(speed, poisson)
     assumed = hcm.Assumptions(lowest_point=True, hertz=True, partial_slip=True)
     rod = hcm.Phalanx(4.0, 2.0, 1.0, 1.0, 1, poisson_ratio=poisson)

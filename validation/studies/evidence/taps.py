@@ -12,8 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
+import reference_fem as fem
 from hcm.arrays import Floats
+from reference_fem.elements.stress import von_mises
+from reference_fem.model import build_model
+from reference_fem.rigid_chain import pose
 from validation.harness import identity
 from validation.harness.provenance import processor
 from validation.harness.quantities import quantities
@@ -108,10 +113,6 @@ TAPS = {
 @cache
 def prepared(scene: str, factor: float, friction: float) -> tuple[Any, ...]:
     """The reference's tap, its model and material; the impact state's time and nodes (u, v)."""
-    import reference_fem as fem
-    from reference_fem.model import build_model
-    from reference_fem.rigid_chain import pose
-
     keys = (*MESH, *EDGES[scene], f"surface_factor={factor}")
     overrides = (*(f"solver.fem.{key}" for key in keys), f"surface.friction={friction:g}")
     tables = load_scene(scene, overrides).tables
@@ -166,8 +167,6 @@ def by_calculix(tap: Tap) -> Outcome:
 
 def outcome(tap: Tap, ran: calculix.CalculixRun) -> Outcome:
     """What is kept of a run; an ArithmeticError says how it failed."""
-    from reference_fem.elements.stress import von_mises
-
     if ran.answer not in (calculix.COMPLETED, calculix.TIMED_OUT):
         raise ArithmeticError(f"CalculiX {ran.answer}")
     run, model, _, start_s, *_ = prepared(*tap.ours)
@@ -183,8 +182,6 @@ def outcome(tap: Tap, ran: calculix.CalculixRun) -> Outcome:
 
 def kept() -> dict[Tap, Outcome]:
     """The outcomes in ``validation/data``."""
-    from pydantic import TypeAdapter
-
     return {one.tap: one for one in TypeAdapter(list[Outcome]).validate_json(KEPT.read_bytes())}
 
 

@@ -1,28 +1,24 @@
 """Cases of the reduced model: solved on all cores, stored with their postures, read back."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+import hcm
+from hcm.posture import Postures
 from validation.harness.processes import Workers
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import read_record, relabelled, write_record
-from validation.models.adapter import to_record
+from validation.models.adapter import Progress, to_record
 from validation.models.hcm import translate
 from validation.models.inputs import run_inputs
 from validation.scenes.load import load_scene
 from validation.studies.paper.cases import Case
-
-if TYPE_CHECKING:
-    from hcm import Posture
-    from validation.models.adapter import Progress
 
 EVENTS, FRAMES = "event_postures.npz", "frames.npz"
 
@@ -33,14 +29,12 @@ class CaseRun:
 
     case: Case
     record: RunRecord
-    event_postures: Sequence[Posture]
-    frames: Sequence[Posture]
+    event_postures: Sequence[hcm.Posture]
+    frames: Sequence[hcm.Posture]
 
 
 def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
     """Run one case and store it."""
-    import hcm
-
     scene = load_scene(case.scene, case.overrides)
     arguments = translate(scene, estimate=True)
     arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
@@ -92,8 +86,6 @@ def _write(entry: Path, run: CaseRun) -> None:
 
 
 def _read(entry: Path, case: Case) -> CaseRun:
-    from hcm.posture import Postures
-
     def postures(name: str) -> Postures:
         with np.load(entry / name, allow_pickle=False) as file:
             held: dict[str, Any] = {key: file[key] for key in file.files}

@@ -1,17 +1,13 @@
 """The ledger: each claim of the paper beside our value, with a verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from validation.compare.claims import Claim
 from validation.harness.tables import table_of
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 REPRODUCED = "reproduced"
 CLOSE = "close"

@@ -10,6 +10,8 @@ from functools import cache, partial
 from importlib import resources
 from itertools import product
 
+from pydantic import TypeAdapter
+
 from validation.harness.command_line import AsJson
 from validation.harness.console import output, progress_bar
 from validation.harness.processes import Workers, workers
@@ -47,8 +49,6 @@ def compute(pool: Workers, progress: Progress) -> Outcome:
 @cache
 def kept_outcome() -> Outcome:
     """What the package keeps."""
-    from pydantic import TypeAdapter
-
     content = resources.files("validation").joinpath("data", FILE).read_bytes()
     return TypeAdapter(Outcome).validate_json(content)
 

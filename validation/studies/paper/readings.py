@@ -1,21 +1,15 @@
 """Readings of a run over its first tap: forces, phases, stresses, the tip's deflection."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hcm import Posture
+from hcm.arrays import Floats
 from validation.harness.record import RunRecord
 from validation.studies.paper.case_runs import CaseRun
 
-if TYPE_CHECKING:
-    from hcm import Posture
-
 Runs = Mapping[str, CaseRun]
-Floats = NDArray[np.float64]
 
 # The paper counts transitions in its figures. A swing of Fn below this share of its peak, or a
 # phase shorter than this share of the contact, is thinner than a printed line: it is located, but

@@ -4,6 +4,7 @@ import dataclasses
 import time
 from typing import Any, Literal
 
+import hcm
 from validation.errors import RunFailedError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
@@ -36,8 +37,6 @@ def _completed(record: RunRecord) -> RunRecord:
 
 def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
     """The reduced model; start None: its own flight."""
-    import hcm
-
     arguments = translate(scene, estimate=False)
     arguments["tip"] = dataclasses.replace(
         arguments["tip"],

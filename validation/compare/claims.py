@@ -2,7 +2,8 @@
 
 import csv
 from dataclasses import dataclass
-from importlib import resources
+
+from validation import DATA
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,7 @@ class Claim:
 
 def read_claims() -> dict[str, Claim]:
     """All of the paper's claims by id, in the order of the article."""
-    path = resources.files("validation").joinpath("data", "claims.csv")
-    with path.open(encoding="utf-8") as file:
+    with (DATA / "claims.csv").open(encoding="utf-8") as file:
         return {row["id"]: Claim(**row) for row in csv.DictReader(file)}
 
 

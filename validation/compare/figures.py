@@ -67,16 +67,14 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = 
                 below(axis, scene)
         for axis in axes[-1]:
             axis.set_xlabel(r"$t - t_c$ (ms)", parse_math=True)
-        handles, labels = axes[0][0].get_legend_handles_labels()
-        for axis in axes[0][1:]:  # a run may be missing on one scene only
+        lines: dict[str, Any] = {}
+        for axis in axes[0]:  # a run may be missing on one scene only
             for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-                if label not in labels:
-                    handles.append(handle)
-                    labels.append(label)
-        if handles:
-            axes[0][0].figure.legend(
-                handles, labels, loc="outside lower center", ncols=min(4, 2 * len(scenes))
-            )
+                lines.setdefault(label, handle)
+        if lines:
+            named = list(lines.values()), list(lines)
+            columns = min(4, 2 * len(scenes))
+            axes[0][0].figure.legend(*named, loc="outside lower center", ncols=columns)
 
 
 def assumption_bars(

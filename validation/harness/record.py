@@ -13,6 +13,7 @@ from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS, finite
 if TYPE_CHECKING:
     import xarray
 
+Floats = NDArray[np.float64]
 Scalar = float | int | bool | str | None
 MEASURED = ("wall_time_s", "peak_memory_MB")
 """Scalars of the machine and not of the tap: two runs differ in them."""

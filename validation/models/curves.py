@@ -5,14 +5,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
-from validation.harness.record import RunRecord
+from validation.harness.record import Floats, RunRecord
 from validation.scenes.load import NamedScene
-
-Floats = NDArray[np.float64]
 
 TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
 # of a number, or of the tap's duration, by which a stated one may differ without a line about it

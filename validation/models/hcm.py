@@ -127,11 +127,6 @@ def warm_up_kernels(of: Kernels) -> None:
     unless_interrupted(simulate())
 
 
-def warm_up_refined() -> None:
-    """The same with refined assumptions."""
-    warm_up_kernels(Kernels(refined=True))
-
-
 def warm_up_choices() -> None:
     """The same with what an accuracy may choose for the paper's assumptions, and its choice."""
     import hcm

@@ -5,6 +5,7 @@ beside the paper's under a name of its own.
 """
 
 from dataclasses import replace
+from functools import partial
 
 from validation.models import hcm
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress
@@ -17,7 +18,7 @@ resumable = hcm.resumable
 sources: tuple[str, ...] = (__name__,)
 independent_of = hcm.independent_of
 refusal = hcm.refusal
-warm_up = hcm.warm_up_refined
+warm_up = partial(hcm.warm_up_kernels, hcm.Kernels(refined=True))
 
 
 def run(

@@ -89,13 +89,6 @@ def impact_of(scene: NamedScene) -> Impact:
     )
 
 
-def rigid_start(impact: Impact) -> Any:
-    """The state as the reduced model takes it."""
-    import hcm
-
-    return hcm.RigidStart(impact.angles, impact.rates, impact.time_s)
-
-
 def chain_state(impact: Impact) -> Any:
     """The state as the reference takes it."""
     import reference_fem

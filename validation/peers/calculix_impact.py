@@ -11,9 +11,9 @@ import re
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reference_fem import Material
+from reference_fem.arrays import Array, Index
 from reference_fem.contact.surface import SurfaceContact
 from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.joints.hinges import Hinges
@@ -26,7 +26,6 @@ INCREMENTS = 200
 MOST_INCREMENTS = 20_000
 ALPHA = -0.05  # of Hilber, Hughes and Taylor, where increments are prescribed
 TERMS_A_LINE = 4  # of an equation; more are not read
-Floats = NDArray[np.float64]
 _FORCE = re.compile(
     r"total force \(fx,fy,fz\) for set FLOOR and time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)"
 )
@@ -38,8 +37,8 @@ _FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), 
 def deck(
     model: Model,
     material: Material,
-    displacement: Floats,
-    velocity: Floats,
+    displacement: Array,
+    velocity: Array,
     end_s: float,
     element: str = "C3D8",
     step_s: float | None = None,
@@ -97,7 +96,7 @@ def deck(
     return "\n".join(lines) + "\n"
 
 
-def densities(model: Model, material: Material) -> Floats:
+def densities(model: Model, material: Material) -> Array:
     """Of each cell, kg/m^3: consistent masses with the mass, centre and inertia of our phalanges.
 
     `mass_factors` at the Gauss points, a mean over each cell, in steps of 1e-3 of the material's.
@@ -131,7 +130,7 @@ def _equations(hinges: Hinges) -> list[str]:
     return lines
 
 
-def _outside(contact: SurfaceContact, cells: NDArray[np.int64]) -> list[str]:
+def _outside(contact: SurfaceContact, cells: Index) -> list[str]:
     """The block's outside, face by face."""
     wanted = {frozenset(facet) for facet in contact.quadrature.facets.tolist()}
     return [
@@ -142,9 +141,7 @@ def _outside(contact: SurfaceContact, cells: NDArray[np.int64]) -> list[str]:
     ]
 
 
-def faces_within(
-    cells: NDArray[np.int64], nodes: NDArray[np.int64]
-) -> tuple[list[int], list[list[int]]]:
+def faces_within(cells: Index, nodes: Index) -> tuple[list[int], list[list[int]]]:
     """Cells (n,) with a face of which all four corners are among `nodes`, and these (n, 4)."""
     inside = np.isin(cells, nodes)
     found = [
@@ -155,7 +152,7 @@ def faces_within(
     return [number for number, _ in found], [corners for _, corners in found]
 
 
-def _floor(height: float, middle: float, side: float) -> Floats:
+def _floor(height: float, middle: float, side: float) -> Array:
     """Corners of a plate below the surface, wide enough for a body to slide on, in VTK order."""
     wide, low = 4.0 * side, -height - 0.5 * side
     square = [(-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide)]
@@ -163,13 +160,13 @@ def _floor(height: float, middle: float, side: float) -> Floats:
     return np.array([(middle + x, y, -z) for y in (low, -height) for x, z in square])
 
 
-def floor_forces(printed: str) -> tuple[Floats, Floats]:
+def floor_forces(printed: str) -> tuple[Array, Array]:
     """Times (s) and the floor's upward forces (N) of all increments in a .dat file."""
     found = np.array([(m[1], m[3]) for m in _FORCE.finditer(printed)], dtype=float).reshape(-1, 2)
     return found[:, 0], found[:, 1]
 
 
-def stress_near(printed: str, time_s: float) -> tuple[float, Floats]:
+def stress_near(printed: str, time_s: float) -> tuple[float, Array]:
     """The printed time nearest to one, s, and the elements' mean Cauchy stress at it.
 
     (n_cells, 6), Pa, as xx, yy, zz, xy, yz, xz: of eight points each, in equal shares.
@@ -180,6 +177,6 @@ def stress_near(printed: str, time_s: float) -> tuple[float, Floats]:
     return time, values.reshape(-1, 8, 6).mean(axis=1)[:, [0, 1, 2, 3, 5, 4]]
 
 
-def last_velocities(printed: str) -> Floats | None:
+def last_velocities(printed: str) -> Array | None:
     """Nodes' velocities (n, 3), m/s, after the last increment; None if there was none."""
     return calculix.last_vectors(printed, "velocities (vx,vy,vz)")

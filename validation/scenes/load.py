@@ -149,11 +149,6 @@ def validate(document: dict[str, Any], origin: str) -> Scene:
         raise UserError(f"scene {origin}: {one_line(error)}") from error
 
 
-def read_scene(text: str, origin: str) -> Scene:
-    """The validated tables of a scene's TOML text, such as a record's provenance holds."""
-    return validate(tomllib.loads(text), origin)
-
-
 def load_scene(source: str, overrides: Iterable[str] = ()) -> NamedScene:
     """Read, override and validate a scene.
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from validation.harness.record import Floats
 
 SMOOTHINGS = (0.0, 1e-4, 1e-2, 1.0, 1e2)
 FOLDS = 5

@@ -10,9 +10,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import hcm
+from hcm.arrays import Floats
 from hcm.flight.rigid_chain import build_rods, rates
 from validation.models import solid_mesh
 from validation.scenes.load import load_scene
@@ -20,8 +20,6 @@ from validation.scenes.scene import Scene
 from validation.sweep.axis import Axis
 from validation.sweep.plan import assignment
 from validation.sweep.points import values_of
-
-Numbers = NDArray[np.float64]
 
 DIAMETER = 0.015  # m: other sizes are other densities, for gravity alone has a length
 LONGEST_FALL_S = 1.0
@@ -79,11 +77,11 @@ def _height(found: dict[str, Any]) -> float:
     rods, _ = build_rods(hcm.Finger((phalanx,) * count), anywhere, hcm.Drive(), refined)
     out = np.empty(2 * count)
 
-    def motion(time: float, state: Numbers) -> Numbers:
+    def motion(time: float, state: Floats) -> Floats:
         rates(time, state, rods, out)
         return out.copy()
 
-    def beyond(time: float, state: Numbers) -> float:
+    def beyond(time: float, state: Floats) -> float:
         del time
         return float(state[count - 1]) - math.radians(angle)
 

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from validation.studies.assumptions.points import DIAMETER
 
-Numbers = NDArray[np.float64]
 ALLOWED = (1.0, 2.0, 5.0)  # percent
 WRONG = 0.05  # of the scenes that a rule holds for, where it is fitted
 
@@ -50,7 +50,7 @@ class Rule:
         return f"{self.name} {'<=' if self.sign > 0 else '>='} {self.sign * self.limit:.3g}"
 
 
-def fitted(known: pd.DataFrame, moved: Numbers, allowed: float) -> Rule:
+def fitted(known: pd.DataFrame, moved: Floats, allowed: float) -> Rule:
     """The rule that holds for the most scenes and for at most a share `WRONG` of them wrongly."""
     best, most = Rule(), 0
     for name in known.columns:
@@ -65,7 +65,7 @@ def fitted(known: pd.DataFrame, moved: Numbers, allowed: float) -> Rule:
     return best
 
 
-def rules(table: pd.DataFrame, moved: Numbers, names: list[str], cost: Numbers) -> pd.DataFrame:
+def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) -> pd.DataFrame:
     """A row for each assumption and error: the rule of all scenes, and how halves judge each other.
 
     moved : (assumption, scene), percent, nan where a run did not complete.

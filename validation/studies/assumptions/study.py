@@ -9,7 +9,6 @@ so that a study that was stopped goes on.
 """
 
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import pandas as pd
 import tomli_w
 import xarray
 
+from validation import DATA
 from validation.errors import RunFailedError
 from validation.harness.files import output_folder, write_text
 from validation.harness.quantities import TAP_AND_STRESS
@@ -45,8 +45,7 @@ ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
 
 def read_study() -> pd.DataFrame:
     """The stored one, a row for each scene."""
-    with resources.as_file(resources.files("validation").joinpath("data", FILE)) as path:
-        return pd.read_csv(path)
+    return pd.read_csv(DATA / FILE)
 
 
 def known(table: pd.DataFrame) -> pd.Series:

@@ -15,6 +15,7 @@ import pandas as pd
 import xarray
 from numpy.typing import NDArray
 
+from hcm.arrays import Floats
 from validation.compare.figures import assumption_bars
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output
@@ -26,7 +27,7 @@ from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, cumulative, every, left_out
 from validation.studies.assumptions.points import points
-from validation.studies.assumptions.rule import Numbers, rules
+from validation.studies.assumptions.rule import rules
 from validation.studies.assumptions.study import (
     ACCURACIES,
     BARS,
@@ -123,7 +124,7 @@ def study(
         output(f"in {others} scenes the refined model's own tap has other touches")
 
 
-def _flight(numbers: Numbers, table: pd.DataFrame) -> str:
+def _flight(numbers: Floats, table: pd.DataFrame) -> str:
     """What the reference's rigid flight, which its own errors leave out, is worth."""
     moved = 100.0 * np.abs(numbers[-2] / numbers[len(cumulative()) - 1] - 1.0)
     parts = [
@@ -152,7 +153,7 @@ def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
         raise RunFailedError(f"scenes {', '.join(changed)}: beyond the stored errors")
 
 
-def numbers_of(runs: xarray.Dataset) -> Numbers:
+def numbers_of(runs: xarray.Dataset) -> Floats:
     """`TAP_AND_STRESS` of (variant, scene, quantity); nan where a run did not complete.
 
     A finger that is too flexible for a rigid flight is one for the reference's as well.
@@ -162,7 +163,7 @@ def numbers_of(runs: xarray.Dataset) -> Numbers:
     return np.where(ended[..., None], found, np.nan)
 
 
-def _rules(table: pd.DataFrame, numbers: Numbers, runs: xarray.Dataset) -> pd.DataFrame:
+def _rules(table: pd.DataFrame, numbers: Floats, runs: xarray.Dataset) -> pd.DataFrame:
     """Rules for what the refined model, the last of the cumulative variants, can do without."""
     first = len(cumulative())
     taps = numbers[..., : len(OF_A_TAP)]
@@ -173,7 +174,7 @@ def _rules(table: pd.DataFrame, numbers: Numbers, runs: xarray.Dataset) -> pd.Da
     return rules(table, moved, names, cost)
 
 
-def shares_of(errors: Numbers, names: Sequence[str], bars: Numbers) -> pd.DataFrame:
+def shares_of(errors: Floats, names: Sequence[str], bars: Floats) -> pd.DataFrame:
     """Shares of scenes inside `WANTED` and `OUTER`, and medians; what has no number is outside.
 
     errors : (variant, scene, quantity), %. bars : (scene, quantity), the reference's own errors, %.
@@ -197,7 +198,7 @@ def _share(inside: NDArray[np.bool_]) -> float:
     return 100.0 * float(inside.mean())
 
 
-def _draw(path: Path, table: pd.DataFrame, errors: Numbers, variants: tuple[Variant, ...]) -> None:
+def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Variant, ...]) -> None:
     """Above the waterfall of medians and 90th percentiles, below the refined model's errors."""
     size, steps = np.abs(errors), len(cumulative())
     with panels(path, len(TAP_AND_STRESS), 2, width=3.2, height=3.9) as axes:
@@ -225,7 +226,7 @@ def _short(name: str) -> str:
     return first + f" and {len(others)} that need it" * bool(others)
 
 
-def _map(axis: Any, table: pd.DataFrame, errors: Numbers, of: Quantity) -> None:
+def _map(axis: Any, table: pd.DataFrame, errors: Floats, of: Quantity) -> None:
     """Errors over the predicted patch, with the reference's; those beyond are drawn at the edge."""
     patch = table["patch_over_radius"]
     bars = 100.0 * table[f"{of.key}_error"] / table[of.key].abs()

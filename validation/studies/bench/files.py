@@ -4,12 +4,12 @@ import json
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from validation import DATA
 from validation.harness.console import output
 from validation.harness.files import write_json, write_text
 from validation.harness.page import write_page
@@ -57,7 +57,7 @@ def page(folder: Path) -> Path:
     -------
     The page. A part that was measured on another day is dated by its own ``machine*.json``.
     """
-    described = resources.files("validation").joinpath("data", "bench_page.toml").read_text("utf-8")
+    described = (DATA / "bench_page.toml").read_text("utf-8")
     sections = []
     for section in tomllib.loads(described)["section"]:
         figures = [folder / f"{name}.png" for name in section.get("figures", ())]

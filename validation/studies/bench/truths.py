@@ -32,9 +32,9 @@ convergence index applies: the edges of these tips grow under the patch.
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any
 
+from validation import DATA
 from validation.compare.tap_errors import TapQuantities
 
 TAP_ELEMENTS, CONTACT_ELEMENTS = 5, 20  # a phalanx, of hcm's two truths
@@ -49,15 +49,10 @@ class Truth:
     source: str
 
 
-def _stored() -> dict[str, Truth]:
-    content = resources.files("validation").joinpath("data", "truths.toml").read_text("utf-8")
-    return {
-        name: Truth(TapQuantities(**one["values"]), one["own_error"], one["source"])
-        for name, one in tomllib.loads(content).items()
-    }
-
-
-TRUTHS = _stored()
+TRUTHS = {
+    name: Truth(TapQuantities(**one["values"]), one["own_error"], one["source"])
+    for name, one in tomllib.loads((DATA / "truths.toml").read_text("utf-8")).items()
+}
 REFERENCE_TRUTHS = {model: TRUTHS[model] for model in ("fem3d", "fem2d")}
 TAP = TRUTHS["tap"]
 

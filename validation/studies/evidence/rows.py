@@ -7,10 +7,10 @@ are those of a validation hierarchy (ASME V&V 10): a tap is believed as far as w
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
+from validation import DATA
 from validation.compare.verdict import Verdict, judge
 from validation.harness.store import Store
 from validation.models.adapter import Progress
@@ -61,9 +61,7 @@ class Piece:
     data: tuple[Path, ...] = ()
 
 
-TEXTS = tomllib.loads(
-    resources.files("validation").joinpath("data", "evidence.toml").read_text("utf-8")
-)
+TEXTS = tomllib.loads((DATA / "evidence.toml").read_text("utf-8"))
 
 
 def described(key: str, **words: object) -> dict[str, Any]:

@@ -8,7 +8,6 @@ is kept in ``validation/data`` with date and machine; ``--fresh`` runs it again.
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache, partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from hcm.arrays import Floats
 from reference_fem.elements.stress import von_mises
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import pose
+from validation import DATA
 from validation.harness import identity
 from validation.harness.provenance import processor
 from validation.harness.quantities import quantities
@@ -29,7 +29,7 @@ from validation.peers import calculix, calculix_impact
 from validation.scenes.load import load_scene
 from validation.studies.evidence.rows import Piece, Row, described
 
-KEPT = Path(__file__).parents[2] / "data" / "calculix_taps.json"
+KEPT = DATA / "calculix_taps.json"
 # Of an increment. C3D8I on the soft finger with friction settles neither at 4 us nor at 2.
 STEP_S = {"soft": {"C3D8": 2e-6, "C3D8I": 1.5e-6}, "hard": {"C3D8": 1e-6, "C3D8I": 1e-6}}
 AFTER_S = 2e-5  # of motion after our own tap

@@ -7,11 +7,11 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cache, partial
-from importlib import resources
 from itertools import product
 
 from pydantic import TypeAdapter
 
+from validation import DATA
 from validation.harness.command_line import AsJson
 from validation.harness.console import output, progress_bar
 from validation.harness.processes import Workers, workers
@@ -49,8 +49,7 @@ def compute(pool: Workers, progress: Progress) -> Outcome:
 @cache
 def kept_outcome() -> Outcome:
     """What the package keeps."""
-    content = resources.files("validation").joinpath("data", FILE).read_bytes()
-    return TypeAdapter(Outcome).validate_json(content)
+    return TypeAdapter(Outcome).validate_json((DATA / FILE).read_bytes())
 
 
 def closest(points: Iterable[Point]) -> Point:

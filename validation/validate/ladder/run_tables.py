@@ -1,6 +1,7 @@
 """Tables of runs: the reference against itself, accuracy against cost, the patch beside Hertz's."""
 
 import math
+import tomllib
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ from validation.compare.verdict import error_percent
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs
-from validation.scenes.load import load_scene, read_scene
+from validation.scenes.load import load_scene, validate
 from validation.validate.ladder.runs import full_contact
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import (
@@ -119,7 +120,7 @@ def contact_patch(run: RunRecord) -> Row | None:
         return None
     top = int(history["normal_force_N"].argmax())
     force, area = (float(history[k][top]) for k in ("normal_force_N", "contact_area_m2"))
-    tables = read_scene(run.provenance["scene_toml"], run.scene)
+    tables = validate(tomllib.loads(run.provenance["scene_toml"]), run.scene)
     materials, *_ = solid_inputs.inputs(tables)
     hertz = hertz_contact_radius(materials[-1], tables.tip_radius, force)
     return {

@@ -11,7 +11,7 @@ from validation.harness.record import RunRecord
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import to_record
 from validation.models.hcm import translate
-from validation.models.impact import Impact, chain_state, rigid_start
+from validation.models.impact import Impact, chain_state
 from validation.scenes.load import NamedScene
 
 
@@ -45,7 +45,7 @@ def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRec
     )
     began = time.perf_counter()
     if start is not None:
-        arguments["start"] = rigid_start(start)
+        arguments["start"] = hcm.RigidStart(start.angles, start.rates, start.time_s)
     result = hcm.simulate(**arguments)
     record = to_record(result, scene, "hcm", "", time.perf_counter() - began)
     return _completed(record)

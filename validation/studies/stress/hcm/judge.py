@@ -9,7 +9,7 @@ from hcm.posture import Postures
 from validation.studies.stated_errors import compare
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
+from validation.studies.stress.judging import SMALLER_STEP, largest_difference
 from validation.studies.stress.stability_map import Answer, Verdict
 
 # Of a completed run that breaks no law: the verdict so far, and the verdict with one more check.
@@ -33,11 +33,6 @@ def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Sett
         max_steps=20 * settings.max_steps,
         estimate=False,
     )
-
-
-def first_tap(result: hcm.TapResult) -> tuple[float, ...] | None:
-    """The first tap's scalars; None where there is no complete tap."""
-    return tap_scalars(result.summary, result.history)
 
 
 def confirm(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:

@@ -22,9 +22,9 @@ from validation.harness.uncertainty import two_digits
 from validation.models.adapter import Progress
 from validation.peers import exudyn_finger
 from validation.peers.scipy_ivp import solve_first_tap
-from validation.studies.stress.hcm.judge import first_tap, tighter
+from validation.studies.stress.hcm.judge import tighter
 from validation.studies.stress.hcm.maps import SOFT_SCENE, soft_finger
-from validation.studies.stress.judging import largest_difference
+from validation.studies.stress.judging import largest_difference, tap_scalars
 
 # A tap's peak F_n (N) and impulse (N s).
 Tap = tuple[float, ...]
@@ -66,7 +66,7 @@ def hard_cells() -> dict[str, hcm.Scene]:
 
 def peak_and_impulse(result: hcm.TapResult) -> Tap | None:
     """The first tap of a run of hcm, None if it has none."""
-    scalars = first_tap(result)
+    scalars = tap_scalars(result.summary, result.history)
     return None if scalars is None else scalars[:2]
 
 

@@ -68,7 +68,9 @@ def judge(scene: ReferenceScene) -> Verdict:
         error = abs((summary.normal_impulse_N_s or 0.0) / limit - 1.0)
         if not error <= OF_BAR:
             return _doubtful(scene, result, found, BAR, error)
-    ratio = step_without_contact(scene, model) / model.step_s
+    none = np.empty(0, dtype=np.int64), np.empty(0)
+    alone = scene.step_factor * stable_step(model.kernel, *none, model.symmetry)  # without contact
+    ratio = alone / model.step_s
     if ratio > 1.0 / SMALLER_STEP:
         return found.judged(Answer.SMALLER, f"contact asks for steps {ratio:.3g} times shorter")
     return found
@@ -117,9 +119,3 @@ def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:
     if scene.dim == 2 or not bar or scene.speed > SLOW * scene.material.bar_speed:
         return None
     return 2.0 * float(model.mass.sum()) * model.copies * scene.speed
-
-
-def step_without_contact(scene: ReferenceScene, model: Model) -> float:
-    """Step that the body would take without a contact, s."""
-    none = np.empty(0, dtype=np.int64), np.empty(0)
-    return scene.step_factor * stable_step(model.kernel, *none, model.symmetry)

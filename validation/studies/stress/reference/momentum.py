@@ -14,13 +14,12 @@ and which is linear in time between them.
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from reference_fem import TapResult
+from reference_fem.arrays import Array
 from reference_fem.model import Model
 
-Floats = NDArray[np.float64]
 # Sums of some hundred nodes over some thousand steps, where nothing else is inexact.
 EXACT = 1e-6
 # Of the impulse's moment: the centre between two fields. 225 completed cells are off by 0.025 at
@@ -38,7 +37,7 @@ def momentum(result: TapResult, model: Model) -> Iterator[str]:
         yield f"momentum off by {off / max(impulse, np.abs(gained).max()):.3g}"
 
 
-def _given(result: TapResult, rate: Floats) -> Floats:
+def _given(result: TapResult, rate: Array) -> Array:
     """∫ rate dt, over every step, at the times of the fields."""
     time = result.forces.time_s
     return np.asarray(
@@ -49,7 +48,7 @@ def _given(result: TapResult, rate: Floats) -> Floats:
     ).T
 
 
-def _linear(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
+def _linear(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     """Momentum at the fields, what was given up to them, (n, 2), and the sum of the impulses."""
     f = result.forces
     force = np.column_stack([f.tangential_force_N, f.normal_force_N])
@@ -60,7 +59,7 @@ def _linear(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
     return np.array(gained), _given(result, force + weight), impulse
 
 
-def _angular(result: TapResult, model: Model) -> tuple[Floats, Floats, float]:
+def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     """The same of the moment of momentum about the fixed hinge, (n, 1)."""
     f, nodes = result.forces, model.contact.nodes
     times = [s.time_s for s in result.snapshots]

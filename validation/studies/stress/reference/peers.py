@@ -17,9 +17,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import reference_fem as rf
+from reference_fem.arrays import Array
 from reference_fem.model import Model
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Progress
@@ -37,7 +37,6 @@ TRANSITS, BAR_TRANSITS = 30.0, 4.0
 # surface, the share that its impulse does not show; its kinetic energy at the end over the first.
 IMPULSE, OPEN, KINETIC, PEAK = "impulse (N s)", "momentum open (%)", "kinetic left (%)", "peak (N)"
 COLUMNS = {IMPULSE: ".4g", OPEN: ".2g", KINETIC: ".3g", PEAK: ".4g"}
-Array = NDArray[np.float64]
 
 _EASY = ReferenceScene(contact="surface", friction=0.0, slide=0.0, stiffness=1e-3)
 _STIFF = replace(_EASY, stiffness=0.1)

@@ -43,12 +43,7 @@ OTHER_PHASE = 0.8
 # of an accuracy, and at most: a tap that ends by less may not end. At 1e-2 one left at 0.024 of its
 # approach, in both runs that were compared, that goes on for as long again
 GRAZE_OVER, MOST_GRAZED = 3.0, 0.05
-HELD = (
-    "peak_normal_force_N",
-    "normal_impulse_N_s",
-    "contact_duration_s",
-    "contact_time_s",
-)
+HELD = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
 """What an accuracy is about, by the summary's fields."""
 COUNTED = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
 

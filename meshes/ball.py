@@ -19,12 +19,7 @@ def graded(first: float, growth: float, even: float) -> Floats:
     return np.array([0.0, *nodes, 1.0])
 
 
-def half_ball(
-    radius: float,
-    tip_size: float,
-    growth: float,
-    patch_size: float = 0.0,
-) -> FingerMesh:
+def half_ball(radius: float, tip_size: float, growth: float, patch_size: float = 0.0) -> FingerMesh:
     """Cubed ball about the origin: an inner cube and blocks out to the sphere.
 
     Edges grow by `growth` from `tip_size` at the lowest point, in all directions; within
@@ -67,10 +62,7 @@ def half_ball(
             "symmetry": np.flatnonzero(points[:, 2] == 0.0),
             "pole": np.array([np.argmin(points[:, 1])]),
         },
-        {
-            "surface": facets[on_sphere & (middle[:, 1] < 0.0)],
-            "tip": facets[on_sphere],
-        },
+        {"surface": facets[on_sphere & (middle[:, 1] < 0.0)], "tip": facets[on_sphere]},
         {"phalanx_1": np.arange(len(cells))},
     )
 

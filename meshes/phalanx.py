@@ -251,9 +251,5 @@ def _quads(station: Station, dim: int) -> list[tuple[int, ...]]:
             quads += [(station["axis"], cy), (cy, oy)]
             continue
         cc, oc = station["cc" + half], station["oc" + half]
-        quads += [
-            _core(station, half),
-            (cy, oy, oc, cc),
-            (cc, oc, station["oz"], station["cz"]),
-        ]
+        quads += [_core(station, half), (cy, oy, oc, cc), (cc, oc, station["oz"], station["cz"])]
     return quads

@@ -74,12 +74,7 @@ class PhalanxPlan:
 
 
 def plan_phalanx(
-    radius: float,
-    length: float,
-    rounded: bool,
-    sizing: Sizing,
-    hole: float = 0.0,
-    holes: int = 0,
+    radius: float, length: float, rounded: bool, sizing: Sizing, hole: float = 0.0, holes: int = 0
 ) -> PhalanxPlan:
     """Edges for one phalanx of `radius` and `length` (mm).
 

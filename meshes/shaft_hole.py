@@ -105,12 +105,7 @@ class HoledEnd:
         self._fill(mouth, middle, deep, near, far)
 
     def _fill(
-        self,
-        mouth: list[int],
-        middle: list[int],
-        deep: list[int],
-        near: Station,
-        far: Station,
+        self, mouth: list[int], middle: list[int], deep: list[int], near: Station, far: Station
     ) -> None:
         """The half's blocks, and the roles of their faces."""
         blocks, station = self.blocks, self.station

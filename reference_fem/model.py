@@ -10,12 +10,7 @@ from reference_fem.arrays import Array, Index
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements.base import ElementKernel
-from reference_fem.elements.kinds import (
-    chord_thickness,
-    hex8,
-    hex8_one_point,
-    quad4_plane_stress,
-)
+from reference_fem.elements.kinds import chord_thickness, hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.joints.hinges import Hinges, build_hinges
 from reference_fem.joints.mean_position import mean_weights
 from reference_fem.joints.section import Couple, build_section

@@ -100,11 +100,7 @@ def explicit_tap(
 
 
 def _report(
-    model: Model,
-    settings: Settings,
-    now: LoopState,
-    reporting: Reporting,
-    recorder: Recorder,
+    model: Model, settings: Settings, now: LoopState, reporting: Reporting, recorder: Recorder
 ) -> None:
     """Write the restart file if it is due, and report."""
     restart, progress = reporting.restart, reporting.progress

@@ -63,11 +63,7 @@ class Fields:
 
 
 # Shapes of a history without samples, where they are not (0,).
-_EMPTY = {
-    "tip_position_m": (0, 2),
-    "tip_velocity_m_per_s": (0, 2),
-    "hinge_reactions_N": (0, 0, 2),
-}
+_EMPTY = {"tip_position_m": (0, 2), "tip_velocity_m_per_s": (0, 2), "hinge_reactions_N": (0, 0, 2)}
 
 
 class Recorder:

@@ -63,9 +63,6 @@ def run(
         raise RunFailedError(f"scene {scene.name}, model {name}: {error}") from error
     wall_time = time.perf_counter() - start
     forces = found.normal_force_N, -scene.tables.surface.friction * found.normal_force_N
-    scalars = {
-        "tip_velocity_at_contact_m_per_s": found.tip_velocity_m_per_s,
-        "steps": found.steps,
-    }
+    scalars = {"tip_velocity_at_contact_m_per_s": found.tip_velocity_m_per_s, "steps": found.steps}
     record = record_of(Curves(found.time_s, *forces, scalars), scene, name, wall_time_s=wall_time)
     return Outcome(record)

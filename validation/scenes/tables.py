@@ -90,8 +90,7 @@ class MaterialTable(Table):
     """nu; of the finite elements, of the refined reduced model, and of the default of
     tip.tangential_ratio."""
     relaxation_time: Annotated[
-        Numbers,
-        Quantity("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE),
+        Numbers, Quantity("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE)
     ] = 0.0
     """tau of Kelvin and Voigt's damping, stress by the strain + tau times its rate; 0: none."""
 

@@ -12,13 +12,7 @@ import xarray
 
 from validation.harness.files import write_dataset, write_text
 from validation.harness.provenance import provenance
-from validation.harness.quantities import (
-    COMPONENTS,
-    QUANTITIES,
-    TIP_VELOCITY,
-    Quantity,
-    unit_of,
-)
+from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
 from validation.harness.stored_run import restored
 from validation.sweep.axis import quantity_of
 from validation.sweep.plan import Plan

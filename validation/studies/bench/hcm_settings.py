@@ -25,11 +25,7 @@ BASE: Options = {
     "contact_tolerance": 1e-9,
 }
 FIXED: Options = {"flight_tolerance": 0, "contact_tolerance": 0}
-GAUSS: Options = {
-    "flight_integrator": "gauss",
-    "newton_tolerance": 1e-7,
-    "spectral_radius": 1.0,
-}
+GAUSS: Options = {"flight_integrator": "gauss", "newton_tolerance": 1e-7, "spectral_radius": 1.0}
 IMPACT_TOLERANCE = {"contact_step": 1e-5, "contact_tolerance": 1e-13, "newton_tolerance": 1e-11}
 
 

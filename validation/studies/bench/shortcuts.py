@@ -96,11 +96,7 @@ HCM = (
     ),
 )  # fmt: skip
 FAST = "solver.fem.preset=fast"
-SMOOTH = (
-    (FAST, "surface.friction=0"),
-    (FAST, "surface.friction=1e-12"),
-    "off: mu = 1e-12",
-)
+SMOOTH = ((FAST, "surface.friction=0"), (FAST, "surface.friction=1e-12"), "off: mu = 1e-12")
 COARSE, EXPLICIT = (f"solver.fem.flight='{flight}'" for flight in ("coarse", "explicit"))
 EXPLICIT_FLIGHT = ((FAST,), (FAST, EXPLICIT))
 # Fingers whose flight bends them otherwise than the soft one's.

@@ -126,11 +126,7 @@ def point_against(
 
 
 def measure_settings(
-    settings: Sequence[Setting],
-    solver: Solver,
-    budget_s: float,
-    store: Store,
-    progress: Progress,
+    settings: Sequence[Setting], solver: Solver, budget_s: float, store: Store, progress: Progress
 ) -> list[Point]:
     """Every setting in turn, against its study's truth.
 

@@ -7,11 +7,7 @@ import numpy as np
 
 from hcm import Assumptions, Drive, Finger, Phalanx, Scene, Settings, Surface, Tip
 from validation.studies.random_scenes import random_numbers, random_scene
-from validation.studies.stress.hcm.judge import (
-    judge_by_dop853,
-    judge_by_laws,
-    judge_by_tighter_run,
-)
+from validation.studies.stress.hcm.judge import judge_by_dop853, judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.rigid_rod import judge_by_closed_form
 from validation.studies.stress.stability_map import Map
 

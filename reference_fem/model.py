@@ -39,7 +39,6 @@ class Model:
     body_of_point : (n_points,), phalanx of each node, from 0
     touching_body : the phalanx whose surface may touch
     skin : (n,), cells with a node that may touch
-    surface
     fall : acceleration of a free fall in the surface's frame, m/s²
     step_s : Δt
     transit_s, grain_s : times of an axial wave over the length of the last phalanx and over the

@@ -22,7 +22,6 @@ from reference_fem.ties import ties_of
 class TouchingBody:
     """What laws are built from.
 
-    mesh
     facets : (n_facets, 4 | 2), of the mesh, that may touch
     mass : (n_points,), as meshed
     copies : 2 for a half model, else 1

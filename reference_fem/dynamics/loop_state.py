@@ -19,7 +19,6 @@ from reference_fem.model import Model
 class LoopState:
     """Where the loop stands between two blocks; with the recorder, all that it needs to go on.
 
-    state, tap
     start_s : time at which the explicit run began
     largest_kinetic_J, largest_error_J : of the audits so far
     origin_energy_J : what the balance is measured from: 0 for a body that set out from the mesh's

@@ -121,10 +121,7 @@ class RestartFile:
         A disk that fills up later on does not end a long run: the file before stays, and
         `problem` says why.
 
-        Raises
-        ------
-        RestartError
-            If it cannot be written the first time.
+        Raises RestartError: if it cannot be written the first time.
         """
         path = self._restart.path
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
@@ -155,10 +152,7 @@ class RestartFile:
     def read(self) -> dict[str, NDArray[Any]] | None:
         """What was written last; None if the run is to start afresh or nothing was written.
 
-        Raises
-        ------
-        RestartError
-            One line: the file is truncated, altered, or of another run.
+        Raises RestartError: one line: the file is truncated, altered, or of another run.
         """
         path = self._restart.path
         if not self._restart.resume or not path.exists():

@@ -238,7 +238,6 @@ def write_fields(folder: Path, fields: Fields) -> Path:
 
 
 def _write_step(path: Path, fields: Fields, step: "reference_fem.Snapshot") -> None:
-    """One step's VTU file."""
     import meshio
 
     kind = "hexahedron" if fields.cells.shape[1] == 8 else "quad"

@@ -37,7 +37,6 @@ class _Part(BaseModel):
 
 
 def _kind(key: str) -> Any:
-    """The type of a scalar by its key."""
     if key == TIP_VELOCITY:
         return tuple[Number, Number] | None
     if key == "reverse_slip":

@@ -7,10 +7,7 @@ import numpy as np
 
 from validation.harness.files import atomic
 from validation.render.views import (
-    BAR,
     BENDING,
-    COLORS,
-    EDGE_COLOR,
     PRESSURE,
     SIZE,
     draw,
@@ -19,6 +16,7 @@ from validation.render.views import (
     reduced,
     scale_bar,
     screenshot,
+    show_field,
     surface,
 )
 
@@ -48,17 +46,7 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     element = float(np.sqrt(np.mean(edges[near])))
     half = PATCH_VIEW * (float(np.ptp(pressed[:, [0, 2]], axis=0).max()) / 2 + element)
     plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
-    plotter.add_mesh(
-        mesh,
-        scalars=PRESSURE,
-        cmap=COLORS[PRESSURE],
-        clim=limits,
-        show_edges=True,
-        edge_color=EDGE_COLOR,
-        line_width=0.5,
-        lighting=False,
-        scalar_bar_args={**BAR, "title": f"{PRESSURE}\n", "color": "white"},
-    )
+    show_field(plotter, mesh, PRESSURE, limits, True, "white", lighting=False)
     below = np.array([0.0, -10 * half, 0.0])
     start = middle + below + np.array([-1.4 * half, 0.1 * half, -0.75 * half])
     scale_bar(plotter, start, float(f"{half / 2:.1g}"), np.array([0, 0, 0.06 * half]), "white")

@@ -16,7 +16,6 @@ PRESSURE, BENDING = "contact pressure (MPa)", "displacement beyond rigid motion 
 COLORS = {STRESS: "inferno", SPEED: "viridis", PRESSURE: "magma", BENDING: "cividis"}
 SURFACE_COLOR, EDGE_COLOR = "#d8d4cc", "#808080"
 BAR = {
-    "color": "black",
     "vertical": False,
     "position_x": 0.4,
     "position_y": 0.03,
@@ -139,6 +138,18 @@ def look(
     plotter.camera.clipping_range = clipping
 
 
+def show_field(
+    plotter: Any, mesh: Any, field: str, limits: tuple[float, float], edges: bool, text_color: str,
+    **style: Any,
+) -> None:  # fmt: skip
+    """A body in the colours of a field, perhaps with its elements' edges."""
+    bar = {**BAR, "title": f"{field}\n", "color": text_color}
+    plotter.add_mesh(
+        mesh, scalars=field, cmap=COLORS[field], clim=limits, show_edges=edges,
+        edge_color=EDGE_COLOR, line_width=0.5, scalar_bar_args=bar, **style,
+    )  # fmt: skip
+
+
 def draw(
     path: Path,
     mesh: Any,
@@ -158,20 +169,13 @@ def draw(
     plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
     if shadow is not None:
         plotter.add_mesh(shadow, color=EDGE_COLOR, lighting=False)
-    plotter.add_mesh(
-        mesh,
-        scalars=field,
-        cmap=COLORS[field],
-        clim=limits,
-        show_edges=zoom and mesh.n_cells < EDGES_UP_TO,
-        edge_color=EDGE_COLOR,
-        edge_opacity=0.35,
-        line_width=0.5,
-        lighting=not zoom,
-        ambient=0.4,
-        show_scalar_bar=with_bar,
-        scalar_bar_args={**BAR, "title": f"{field}\n"} if with_bar else None,
-    )
+    style = {
+        "edge_opacity": 0.35,
+        "lighting": not zoom,
+        "ambient": 0.4,
+        "show_scalar_bar": with_bar,
+    }
+    show_field(plotter, mesh, field, limits, zoom and mesh.n_cells < EDGES_UP_TO, "black", **style)
     _surface_and_camera(plotter, mesh, height, zoom, look_at)
     plotter.add_text(text, position="upper_left", font_size=12, color="black")
     screenshot(plotter, path)

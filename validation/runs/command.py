@@ -154,7 +154,6 @@ def _stored_or_solved(
 
 @output_kept()
 def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None) -> Outcome:
-    """The run, solved now."""
     if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():
         say(f"nothing to resume in {folder}: the run starts from the beginning")
     try:

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from hcm.assumptions import Assumptions
 from validation.compare.differences import Difference, difference
 from validation.compare.figures import assumption_bars
@@ -16,7 +14,7 @@ from validation.harness.files import output_folder, safe_name
 from validation.harness.quantities import TAP_AND_STRESS, Quantity
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
-from validation.harness.tables import write_table
+from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, cumulative, every
 from validation.runs.execute import Job, in_fresh_process
@@ -88,17 +86,13 @@ def _write(
     reference: RunRecord,
 ) -> None:  # fmt: skip
     """``waterfall.csv``, ``.md``, ``.tex`` and ``waterfall.png``."""
-    table = pd.DataFrame(
-        [
-            {
-                "assumptions": variant.name,
-                **{f"{one.quantity.key}_error_percent": one.error_percent for one in found},
-            }
-            for variant, found in zip(variants, rows, strict=True)
-        ]
-    )
+    lines = [
+        {"assumptions": variant.name}
+        | {f"{one.quantity.key}_error_percent": one.error_percent for one in found}
+        for variant, found in zip(variants, rows, strict=True)
+    ]
     caption = f"{scene}: the reduced model against {reference.label}, assumption by assumption"
-    write_table(folder, "waterfall", table, caption)
+    write_table(folder, "waterfall", table_of(lines), caption)
     with panels(folder / "waterfall.png", len(TAP_AND_STRESS), width=2.8, height=4.4) as axes:
         errors = [[one.error_percent or 0.0 for one in found] for found in rows]
         titles, names = [of.title for of in TAP_AND_STRESS], [variant.name for variant in variants]

@@ -117,7 +117,6 @@ def by_variants(
 
 
 def _model(variant: Variant, name: str, flight: str) -> dict[str, Any]:
-    """A plan's entry."""
     keys = dict(text.split("=") for text in variant.overrides)
     chosen: dict[str, Any] = {key: value == "true" for key, value in keys.items()}
     return {"model": "hcm", "variant": name, "set": {**chosen, "solver.hcm.flight": flight}}

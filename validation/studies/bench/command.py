@@ -41,7 +41,6 @@ def _timing(what: str) -> Iterator[Progress]:
 
 
 def _measure_sizes(folder: Path, quick: bool, budget_s: float, progress: Progress) -> None:
-    """Throughput and scaling of hcm."""
     scenes = throughput.measure_throughput(quick, part(progress, 0.0, 0.2))
     save(folder, "throughput", [scenes], "Random scenes through hcm")
     sizes = scaling.measure_scaling(quick, budget_s, part(progress, 0.2, 1.0))

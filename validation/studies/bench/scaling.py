@@ -55,21 +55,15 @@ def _overrides(what: str, size: int, quick: bool) -> tuple[str, ...]:
     )
 
 
-def measure_size(what: str, size: int, quick: bool, budget_s: float) -> Size:
-    """Time one size."""
-    run = simulation("hcm", _overrides(what, size, quick))
-    timed = shortest(run, budget_s, least=2)
-    steps = timed.result.statistics.steps
-    return Size(what, size, timed.wall_time_s / steps * 1e6, steps, timed.runs)
-
-
 def measure_scaling(quick: bool, budget_s: float, progress: Progress) -> list[Size]:
     """Elements a phalanx, then phalanges."""
     cases = [("elements", n) for n in ELEMENTS] + [("phalanges", n) for n in PHALANGES]
     found = []
     for number, (what, size) in enumerate(cases):
         progress(number / len(cases), f"hcm, {size} {what}")
-        found.append(measure_size(what, size, quick, budget_s))
+        timed = shortest(simulation("hcm", _overrides(what, size, quick)), budget_s, least=2)
+        steps = timed.result.statistics.steps
+        found.append(Size(what, size, timed.wall_time_s / steps * 1e6, steps, timed.runs))
     return found
 
 

@@ -150,10 +150,7 @@ def _percent(one: Difference) -> float:
 
 
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
-    """Fig. 7: the reduced model with different numbers of elements.
-
-    runs : label and run of each line.
-    """
+    """Fig. 7: the reduced model with different numbers of elements, a line each under its label."""
     looks = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
 
     def draw(axis: Any, scene: str) -> None:
@@ -174,7 +171,6 @@ def overlay_figure(
 ) -> None:
     """Fig. 9: the reduced model against the reference.
 
-    runs : one line each.
     spread_over : runs whose smallest and largest force at each time make the shaded band.
     compared : by scene, references and runs whose difference from them is drawn below: of F_n, in
         percent of the reference's peak.

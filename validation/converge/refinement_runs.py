@@ -27,7 +27,6 @@ class LevelRuns:
 
     source, overrides : as `load_scene` takes them
     model : fem3d or fem2d
-    store : where results are kept, and found again by a later study
     """
 
     def __init__(self, source: str, overrides: Sequence[str], model: str, store: Store) -> None:

@@ -66,10 +66,7 @@ def imports(text: str) -> Iterator[tuple[str, str]]:
 
 
 def module_file(name: str, root: Path = ROOT) -> str:
-    """The file of a module by its dotted name.
-
-    Raises ModuleNotFoundError: there is no such module.
-    """
+    """The file of a module by its dotted name; a ModuleNotFoundError where there is none."""
     path = os.path.join(root, *name.split("."))
     for file in (f"{path}.py", os.path.join(path, "__init__.py")):
         if os.path.isfile(file):
@@ -156,7 +153,6 @@ def _sources_and_versions(
 def program(*modules: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Source, versions and machine that the results of these modules depend on.
 
-    modules : dotted names of the modules whose code makes the result.
     without : packages of ours that have no part in it; see `closure`.
     """
     source, versions = _sources_and_versions(modules, without)

@@ -51,8 +51,7 @@ def bar(value: float | None, error: float | None) -> str:
 def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
     """Fill a template of ``templates`` and write it atomically.
 
-    template : file name; it extends ``base.html.j2``, whose blocks are the page's sections.
-    context : what the template names.
+    It extends ``base.html.j2``, whose blocks are the page's sections; `context` has what it names.
     """
     import jinja2
 

@@ -134,10 +134,7 @@ def _record_of(entry: Path, inputs: Inputs) -> RunRecord:
 
 
 def _fields_of(entry: Path) -> Path:
-    """The folder of an entry's fields, if it holds an index and its steps or is not there.
-
-    Raises ValueError: something else is there.
-    """
+    """The folder of an entry's fields, which is not there or holds an index and its steps."""
     folder = entry / FIELDS
     paths = list(folder.iterdir()) if folder.exists() else []
     wanted = {"tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(len(paths) - 1))}
@@ -150,9 +147,6 @@ def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> Run
     """The stored run's record, and its fields copied; None if there is none.
 
     What a run's folder held before is removed; the caller writes the record's files.
-
-    folder : of the run.
-    fields : whether its fields are wanted there.
     """
     found = store.load(inputs, lambda entry: (_record_of(entry, inputs), _fields_of(entry)))
     if found is None:

@@ -128,7 +128,6 @@ def record_of(
 ) -> RunRecord:
     """The curves as the record of a completed run, cautioned where its scalars contradict them.
 
-    model : as tables call it.
     wall_time_s : duration of the solve; None for data.
 
     Raises ValueError: as `tap_scalars`, or a scalar has a key that no quantity has.

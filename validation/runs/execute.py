@@ -205,9 +205,6 @@ def compile_in_fresh_process(
     """Fill the compiled code's cache, so that no measured run pays for a compiler's memory.
 
     Models of one kind share kernels: each kind has a process, beside the other's.
-
-    models : that are to be run.
-    say : told what is loaded, or compiled the first time.
     """
     kinds: dict[str, list[str]] = {}
     for name in models:
@@ -230,8 +227,6 @@ def in_fresh_process(jobs: Sequence[Job], folder: Path, store: Store = NO_STORE)
 
     A crash of the process (a segmentation fault, the system out of memory) is reported as the
     failure of the job that caused it: after a crash each job gets a process of its own.
-
-    store : where results are kept and found again.
     """
     return _run([_task(job, folder, store, number == 0) for number, job in enumerate(jobs)])
 

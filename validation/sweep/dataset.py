@@ -59,10 +59,7 @@ def _error(entry: Quantity, result: Solved) -> float:
 
 
 def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> xarray.Dataset:
-    """The dataset.
-
-    rows : of each point the solvers' results.
-    """
+    """The dataset of `rows`, of each point the solvers' results."""
     data: dict[str, Any] = {}
     for key, values in points.columns.items():
         quantity = quantity_of(key)

@@ -64,8 +64,6 @@ def accuracy_rows(
 ) -> list[dict[str, Any]]:
     """Rows of one scene: every compared quantity against every completed reference.
 
-    reduced : the run of ``hcm``.
-    references : runs of the reference, each compared with the reduced run.
     spread_over : three-dimensional runs over meshes and penalty factors, whose spread is quoted
         beside every three-dimensional number
     tolerances : largest difference by a quantity's key, percent.

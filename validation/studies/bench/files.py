@@ -18,10 +18,7 @@ from validation.harness.tables import for_people, table_of
 
 
 def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool = True) -> None:
-    """Write CSV, with the machine in every row, and Markdown; print the latter where `show`.
-
-    rows : mappings or dataclass instances.
-    """
+    """Write CSV, with the machine in every row, and Markdown; print the latter where `show`."""
     table = table_of(rows)
     where = provenance({})
     labelled = table.assign(

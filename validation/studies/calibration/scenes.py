@@ -37,10 +37,7 @@ class Case:
 
 
 def case(model: str, index: int, accuracy: float | None = None) -> Case:
-    """The scene of that number, its elements and settings those of the `accuracy` if there is one.
-
-    accuracy : largest relative error wanted
-    """
+    """The scene of that number; an `accuracy` has elements and settings of its own."""
     kind = KINDS[index % len(KINDS)]
     u: Iterator[float] = iter(random_numbers(SEED, index))
 

@@ -48,10 +48,7 @@ def run_references(run: Runner, progress: Progress) -> References:
 
 
 def penalty_for(target: float, values: Mapping[float, float]) -> float:
-    """Penalty factor at which a force takes the target's size: a power law through two runs.
-
-    values : by penalty factor, two of them.
-    """
+    """Penalty factor at which a force takes the target's size: a power law through two of them."""
     (p0, f0), (p1, f1) = sorted(values.items())
     slope = math.log(abs(f1 / f0)) / math.log(p1 / p0)
     return float(p0 * abs(target / f0) ** (1 / slope))

@@ -47,7 +47,6 @@ def compute_ladder(
 
     full : use the preset `converged` as the reference; minutes instead of seconds.
     studies : folder of ``fingertap converge``, whose error bars are taken where they exist.
-    store : where runs are kept and found again.
     """
     runs = LadderRuns(store)
     ladder = Ladder(full)

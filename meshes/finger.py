@@ -100,7 +100,8 @@ def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
     """Snap to the analytic surfaces, orient the elements and number for locality."""
     points = snap(phalanx, plan)
     cells = orient(points, phalanx.cells)
-    cut = Halved(points, cells, outer_facets(cells), phalanx.roles, _none(points.shape[1]))
+    none = np.empty((0, 1 + 2 ** (points.shape[1] - 1)), dtype=np.int64)
+    cut = Halved(points, cells, outer_facets(cells), phalanx.roles, none)
     for _ in range(plan.halvings):
         cut = _cut_long(cut, plan)
     if plan.full_volume:
@@ -112,10 +113,6 @@ def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
     new = np.argsort(order)  # a permutation's inverse
     roles = {role: np.sort(new[nodes]) for role, nodes in cut.roles.items()}
     return PhalanxBlocks(cut.points[order], cells, roles, new[cut.facets], new[cut.ties])
-
-
-def _none(dim: int) -> Ints:
-    return np.empty((0, 1 + 2 ** (dim - 1)), dtype=np.int64)
 
 
 def _cut_long(mesh: Halved, plan: PhalanxPlan) -> Halved:

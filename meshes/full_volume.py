@@ -54,7 +54,7 @@ def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
         move[(depth > -plan.fine.even) & (beside < 2.0 * plan.fine.even)] = 0.0
     for role in ("proximal_hole", "distal_hole", "pole"):
         move[mesh.roles.get(role, [])] = 0.0
-    points = mesh.points + move[:, None] * _outwards(mesh.points, plan)
+    points = mesh.points + move[:, None] * (_arm(mesh.points, plan) / plan.radius)
     points[hanging] = points[masters].mean(axis=1)
     return replace(mesh, points=points)
 
@@ -90,7 +90,3 @@ def _arm(points: Floats, plan: PhalanxPlan) -> Floats:
 
 def _height(points: Floats, plan: PhalanxPlan) -> Floats:
     return np.asarray(plan.radius - np.linalg.norm(_arm(points, plan), axis=1))
-
-
-def _outwards(points: Floats, plan: PhalanxPlan) -> Floats:
-    return _arm(points, plan) / plan.radius

@@ -95,12 +95,20 @@ def read_text(path: Path, origin: str, largest: int) -> str:
         raise UserError(f"{origin}: cannot be read ({why}); check the path") from error
 
 
-def parse_value(text: str) -> Any:
-    """The right side of KEY=VALUE as a TOML value, or a number like .5; a bare word is a string."""
+def parse_value(text: str, origin: str) -> Any:
+    """The right side of KEY=VALUE as a TOML value, or a number like .5; a bare word is a string.
+
+    Raises UserError: it begins as a list or a table and is none.
+    """
     try:
         parsed = tomllib.loads(f"value = {text}")
         tomllib.loads(f"value = [{text}]")  # a comment, which is no value, hides the bracket
-    except (ValueError, RecursionError):  # TOML's own error is a ValueError
+    except (ValueError, RecursionError) as error:  # TOML's own error is a ValueError
+        if text.strip()[:1] in ("[", "{"):
+            raise UserError(
+                f"{origin} = {show(text)}: is no list or table of TOML's: write numbers as 0.5, "
+                "texts in quotes, and close all brackets"
+            ) from error
         return float(text) if BARE_POINT.fullmatch(text.strip()) else text
     return parsed["value"] if list(parsed) == ["value"] else text
 
@@ -137,7 +145,7 @@ def override(document: dict[str, Any], assignment: str) -> dict[str, Any]:
         if not isinstance(table, dict):
             holder = ".".join(path[: depth + 1])
             raise UserError(f"--set {show(assignment)}: {holder} is a value, not a table")
-    table[last] = parse_value(text)
+    table[last] = parse_value(text, f"--set {key}")
     return result
 
 

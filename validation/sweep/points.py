@@ -141,7 +141,7 @@ def _from_file(plan: Plan) -> PointTable:
                 place = f"{origin}: line {number}: {name}"
                 if not text.strip():
                     raise UserError(f"{place} is empty: write its value, a list as [1, 2]")
-                columns[name].append(value := parse_value(text.strip()))
+                columns[name].append(value := parse_value(text.strip(), place))
                 if isinstance(value, float) and not math.isfinite(value):
                     raise UserError(f"{place} = {show(value)}: must be finite")
                 check_value(name, value, place)

@@ -89,11 +89,16 @@ def test_scene_survives_being_written_as_toml(tmp_path: Path) -> None:
         ("ls-dyna-like", "ls-dyna-like"),
         ("1 GPa", "1 GPa"),
         ("1\nother = 2", "1\nother = 2"),
-        ("[" * 5000, "[" * 5000),
     ],
 )
 def test_set_values_are_toml_or_a_bare_word(text: str, value: object) -> None:
-    assert parse_value(text) == value
+    assert parse_value(text, "a") == value
+
+
+@pytest.mark.parametrize("text", ["[.001, 0]", "{time=[0,.1]}", "[1, 2", "[" * 5000])
+def test_a_list_that_is_none_is_no_bare_word(text: str) -> None:
+    with pytest.raises(UserError, match=r"^--set finger\.length = .*: is no list or table of TOML"):
+        load_scene("soft", [f"finger.length={text}"])
 
 
 def test_overrides_apply_in_order_and_leave_the_scene_alone() -> None:

@@ -264,4 +264,4 @@ def test_assignments_are_toml() -> None:
     assert assignment("a.b", 1e-7) == "a.b=1e-07"
     assert assignment("a.b", [0.1, True, "µ"]) == 'a.b=[0.1, true, "µ"]'
     table = {"time": [0.0, 0.1], "values": [[1.0], [2]]}
-    assert parse_value(assignment("a", table).removeprefix("a=")) == table
+    assert parse_value(assignment("a", table).removeprefix("a="), "a") == table

@@ -98,7 +98,8 @@ def solve(
         with compiling_reported(progress):
             if not warm:
                 module.warm_up()
-            outcome = module.run(scene, progress, checkpoint)
+            with contextlib.chdir(Path.cwd()):  # a model may work in a folder of its own
+                outcome = module.run(scene, progress, checkpoint)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"its run gave a {type(outcome).__name__}, not an Outcome")
         check_run(outcome.record)
@@ -114,7 +115,9 @@ def solve(
         raise RunFailedError(
             f"scene {scene.name}, model {model}: {type(error).__name__}: {text}{where}"
         ) from error
-    return replace(outcome, record=outcome.record.with_summary(peak_memory_MB=peak_memory_MB()))
+    # one that runs another model hands on a record with that model's name
+    record = replace(outcome.record, scene=scene.name, model=model)
+    return replace(outcome, record=record.with_summary(peak_memory_MB=peak_memory_MB()))
 
 
 def keep(folder: Path, outcome: Outcome) -> None:

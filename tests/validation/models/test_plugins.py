@@ -152,6 +152,26 @@ def test_what_a_model_prints_is_no_part_of_the_output(
     assert json.loads(said.out)["model"] == "mine"
 
 
+def test_a_model_that_runs_another_elsewhere_keeps_its_name_and_the_folder(
+    example: ModuleType,
+    install: Callable[[Callable[[], Any]], None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    fingertap: Run,
+) -> None:
+    """`validate` took its record for the other's, and its files lay where it worked."""
+
+    def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
+        os.chdir("/")
+        return models.adapter("hcm").run(replace(scene, name="other"), progress)
+
+    install(lambda: SimpleNamespace(**{**vars(example), "run": run}))
+    monkeypatch.chdir(tmp_path)
+    assert fingertap("run", "soft", "--model", "mine", "--out", "here").code == 0
+    summary = json.loads((tmp_path / "here/run/soft-mine/summary.json").read_text())
+    assert (summary["scene"], summary["model"]) == ("soft", "mine")
+
+
 def test_model_that_cannot_be_loaded_or_is_none_is_named(
     install: Callable[[Callable[[], Any]], None], fingertap: Run
 ) -> None:

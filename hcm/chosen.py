@@ -134,7 +134,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     if scene.assumptions.has("hertz") and fall is not None:
         hertz = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions).k
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
-    whirls = acting_joints(scene.drive, len(phalanges))[0].size > 0
+    has_torques = acting_joints(scene.drive, len(phalanges))[0].size > 0
+    whirls = has_torques and fall is not None and bool(fall.rods[0].moment.any())
     flight = choose_flight(accuracy, scene, fall, frequency, whirls, stated)
     lumped = not scene.assumptions.any
     in_contact = accuracy / BESIDE if flight.followed else accuracy
@@ -150,8 +151,12 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
     step = min(min(of_turn * math.sqrt(in_contact), LONGEST_TURN) / frequency, 1.0)
-    share, most = DRIVEN_NEWTON if method == GAUSS and whirls else NEWTON[method]
-    fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if method == GAUSS and not whirls else 0.0
+    share, most = DRIVEN_NEWTON if method == GAUSS and has_torques else NEWTON[method]
+    fine = (
+        min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1])
+        if method == GAUSS and not has_torques
+        else 0.0
+    )
     newton = min(max(share * accuracy, fine, 1e-12), most)
     choices = (
         Choice("elements", counts, f"waves of {hz(frequency)}; the spring shields higher ones"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcm.beam.drive import Piece
-from hcm.flight.rigid_chain import Rods, build_rods, clearance, survey
+from hcm.flight.rigid_chain import Rods, acting_between, build_rods, clearance, survey
 from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
 from hcm.model import Scene, plan_of, rods_state
 from hcm.parameters import Phalanx, check_scene
@@ -53,6 +53,7 @@ def rods_fall(scene: Scene) -> Fall | None:
     flight = integrate_flight(rods, state, start_s, plan, settings.max_steps, pieces)
     if flight.code != TOUCHED:
         return None
+    rods = acting_between(rods, pieces, start_s, float(flight.time[-1]))
     radius = np.array([p.diameter / 2 for p in finger.phalanges])
     first, last, largest, sunk = survey(
         flight.states, flight.accelerations, radius, float(scene.surface.height), rods, state.copy()

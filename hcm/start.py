@@ -16,7 +16,7 @@ from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, Contact
 from hcm.fall import Fall
 from hcm.flight import rigid_chain, rigid_flight
-from hcm.flight.rigid_chain import Rods, clearance
+from hcm.flight.rigid_chain import Rods, acting_between, clearance
 from hcm.flight.rigid_flight import BLOCKED, TOUCHED, RigidFlight, integrate_flight
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator
@@ -87,7 +87,8 @@ def start_beams(
             flight = integrate_flight(
                 rods[0], model.angles, model.start_s, model.plan, model.settings.max_steps, rods[1]
             )
-        return start_after_flight(model, rods[0], flight)
+        acting = acting_between(*rods, model.start_s, float(flight.time[-1]))
+        return start_after_flight(model, acting, flight)
     except KeyboardInterrupt:
         begun = start_in_flight(model, model.plan.flight_step)
         return begun._replace(status=Status.INTERRUPTED)

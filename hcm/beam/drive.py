@@ -86,18 +86,14 @@ def torques_on_nodes(drive: Drive, count: int) -> tuple[Piece, ...]:
     return _pieces(drive, sign * torque_rows(drive, count)[:, joint])
 
 
-def torques_on_rods(drive: Drive, count: int) -> tuple[tuple[Piece, ...], Floats]:
-    """Pieces of the torques on rigid phalanges, reactions included, and the largest (P,) at the two
-    ends of each, N m, which may cancel.
-    """
+def torques_on_rods(drive: Drive, count: int) -> tuple[Piece, ...]:
+    """Pieces of the torques on rigid phalanges, reactions included."""
     if drive.table is None and not any(drive.torques):
-        return (Piece(0.0, math.inf, np.zeros((2, count))),), np.zeros(count)
+        return (Piece(0.0, math.inf, np.zeros((2, count))),)
     values = torque_rows(drive, count)
-    ends = np.abs(values)
     if drive.reaction:
-        ends[:, :-1] += np.abs(values[:, 1:])
         values[:, :-1] -= values[:, 1:].copy()
-    return _pieces(drive, values), np.maximum.reduce(ends)
+    return _pieces(drive, values)
 
 
 @kernel

@@ -35,9 +35,10 @@ class Rods(NamedTuple):
     torque : (2, P) at the time since, s, N m, and its rate, N m/s.
     first, second : (P,) moments of a rod's mass about its hinge, over m L and m L^2.
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
-    the largest torques at a rod's two ends, N m, which bend it even where they cancel.
-    fall : f, m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch
-    for angles, then zeros.
+    the largest torques at a rod's two ends by `acting_between`, N m: they bend it even where they
+    cancel. reaction : whether a joint's torque acts on the rod before it too. fall : f, m/s^2.
+    height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch for angles, then
+    zeros.
     """
 
     length: Floats
@@ -50,6 +51,7 @@ class Rods(NamedTuple):
     bending: Floats
     axial: Floats
     moment: Floats
+    reaction: bool
     fall: tuple[float, float]
     height: float
     inertia: Floats
@@ -69,21 +71,44 @@ def build_rods(
         [p.youngs_modulus * p.area for p in phalanges],
     ])  # fmt: skip
     mass, first, second = moments(finger, assumptions)
-    pieces, moment = torques_on_rods(drive, links)
+    pieces = torques_on_rods(drive, links)
     rods = Rods(
         length, mass, mass[::-1].cumsum()[::-1] - mass, pieces[0].torques, pieces[0].begin_s, first,
-        second, bending, axial, moment, drive.fall,
+        second, bending, axial, np.zeros(links), drive.reaction, drive.fall,
         touching_height(finger, surface, assumptions), np.empty((links, links)),
         np.empty((2, links)), np.zeros(2 * links),
     )  # fmt: skip
     return rods, pieces
 
 
+def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s: float) -> Rods:
+    """The rods with the `moment` of these times, s: what acts later has bent nothing.
+
+    pieces : of `build_rods`, the torques on each rod, M_w - M_(w+1) where joints react.
+    """
+    found = [np.zeros(rods.length.size)]
+    for piece in pieces:
+        first, last = max(piece.begin_s, begin_s), min(piece.end_s, end_s)
+        if first < last:
+            passed = np.array([[first], [last]]) - piece.begin_s
+            of_joints = piece.torques[0] + passed * piece.torques[1]
+            if rods.reaction:
+                of_joints = of_joints[:, ::-1].cumsum(axis=1)[:, ::-1]
+            ends = np.abs(of_joints)
+            if rods.reaction:
+                ends[:, :-1] += ends[:, 1:].copy()
+            found.append(ends.max(axis=0))
+    return rods._replace(moment=np.maximum.reduce(found))
+
+
 @kernel
 def rates(time: float, state: Floats, chain: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) at `time`, s, to `out` (2 P,)."""
-    length, mass, beyond, torque, since, first, second, _, _, _, fall, _, inertia, along, _ = chain
-    n = length.size
+    length, mass, beyond, first, second = (
+        chain.length, chain.mass, chain.beyond, chain.first, chain.second,
+    )  # fmt: skip
+    torque, since, fall = chain.torque, chain.since, chain.fall
+    inertia, along, n = chain.inertia, chain.along, chain.length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
     for j in range(n):

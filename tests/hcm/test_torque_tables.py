@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm.chosen import settings_for
+from hcm.flight.rigid_chain import acting_between, build_rods
 from hcm.reference_solution import solve
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger, order_of
 
@@ -115,6 +117,42 @@ def test_a_table_of_one_row_is_a_constant_torque() -> None:
     for run in runs[1:]:
         assert run.summary == runs[0].summary
         assert np.array_equal(run.history.drive_work_J, runs[0].history.drive_work_J)
+
+
+@pytest.mark.parametrize("reaction", [False, True])
+@pytest.mark.parametrize(
+    ("time", "first", "last"),
+    [
+        ((0.2, 0.2), 0.0, -2.0),  # after the tap at 0.136 s
+        ((0.0, 0.0), -2.0, 0.0),
+    ],
+)
+def test_torques_that_act_after_the_tap_or_never_change_no_choice(
+    time: tuple[float, float], first: float, last: float, reaction: bool
+) -> None:
+    """They made the loads that rods leave out of it: 42,000 steps for 54, or a refused flight."""
+    table = hcm.TorqueTable(time, ((first,) * 3, (last,) * 3))
+    drives = hcm.Drive(), hcm.Drive(table=table, reaction=reaction)
+    free, driven = (hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, drive) for drive in drives)
+    own, other = (settings_for(1e-3, scene).scene.settings for scene in (free, driven))
+    assert replace(other, newton_tolerance=own.newton_tolerance) == own
+    rigid = replace(driven.settings, flight="rigid", estimate=False)
+    run = hcm.simulate(**replace(driven, settings=rigid).arguments())
+    assert run.status is hcm.Status.COMPLETED
+
+
+@pytest.mark.parametrize("reaction", [False, True])
+def test_largest_torques_at_a_rods_ends_are_those_of_the_time(reaction: bool) -> None:
+    table = hcm.TorqueTable(
+        (0.0, 0.1, 0.1, 0.3), ((1.0, -2.0), (3.0, 4.0), (0.0, 0.0), (-8.0, 6.0))
+    )
+    scene = finger(SOFT, 2), SURFACE, hcm.Drive(table=table, reaction=reaction)
+    rods, pieces = build_rods(*scene)
+    for end, joints in ((0.05, (2.0, 2.0)), (0.1, (3.0, 4.0)), (0.2, (4.0, 4.0))):
+        # at 0.05 s (2, 1), at 0.2 s (-4, 3): linear between kinks
+        found = acting_between(rods, pieces, 0.0, end).moment
+        both = {0.05: 3.0, 0.1: 7.0, 0.2: 7.0}[end]
+        assert found == pytest.approx([both if reaction else joints[0], joints[1]])
 
 
 def test_a_tap_goes_on_across_a_kink() -> None:

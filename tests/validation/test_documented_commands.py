@@ -146,11 +146,11 @@ def reader(place: Path, tmp_path: Path, monkeypatch: Patch) -> Iterator[list[str
     """Stand there, the plug-in installed; the paths of Python that make it so."""
     monkeypatch.chdir(place)
     paths = [str(place / "installed"), str(DOCS / "plugin-example"), str(ROOT)]
-    models._doors.cache_clear()
+    models._entry_points.cache_clear()
     with monkeypatch.context() as patch:
         patch.setattr(sys, "path", paths + sys.path)
         yield paths
-    models._doors.cache_clear()
+    models._entry_points.cache_clear()
 
 
 @pytest.mark.parametrize("line", QUICK)

@@ -19,19 +19,19 @@ MEMBERS = (*Adapter.__annotations__, "refusal", "warm_up", "run")
 
 
 @cache  # what is installed does not change while a program runs
-def _doors() -> dict[str, EntryPoint]:
-    return {door.name: door for door in entry_points(group=GROUP)}
+def _entry_points() -> dict[str, EntryPoint]:
+    return {entry_point.name: entry_point for entry_point in entry_points(group=GROUP)}
 
 
 def model_names() -> tuple[str, ...]:
     """Names of the models that are installed."""
-    return tuple(_doors())
+    return tuple(_entry_points())
 
 
 def is_own(name: str) -> bool:
     """Whether a model is one of this project's solvers."""
-    door = _doors().get(name)
-    return door is not None and door.value.startswith(__name__)
+    entry_point = _entry_points().get(name)
+    return entry_point is not None and entry_point.value.startswith(__name__)
 
 
 def adapter(name: str, option: str = "--model") -> Adapter:
@@ -41,23 +41,23 @@ def adapter(name: str, option: str = "--model") -> Adapter:
     Raises RunFailedError: the package of that model can't be loaded, or what it names is no
         adapter.
     """
-    door = _doors().get(name)
-    if door is None:
-        near = difflib.get_close_matches(name, _doors(), n=1)
+    entry_point = _entry_points().get(name)
+    if entry_point is None:
+        near = difflib.get_close_matches(name, _entry_points(), n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise UserError(
-            f"{option} {name!r}: unknown; {hint}installed models are {', '.join(_doors())}"
+            f"{option} {name!r}: unknown; {hint}installed models are {', '.join(_entry_points())}"
         )
     try:
-        found = door.load()
+        found = entry_point.load()
     except Exception as error:  # whatever another's package does when it is imported
         raise RunFailedError(
-            f"model {name} ({door.value}): cannot be loaded: {type(error).__name__}: {error}"
+            f"model {name} ({entry_point.value}): cannot be loaded: {type(error).__name__}: {error}"
         ) from error
     missing = [member for member in MEMBERS if not hasattr(found, member)]
     if missing or found.name != name:
         what = f"lacks {', '.join(missing)}" if missing else f"calls itself {found.name!r}"
-        raise RunFailedError(f"model {name} ({door.value}): is no adapter: it {what}")
+        raise RunFailedError(f"model {name} ({entry_point.value}): is no adapter: it {what}")
     model: Adapter = found
     return model
 

@@ -43,12 +43,12 @@ def cumulative() -> tuple[Variant, ...]:
     return tuple(Variant(name, frozenset(ORDER[:n])) for n, name in enumerate(names))
 
 
-def every() -> tuple[Variant, ...]:
+def all_variants() -> tuple[Variant, ...]:
     """The cumulative ones, then those with one left out."""
-    return (*cumulative(), *left_out())
+    return (*cumulative(), *leave_one_out())
 
 
-def left_out() -> tuple[Variant, ...]:
+def leave_one_out() -> tuple[Variant, ...]:
     """The refined model without each assumption, and without those that need it."""
     found = []
     for switch in ORDER:

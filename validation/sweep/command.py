@@ -17,7 +17,7 @@ from validation.sweep.executor import Crew, dask_cluster, processes_here, solve_
 from validation.sweep.page import clear_report, write_report
 from validation.sweep.plan import Plan, assignment, read_plan
 from validation.sweep.points import PointTable, points_of
-from validation.sweep.runs import INTERRUPTED, PASSING, Row, Task, on_one_thread, task_of
+from validation.sweep.runs import INTERRUPTED, RETRIED, Row, Task, on_one_thread, task_of
 
 
 def run_sweep(
@@ -48,16 +48,16 @@ def run_sweep(
     points = points_of(chosen)
     folder = output_folder(out / "sweep" / safe_name(chosen.name))
     with sole_use(folder):
-        whole, passing = solve_plan(chosen, points, folder, (workers, dask))
+        whole, retried = solve_plan(chosen, points, folder, (workers, dask))
         write_report(folder, chosen, points, whole)
     counts = Counter(whole["status"].to_numpy().ravel().tolist())
     output(", ".join(f"{n} {status.lower().replace('_', ' ')}" for status, n in counts.items()))
     output(f"files in {folder}")
     if set(counts) == {"REFUSED"}:
         raise RunFailedError(f"every run was refused, the first: {whole['message'].values.flat[0]}")
-    if passing:
+    if retried:
         raise RunFailedError(
-            f"{len(passing)} runs failed or crashed, the first: {passing[0]}; the same"
+            f"{len(retried)} runs failed or crashed, the first: {retried[0]}; the same"
             " command tries them again"
         )
 
@@ -77,22 +77,22 @@ def solve_plan(
     todo = [task for task in distinct.values() if finished.load(task.inputs) is None]
     if had := len(distinct) - len(todo):
         say(f"{folder / 'results.jsonl'} has {had} of {len(distinct)} results")
-    passing: dict[str, Row] = {}
+    retried: dict[str, Row] = {}
     try:
         if todo:
             clear_report(folder)
             dataset.clear(folder)
             with progress_bar(f"sweep {chosen.name}") as progress:
-                _solve(chosen, todo, len(distinct), finished, passing, where, progress)
+                _solve(chosen, todo, len(distinct), finished, retried, where, progress)
     finally:
         # what there is, also of a sweep that ends here
         rows = [[dataset.Solved()] * len(chosen.solvers) for _ in range(len(points))]
         for task in tasks:
-            found = finished.load(task.inputs) or passing.get(task.run)
+            found = finished.load(task.inputs) or retried.get(task.run)
             rows[task.point][task.solver] = dataset.solved(found)
         whole = dataset.build(chosen, points, rows)
         dataset.write(folder, whole)
-    return whole, [found["message"] for found in passing.values()]
+    return whole, [found["message"] for found in retried.values()]
 
 
 def _tasks(plan: Plan, points: PointTable) -> list[Task]:
@@ -113,9 +113,9 @@ def _tasks(plan: Plan, points: PointTable) -> list[Task]:
 
 def _solve(
     plan: Plan, todo: list[Task], total: int, finished: LineStore,
-    passing: dict[str, Row], where: tuple[int | None, str | None], progress: Progress,
+    retried: dict[str, Row], where: tuple[int | None, str | None], progress: Progress,
 ) -> None:  # fmt: skip
-    """Solve what is not finished; rows that may be others next time go to `passing`."""
+    """Solve what is not finished; rows that may be others next time go to `retried`."""
     models = tuple(dict.fromkeys(task.model for task in todo))
     done = total - len(todo)
     progress(done / total, "starting")
@@ -124,8 +124,8 @@ def _solve(
         nonlocal done
         if found["status"] == INTERRUPTED:
             raise KeyboardInterrupt
-        if found["status"] in PASSING:
-            passing[task.run] = found
+        if found["status"] in RETRIED:
+            retried[task.run] = found
         else:
             finished.keep(task.inputs, found)
         done += 1

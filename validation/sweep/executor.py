@@ -24,8 +24,8 @@ from validation.sweep.runs import CRASHED, Row, Task, check_program, programs, r
 Submit = Callable[..., "Future[list[Row]]"]
 
 AHEAD = 3  # batches that wait, per worker
-BATCH_S = 1.0  # of solving that a batch is made to take, in scenes from 1 to
-MOST_SCENES = 200
+# A batch has as many scenes, up to MOST_SCENES, as take about BATCH_S to solve.
+BATCH_S, MOST_SCENES = 1.0, 200
 TRIES = 5  # of a batch that connections lose
 CONNECT_S = 30.0
 # Of a client whose scheduler has not come back for so long.

@@ -21,9 +21,9 @@ from validation.models.inputs import scene_inputs
 from validation.runs.execute import solve
 from validation.scenes.load import changed_scene
 
-# How a run ended whose end may be another one next time: it is not kept.
+# Statuses that a repeated run may not have: not kept, so that the next sweep tries again.
 FAILED, CRASHED, INTERRUPTED = "FAILED", "CRASHED", "INTERRUPTED"
-PASSING = (FAILED, CRASHED, INTERRUPTED)
+RETRIED = (FAILED, CRASHED, INTERRUPTED)
 REFUSED = "REFUSED"
 NOT_SHARED = ("peak_memory_MB",)  # of a process that has solved other scenes before
 # Ends of environment variables that decide how fast one thread is, and not its bits.

@@ -5,7 +5,7 @@ from validation.compare.verdict import unit_slip
 from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
-from validation.models.variants import cumulative, left_out
+from validation.models.variants import cumulative, leave_one_out
 from validation.validate.plan import REDUCED, REFINED, Runs
 
 MATTERS = 1.0  # percent of peak, impulse or duration
@@ -25,7 +25,7 @@ def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Dif
     return rows
 
 
-def staircase(runs: Runs, scene: str) -> list[list[Difference]]:
+def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
     """A scene's differences with the paper's assumptions, then with one refined after the other.
 
     Empty where the two models between which it leads are not both compared.
@@ -97,13 +97,13 @@ def sentences(rows: list[Difference]) -> list[str]:
     return result
 
 
-def what_matters(runs: Runs) -> list[str]:
+def assumption_effects(runs: Runs) -> list[str]:
     """Of each scene, by how much peak, impulse or duration move without a refined assumption."""
     result = []
     for scene in runs.scenes:
         whole = runs.of_model(scene, REFINED)
         moved = {}
-        for variant in left_out():
+        for variant in leave_one_out():
             run = runs.find(scene, (REDUCED[0], variant.name))
             if whole is None or run is None:
                 continue

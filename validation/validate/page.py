@@ -9,13 +9,13 @@ from validation.harness.provenance import provenance
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
 from validation.validate.headline import (
+    assumption_effects,
     cautions,
+    cumulative_differences,
     differences,
     labels,
     sentences,
-    staircase,
     unit_notes,
-    what_matters,
 )
 from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs, own_jobs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
@@ -41,7 +41,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     for scene in runs.scenes:
         path = folder / f"differences-{safe_name(scene)}.png"
         rows = [row for row in differences(runs) if row.scene == scene]
-        difference_figure(path, rows, staircase(runs, scene), labels(runs, scene))
+        difference_figure(path, rows, cumulative_differences(runs, scene), labels(runs, scene))
         found.append((path, f"{scene} finger: how far each model lies from the reference, and why"))
     return found
 
@@ -131,7 +131,7 @@ def page_context(
         "failures": runs.failures(),
         "unit_notes": unit_notes(runs),
         "sentences": sentences(headline),
-        "reasons": what_matters(runs),
+        "reasons": assumption_effects(runs),
         "differences": headline,
         "cautions": cautions(runs),
         "spread_text": f"penalty factors {factors}",

@@ -8,7 +8,7 @@ import hcm
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
 from validation.models import default_accuracy, without_estimate
-from validation.models.variants import every
+from validation.models.variants import all_variants
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
 from validation.scenes.scene import Scene
@@ -121,7 +121,9 @@ def by_default(scene: str, model: str, estimate: bool) -> tuple[str, ...]:
 def by_assumption(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
     """The reduced model between the paper's assumptions and the refined ones."""
     beams = without_estimate(REDUCED[0])
-    return [Job(scene, REDUCED[0], (*overrides, *beams, *v.overrides), v.name) for v in every()]
+    return [
+        Job(scene, REDUCED[0], (*overrides, *beams, *v.overrides), v.name) for v in all_variants()
+    ]
 
 
 def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
@@ -234,5 +236,5 @@ class Runs:
 
     def failures(self) -> list[RunRecord]:
         """The runs that did not complete; but for those that only say what matters."""
-        own = {v.name for v in every()}
+        own = {v.name for v in all_variants()}
         return [run for run in self.records if not run.ok and run.variant not in own]

@@ -36,11 +36,11 @@ def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def install(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], None]:
     """Put a model behind the entry point ``mine``, beside the built-in ones."""
 
-    def door(load: Callable[[], Any]) -> None:
-        doors = {**models._doors(), "mine": SimpleNamespace(load=load, value="rigid_rod")}
-        monkeypatch.setattr(models, "_doors", lambda: doors)
+    def entry_point(load: Callable[[], Any]) -> None:
+        found = {**models._entry_points(), "mine": SimpleNamespace(load=load, value="rigid_rod")}
+        monkeypatch.setattr(models, "_entry_points", lambda: found)
 
-    return door
+    return entry_point
 
 
 def half_sine() -> Curves:

@@ -7,7 +7,7 @@ import pytest
 
 from hcm import Assumptions
 from validation.models import hcm, hcm_refined
-from validation.models.variants import ORDER, Variant, cumulative, left_out
+from validation.models.variants import ORDER, Variant, cumulative, leave_one_out
 from validation.scenes.load import load_scene
 
 
@@ -19,7 +19,7 @@ def test_one_assumption_after_the_other_becomes_the_refined_ones() -> None:
         assert len(after.refined - before.refined) == 1
 
 
-@pytest.mark.parametrize("variant", [*cumulative(), *left_out()], ids=lambda v: v.name)
+@pytest.mark.parametrize("variant", [*cumulative(), *leave_one_out()], ids=lambda v: v.name)
 def test_each_is_a_scene_that_can_be_run(variant: Variant) -> None:
     table = load_scene("soft", variant.overrides).tables.solver.hcm
     stated = Assumptions(**{s: getattr(table, s) for s in (*ORDER, "whole_tap")})
@@ -28,7 +28,7 @@ def test_each_is_a_scene_that_can_be_run(variant: Variant) -> None:
 
 
 def test_what_needs_an_assumption_goes_with_it() -> None:
-    names = [variant.name for variant in left_out()]
+    names = [variant.name for variant in leave_one_out()]
     tip = ("partial_slip", "tip_compliance", "deforming_tip", "growing_patch", "radiating_tip")
     after = " and ".join(tip)
     assert f"without hertz and {after}" in names

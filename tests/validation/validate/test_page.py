@@ -13,13 +13,19 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import rounded
 from validation.models.adapter import Outcome
-from validation.models.variants import cumulative, left_out
+from validation.models.variants import cumulative, leave_one_out
 from validation.render import off_screen as renders
 from validation.render.off_screen import Renders
 from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
-from validation.validate.headline import differences, labels, sentences, staircase, what_matters
+from validation.validate.headline import (
+    assumption_effects,
+    cumulative_differences,
+    differences,
+    labels,
+    sentences,
+)
 from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
@@ -327,18 +333,18 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
 def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
     peaks = {"without shear": 103.0, "without half_ball": 80.0}
     variants = [
-        make_record("soft", "hcm", v.name, peak=peaks.get(v.name, 100.5)) for v in left_out()
+        make_record("soft", "hcm", v.name, peak=peaks.get(v.name, 100.5)) for v in leave_one_out()
     ]
     failed_one = replace(variants[-1], ok=False)
     plan = Plan(models=("hcm-refined",))
     runs = Runs((make_record("soft", "hcm-refined", "", 100.0), *variants[:-1], failed_one), plan)
-    (said,) = what_matters(runs)  # of the hard finger there are no runs
+    (said,) = assumption_effects(runs)  # of the hard finger there are no runs
     assert "Soft finger: the refined model without one of its assumptions" in said
     assert "moves by half ball −20 %, shear +3 % (" in said
     assert "within 1 %: rotary inertia, lowest point (with it tip compliance, deforming" in said
     assert ", deforming tip." not in said  # that run is missing
     assert runs.failures() == []
-    assert staircase(runs, "soft") == []  # where it leads from is not compared
+    assert cumulative_differences(runs, "soft") == []  # where it leads from is not compared
 
 
 def test_the_staircase_leads_from_the_papers_assumptions_to_the_refined(make_record: Make) -> None:
@@ -351,7 +357,7 @@ def test_the_staircase_leads_from_the_papers_assumptions_to_the_refined(make_rec
     own = make_record("soft", "hcm"), make_record("soft", "hcm-refined")
     reference = make_record("soft", "fem3d", "contact", peak=80.0)
     runs = Runs((*own, *steps, reference), Plan({"soft": "soft"}, ("hcm", "hcm-refined")))
-    found = [step[0].error_percent for step in staircase(runs, "soft")]
+    found = [step[0].error_percent for step in cumulative_differences(runs, "soft")]
     assert found == [-25.0, -23.75, None, -6.25, 0.0, 1.25, 2.5, -1.25, -3.75, -2.5, 0.0]
     assert labels(runs, "soft") == {
         "hcm": "hcm, 250 ms", "hcm-refined": "hcm-refined, 50 s", "": "fem3d contact, 50 s",

@@ -25,7 +25,7 @@ from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS, Quantity
 from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
-from validation.models.variants import Variant, cumulative, every, left_out
+from validation.models.variants import Variant, all_variants, cumulative, leave_one_out
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import rules
 from validation.studies.assumptions.study import (
@@ -98,7 +98,7 @@ def study(
     elif again:
         _repeat(solid.sample(again, random_state=seed), workers, out)
     else:
-        variants = every()
+        variants = all_variants()
         runs = by_variants(table, variants, workers, out)
         numbers = numbers_of(runs)
         given = solid[[e.key for e in TAP_AND_STRESS]].to_numpy()
@@ -170,7 +170,7 @@ def _rules(table: pd.DataFrame, numbers: Floats, runs: xarray.Dataset) -> pd.Dat
     moved = 100.0 * np.abs(taps[first:] / taps[first - 1] - 1.0).max(axis=-1)
     spent = runs["wall_time_s"].to_numpy().T[:-2]
     cost = np.nanmedian(spent[first:] / spent[first - 1], axis=1)
-    names = [variant.name.removeprefix("without ") for variant in left_out()]
+    names = [variant.name.removeprefix("without ") for variant in leave_one_out()]
     return rules(table, moved, names, cost)
 
 

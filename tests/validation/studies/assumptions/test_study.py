@@ -18,7 +18,7 @@ from validation.harness.quantities import TAP_AND_STRESS
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.models import solid_mesh
-from validation.models.variants import cumulative, every, left_out
+from validation.models.variants import all_variants, cumulative, leave_one_out
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
 from validation.studies.assumptions import command, study, study_command
@@ -36,9 +36,11 @@ def test_the_studys_figure_shows_medians_and_the_refined_models_errors(tmp_path:
     stored = read_study()
     table = stored[known(stored)].iloc[:5]
     refined = len(cumulative()) - 1
-    errors = np.random.default_rng(3).uniform(-6.0, 6.0, (len(every()), 5, len(TAP_AND_STRESS)))
+    errors = np.random.default_rng(3).uniform(
+        -6.0, 6.0, (len(all_variants()), 5, len(TAP_AND_STRESS))
+    )
     errors[refined, 1, 0], errors[0, 2, 0] = 30.0, np.nan
-    study_command._draw(tmp_path / "study.png", table, errors, every())
+    study_command._draw(tmp_path / "study.png", table, errors, all_variants())
     axes = plt.gcf().axes
     labels = [text.get_text() for text in axes[0].get_yticklabels()]
     assert labels[refined + 3 : refined + 6 : 2] == [
@@ -91,10 +93,10 @@ def test_the_waterfall_shows_each_assumptions_error(make_record: Make, tmp_path:
             difference("soft", v.name, q, make_record(peak=60.0 + n), reference)
             for q in TAP_AND_STRESS
         ]
-        for n, v in enumerate(every())
+        for n, v in enumerate(all_variants())
     ]
-    rows[-1][0] = difference("soft", every()[-1].name, TAP_AND_STRESS[0], None, reference)
-    command._write(tmp_path, "soft", every(), rows, reference)
+    rows[-1][0] = difference("soft", all_variants()[-1].name, TAP_AND_STRESS[0], None, reference)
+    command._write(tmp_path, "soft", all_variants(), rows, reference)
     first = plt.gcf().axes[0]
     *bars, known_to = first.patches
     wanted = 100.0 * ((60.0 + np.arange(len(rows))) / 80.0 - 1.0)
@@ -174,7 +176,7 @@ def test_every_variant_flies_as_the_reference_and_the_last_one_not(
 
     monkeypatch.setattr(study, "_swept", swept)
     scenes = pd.DataFrame({"contact_duration_s": [2e-4, math.nan]})
-    found = study.by_variants(scenes, (*cumulative(), *left_out()), 1, tmp_path)
+    found = study.by_variants(scenes, (*cumulative(), *leave_one_out()), 1, tmp_path)
     assert found.sizes["model"] == len(asked)
     flights = [model["set"].pop("solver.hcm.flight") for model in asked]
     assert flights == ["rigid"] * (len(asked) - 2) + ["elastic", "rigid"]
@@ -211,7 +213,7 @@ def test_halves_judge_each_other() -> None:
     """Where what moves has nothing to do with what is known, a rule is wrong on the other half."""
     table = pd.DataFrame(points(2) * 32)
     table["surface.friction"] = np.linspace(0.0, 1.0, len(table))
-    named = [variant.name for variant in left_out()][:2]
+    named = [variant.name for variant in leave_one_out()][:2]
     moved = np.array([10.0 * table["surface.friction"], np.where(np.arange(64) < 32, 0.0, 9.0)])
     found = rules(table, moved, named, np.array([0.5, 1.0])).set_index(
         ["without", "error allowed (%)"]

@@ -88,7 +88,7 @@ class CoarseFlight:
         motion = self.motion(state.displacement, block.velocity)
         near = np.zeros(self.model.hinges.count)
         near[[couple.phalanx for couple in self.model.couples]] = state.face_angles
-        after = start_state(self.to, *motion, state.time_s, near, state.withheld_J)
+        after = start_state(self.to, *motion, state.time_s, near, state.torque_change_work_J)
         return replace(now, state=replace(after, material_J=block.material_J), coarse=False)
 
 
@@ -100,7 +100,7 @@ def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
     ValueError
         The two are not meshes of one finger, or the flight's nodes are too few.
     """
-    one, other = ((m.points.shape[1], m.copies, m.hinges.count) for m in (flight, run))
+    one, other = ((m.points.shape[1], m.symmetry_factor, m.hinges.count) for m in (flight, run))
     if one != other or not np.allclose(
         _at_hinges(flight, flight.points), _at_hinges(run, run.points)
     ):

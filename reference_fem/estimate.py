@@ -143,7 +143,7 @@ def estimated(
             tap = again(companion, flown.before(CLEARANCE * given.radius / fall))
             if tap.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
-            own, its = given.model.copies * len(given.model.cells), tap.summary.elements
+            own, its = given.model.symmetry_factor * len(given.model.cells), tap.summary.elements
             at_contact = spacing(companion, angle) / resolution.edge
             # the number of halved cells goes with the logarithm of their edges
             halved = given.mesh.ties.size > 0

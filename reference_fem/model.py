@@ -31,7 +31,7 @@ class Model:
     kernel : elements
     mass, inverse_mass : (n_points,); of hanging nodes 0 and 1, for `ties`
     ties : hanging nodes
-    copies : 2 for a half model, else 1: what sums are multiplied by for the full body
+    symmetry_factor : 2 for a half model, else 1: what sums are multiplied by for the full body
     symmetry : (k,), nodes held in the plane Z = 0
     hinges, couples, torques, contact, probe : see their classes
     pole : node at the tip's end on the axis
@@ -51,7 +51,7 @@ class Model:
     mass: Array
     inverse_mass: Array
     ties: Ties
-    copies: int
+    symmetry_factor: int
     symmetry: Index
     hinges: Hinges
     couples: tuple[Couple, ...]
@@ -111,13 +111,13 @@ def build_model(
     elastic = points, cells, young, poisson, density
     kernel = _formulation(mesh.dim, settings)(*elastic, *thickness, relaxation)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
-    copies = 2 if symmetry.size else 1
+    symmetry_factor = 2 if symmetry.size else 1
     ties = ties_of(mesh.ties)
     mass = ties.sums(kernel.lumped_mass)
     factors = np.ones(mass.size)
     if mesh.shape is not None:
         true = true_chain(mesh.shape, materials, drive, mesh.dim)
-        factors = mass_factors(points, mass, body_nodes, true, copies)
+        factors = mass_factors(points, mass, body_nodes, true, symmetry_factor)
     mass = mass * factors
     kernel = replace(kernel, lumped_mass=mass)
     free = mass.copy()
@@ -127,7 +127,7 @@ def build_model(
             mesh=mesh,
             facets=_wanted(mesh.facet_sets, "surface", "facet"),
             mass=mass,
-            copies=copies,
+            symmetry_factor=symmetry_factor,
             cell_volume=kernel.cell_volume,
             cell_bulk_modulus=bulk,
             material=materials[-1],
@@ -138,6 +138,7 @@ def build_model(
     outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
+    loads = drive.loads_for(count) / symmetry_factor
     last = _wanted(mesh.cell_sets, f"phalanx_{count}", "cell")
     springs = contact.nodes, contact.stiffness
     limit = stable_step(kernel, *springs, symmetry, contact.damping, ties)
@@ -151,17 +152,15 @@ def build_model(
         mass=mass,
         inverse_mass=1.0 / free,
         ties=ties,
-        copies=copies,
+        symmetry_factor=symmetry_factor,
         symmetry=symmetry,
         hinges=build_hinges(hinge_sides, free),
         couples=tuple(_couples(mesh, drive, mass)),
-        torques=drive.torques_for(count) / copies,
+        torques=drive.torques_for(count) / symmetry_factor,
         contact=contact,
         probe=build_probe(points, cells, last, kernel.cell_volume, mass, outline),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
-        chain=build_chain(
-            points, mass, body_nodes, hinge_points, drive.loads_for(count) / copies, drive.fall
-        )
+        chain=build_chain(points, mass, body_nodes, hinge_points, loads, drive.fall)
         if hinge_sides
         else None,
         body_of_point=body_of_point,

@@ -56,10 +56,10 @@ class RigidChain:
         return self.mass.size
 
     def rates_of_change(self, state: Array, torques: Array) -> Array:
-        """d(θ, ω)/dt of state (2P,) under torques t (P,), from Lagrange's equations.
+        """d(θ, ω)/dt of state (2P,) under torques T (P,), from Lagrange's equations.
 
             Σ_k [Σ_w m_w b_wj·b_wk + δ_jk J_j] ω'_k
-                = t_j + Σ_w m_w (e x b_wj)·[f + Σ_k ω_k² b_wk]
+                = T_j + Σ_w m_w (e x b_wj)·[f + Σ_k ω_k² b_wk]
 
         with b_wj = R(θ_j) arms[w, j] and e the unit vector along Z.
         """
@@ -98,9 +98,9 @@ class RigidChain:
         return turned @ np.linalg.solve(inertia, turned.T), turned @ state.rates
 
     def energy(self, state: ChainState) -> float:
-        """Kinetic energy + gravity potential - Σ t θ, from rest at zero angles, J.
+        """Kinetic energy + gravity potential - Σ T θ, from rest at zero angles, J.
 
-        With `Torques.withheld` it stays.
+        With `Torques.torque_change_work` added it is constant.
         """
         b = _rotate(state.angles, self.arms)
         turned = np.stack([-b[..., 1], b[..., 0]], axis=-1)

@@ -195,8 +195,8 @@ def _fall(
             f"height = {height}: the surface cuts {-clearance:.3g} m into the finger "
             "at the start; it must lie below it"
         )
-    origin = chain.energy(rigid) * model.copies
-    flown, withheld = None, 0.0
+    origin = chain.energy(rigid) * model.symmetry_factor
+    flown, torque_change_work = None, 0.0
     if settings.flight == "rigid":
         if reporting.progress is not None:
             reporting.progress(0.0, "rigid flight")
@@ -211,14 +211,14 @@ def _fall(
             how = Status.NOT_REACHED, message
             return _without_contact_window(model, settings, reporting, *how)
         begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
-        withheld = chain.torques.withheld(
+        torque_change_work = chain.torques.torque_change_work(
             lambda time: flown.state_at(time).angles, begin, rigid.time_s
         )
     first = model if coarse is None else coarse.model
     check_work(first, settings, rigid.time_s)
     displacement, velocity = pose(chain, rigid, first.points, first.body_of_point)
     loop_state = first_loop_state(
-        first, displacement, velocity, rigid.time_s, origin, rigid.angles, withheld
+        first, displacement, velocity, rigid.time_s, origin, rigid.angles, torque_change_work
     )
     loop_state = replace(loop_state, coarse=coarse is not None)
     tap = explicit_tap(model, settings, loop_state, reporting, flight=coarse)
@@ -233,7 +233,7 @@ def _without_contact_window(
     summary = Summary(
         wall_time_s=time.perf_counter() - reporting.started,
         steps=0,
-        elements=model.copies * len(model.cells),
+        elements=model.symmetry_factor * len(model.cells),
         time_step_s=model.step_s,
     )
     message = f"{message}: {status.advice}"

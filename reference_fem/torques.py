@@ -27,9 +27,9 @@ class Torques:
     times: Array
     values: Array
 
-    def __truediv__(self, copies: int) -> "Torques":
-        """Those on one of so many copies of the body."""
-        return replace(self, values=self.values / copies)
+    def __truediv__(self, symmetry_factor: int) -> "Torques":
+        """Those on the meshed part of a body that is `symmetry_factor` times as large."""
+        return replace(self, values=self.values / symmetry_factor)
 
     def with_reactions(self) -> "Torques":
         """Those on bodies of joints that react on the body before."""
@@ -58,8 +58,10 @@ class Torques:
             first = self.at(begin)
             yield begin, end, first, (self.at(end, before=True) - first) / (end - begin)
 
-    def withheld(self, angles_at: Callable[[float], Array], begin_s: float, end_s: float) -> float:
-        """∫ θ dt of begin_s < time <= end_s, J: by it the work of torques falls short of [t θ].
+    def torque_change_work(
+        self, angles_at: Callable[[float], Array], begin_s: float, end_s: float
+    ) -> float:
+        """∫ θ dT over changes at begin_s < time <= end_s, J: the torques' work is [T θ] less this.
 
         angles_at : (P,), rad, of a time
         """

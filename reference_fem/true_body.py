@@ -1,4 +1,4 @@
-"""Rigid chain and outline of the finger's true shape, which flat facets cut corners off."""
+"""Rigid chain and outline of the finger's true shape, whose round parts flat facets cut short."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -11,11 +11,11 @@ from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material
 
 POINTS = 64
-"""Of each quadrature rule: exact for round shafts and balls, to 1e-6 for holes and discs."""
+"""Points of each quadrature rule: exact for round shafts and balls, to 1e-6 for holes and discs."""
 LEGENDRE = np.polynomial.legendre.leggauss(POINTS)
 """Nodes and weights on -1..1; an eigenvalue problem, solved once."""
 LARGEST_CHANGE = 0.5
-"""Of a node's mass by `mass_factors`, relative."""
+"""Largest relative change of a node's mass by `mass_factors`."""
 
 
 def true_chain(
@@ -79,8 +79,9 @@ def true_gap(geometry: meshes.FingerGeometry, height: float) -> Callable[[Array]
 
 
 def mass_factors(
-    points: Array, lumped_mass: Array, body_nodes: Sequence[Index], true: RigidChain, copies: int
-) -> Array:
+    points: Array, lumped_mass: Array, body_nodes: Sequence[Index], true: RigidChain,
+    symmetry_factor: int,
+) -> Array:  # fmt: skip
     """Factors f (n_points,) of nodal masses that give each phalanx the true shape's rigid motion.
 
     The least change, weighted with the masses: Σ m_i (f_i - 1)² is smallest where
@@ -94,9 +95,9 @@ def mass_factors(
 
     Parameters
     ----------
-    lumped_mass : as meshed
+    lumped_mass : (n_points,), as meshed
     true : the chain of `true_chain`
-    copies : of the mesh in the full body
+    symmetry_factor : of the full body's masses over the mesh's
     """
     factors = np.ones(len(points))
     for w, nodes in enumerate(body_nodes):
@@ -105,7 +106,7 @@ def mass_factors(
         length = np.ptp(points[nodes, 0])
         arm = (points[nodes, :2] - centre) / length
         basis = np.stack([np.ones(nodes.size), *arm.T, (arm**2).sum(axis=1)])
-        wanted = np.array([true.mass[w], 0.0, 0.0, true.inertia[w] / length**2]) / copies
+        wanted = np.array([true.mass[w], 0.0, 0.0, true.inertia[w] / length**2]) / symmetry_factor
         change = np.linalg.solve(basis * mass @ basis.T, wanted - basis @ mass) @ basis
         if np.abs(change).max() <= LARGEST_CHANGE:
             factors[nodes] += change

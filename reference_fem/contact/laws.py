@@ -24,7 +24,7 @@ class TouchingBody:
 
     facets : (n_facets, 4 | 2), of the mesh, that may touch
     mass : (n_points,), as meshed
-    copies : 2 for a half model, else 1
+    symmetry_factor : 2 for a half model, else 1
     cell_volume, cell_bulk_modulus : (n_cells,)
     material, radius : of the phalanx that touches; R of its end, m.
     """
@@ -32,7 +32,7 @@ class TouchingBody:
     mesh: meshes.FingerMesh
     facets: Index
     mass: Array
-    copies: int
+    symmetry_factor: int
     cell_volume: Array
     cell_bulk_modulus: Array
     material: Material
@@ -48,7 +48,7 @@ class TouchingBody:
         return facet_quadrature(points, self.facets, thickness)
 
     def free(self, nodes: Index, values: Array) -> tuple[Index, Array]:
-        """Those nodes that do not hang, and their values (k,) with what hanging ones hand on."""
+        """Those nodes that do not hang, and their values (k,) with the shares of hanging ones."""
         of_all = np.zeros(len(self.mesh.points))
         of_all[nodes] = values
         ties = ties_of(self.mesh.ties)
@@ -59,7 +59,8 @@ class TouchingBody:
 def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
     """The law that `settings.contact` names, or has the constants of."""
     if isinstance(settings.contact, LumpedContact):
-        return LumpedLaw.on(lumped_point(body.mesh, body.mass), body.copies, settings.contact)
+        point = lumped_point(body.mesh, body.mass)
+        return LumpedLaw.on(point, body.symmetry_factor, settings.contact)
     if settings.contact == "penalty":
         law = penalty_contact(
             body.mesh.points,

@@ -83,19 +83,19 @@ class LumpedLaw(ContactLaw):
     rotation θ, which counts full turns.
 
     point, constants
-    copies : 2 for a half model, else 1: the constants are those of the full body
+    symmetry_factor : 2 for a half model, else 1: the constants are those of the full body
     """
 
     point: LumpedPoint
     constants: LumpedContact
-    copies: int
+    symmetry_factor: int
 
     @classmethod
-    def on(cls, point: LumpedPoint, copies: int, constants: LumpedContact) -> Self:
+    def on(cls, point: LumpedPoint, symmetry_factor: int, constants: LumpedContact) -> Self:
         """The law on a point; its nodes carry forces, no pressure and no stiffness of their own."""
         nodes = point.section.nodes
         nothing, all_of_it = np.zeros(nodes.size), np.full(nodes.size, np.inf)
-        return cls(nodes, all_of_it, nothing, point, constants, copies)
+        return cls(nodes, all_of_it, nothing, point, constants, symmetry_factor)
 
     @property
     def coupled_eigenvalue(self) -> float:
@@ -106,8 +106,8 @@ class LumpedLaw(ContactLaw):
         the section, of inertia J, as well.
         """
         section = self.point.section
-        mass = self.copies * float(section.masses.sum())
-        inertia = self.copies * float(section.masses @ (section.arms**2).sum(axis=1))
+        mass = self.symmetry_factor * float(section.masses.sum())
+        inertia = self.symmetry_factor * float(section.masses @ (section.arms**2).sum(axis=1))
         return self.constants.stiffest * (1.0 / mass + self.point.radius**2 / inertia)
 
     def new_memory(self, displacement: Array, angle: float) -> Memory:
@@ -139,15 +139,14 @@ class LumpedLaw(ContactLaw):
         )
         own[TURN] = turn
         memory.touching[0] = normal > 0.0
-        self.point.load(
-            tangential / self.copies, normal / self.copies, motion.displacement, residual
-        )
+        factor = self.symmetry_factor
+        self.point.load(tangential / factor, normal / factor, motion.displacement, residual)
         row[:] = 0.0
         row[law.NORMAL], row[law.TANGENTIAL] = normal, tangential
         row[law.EXCESS] = max(0.0, abs(tangential) - motion.friction * normal)
         row[law.SPRING_ENERGY] = energies[STORED]
         row[law.DISSIPATION], row[law.DAMPING] = energies[FRICTION_LOSS], energies[HYSTERESIS_LOSS]
-        row /= self.copies
+        row /= factor
         row[law.GAP] = gap
 
 

@@ -21,23 +21,24 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds
     - material: its damping, from strain rates between the states
-    - drive work: Σ t_w θ_w - ∫ θ_w dt_w, θ_w the rotation of the driven face
+    - drive work: Σ T_w θ_w - ∫ θ_w dT_w, θ_w the rotation of the driven face
 
     balance = kinetic + strain + gravity + contact + dissipation + damping + material - drive work
     - origin,
     the origin being what the same sum was where the motion started (zero for a finger at rest).
     """
-    u, v, row = state.displacement, block.velocity, block.log[0] * model.copies
+    factor = model.symmetry_factor
+    u, v, row = state.displacement, block.velocity, block.log[0] * factor
     with np.errstate(all="ignore"):
         kinetic, moment_x, moment_y = _kinetic_and_moments(u, v, model.mass)
-        kinetic *= model.copies
-        strain, hourglass = model.copies * block.stored_J, model.copies * block.hourglass_J
-        gravity = -(model.fall[1] * moment_y + model.fall[0] * moment_x) * model.copies
-        work = work_of(model, model.torques.at(state.time_s), state.face_angles) - state.withheld_J
-        work *= model.copies
+        kinetic *= factor
+        strain, hourglass = factor * block.stored_J, factor * block.hourglass_J
+        gravity = -(model.fall[1] * moment_y + model.fall[0] * moment_x) * factor
+        work = work_of(model, model.torques.at(state.time_s), state.face_angles)
+        work = (work - state.torque_change_work_J) * factor
         columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING
         springs, friction, damping = (float(row[column]) for column in columns)
-        material = model.copies * block.material_J
+        material = factor * block.material_J
         stored = kinetic + strain + gravity + springs + friction + damping + material
         stress = model.probe.read(model.kernel, u, v)
         touch_in_s = next_touch_s(model, u, v)
@@ -61,7 +62,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         coulomb_excess=float(row[law.EXCESS]),
         contact_area_m2=float(row[law.AREA]),
         peak_pressure_Pa=float(block.pressure.max()),
-        hinge_reactions_N=block.reactions * model.copies,
+        hinge_reactions_N=block.reactions * factor,
         next_touch_s=touch_in_s,
     )
 

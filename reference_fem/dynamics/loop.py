@@ -133,7 +133,7 @@ def _result(
             energy_residual=error / kinetic if kinetic > 0.0 else None,
             wall_time_s=now.spent_s + time.perf_counter() - reporting.started,
             steps=now.state.step,
-            elements=model.copies * len(model.cells),
+            elements=model.symmetry_factor * len(model.cells),
             time_step_s=model.step_s,
         ),
     )

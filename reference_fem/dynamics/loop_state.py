@@ -46,10 +46,10 @@ def first_loop_state(
     time_s: float,
     origin_energy_J: float | None = 0.0,
     angles: Array | None = None,
-    withheld_J: float = 0.0,
+    torque_change_work_J: float = 0.0,
 ) -> LoopState:
     """Before the first block, from u and v (n_points, dim) at `time_s`; see `start_state`."""
-    state = start_state(model, displacement, velocity, time_s, angles, withheld_J)
+    state = start_state(model, displacement, velocity, time_s, angles, torque_change_work_J)
     return LoopState(state, time_s, Tap(), origin_energy_J=origin_energy_J)
 
 

@@ -97,7 +97,7 @@ class Recorder:
         times: Array = state.time_s + model.step_s * steps
         self._times.append(times)
         full = block.log.copy()
-        full *= model.copies
+        full *= model.symmetry_factor
         full[:, GAP] = block.log[:, GAP]
         self._logs.append(full)
 

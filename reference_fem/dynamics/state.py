@@ -21,7 +21,8 @@ class State:
     damping_J : what the contact's dashpots took up to the last evaluation
     material_J : what the material's damping took up to the last evaluation
     face_angles : (n_couples,), rotation of the driven faces, rad: keeps the branch of full turns
-    withheld_J : ∫ θ dt, by which the work of the torques t falls short of t θ
+    torque_change_work_J : ∫ θ dT over the changes of the joints' torques T: their work is T θ
+        less this
     """
 
     step: int
@@ -33,4 +34,4 @@ class State:
     damping_J: float
     material_J: float
     face_angles: Array
-    withheld_J: float
+    torque_change_work_J: float

@@ -50,7 +50,7 @@ def start_state(
     velocity: Array,
     time_s: float,
     angles: Array | None = None,
-    withheld_J: float = 0.0,
+    torque_change_work_J: float = 0.0,
 ) -> State:
     """State for the first step from u and v at the same time.
 
@@ -77,7 +77,7 @@ def start_state(
         damping_J=0.0,
         material_J=0.0,
         face_angles=_face_angles(model, displacement, near[[c.phalanx for c in model.couples]]),
-        withheld_J=withheld_J,
+        torque_change_work_J=torque_change_work_J,
     )
     gap = lowest_gap(model, state.displacement)
     if gap < -ROUNDING * model.surface.height:
@@ -129,7 +129,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     else:
         stored, hourglass = kernel.audited_force(state.displacement, residual)
     lost_before = lost
-    torques, withheld = model.torques.at(state.time_s), state.withheld_J
+    torques, torque_change_work = model.torques.at(state.time_s), state.torque_change_work_J
     reactions = _less_external(model, first, torques, residual, search, log[0], pressure)
     constants = model.inverse_mass, model.fall, model.step_s
     u, v = state.displacement.copy(), state.velocity.copy()
@@ -143,7 +143,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
                 began, ends = (
                     _face_angles(model, x, state.face_angles) for x in (u - model.step_s * v, u)
                 )
-                withheld += work_of(model, change, 0.5 * (began + ends))
+                torque_change_work += work_of(model, change, 0.5 * (began + ends))
         if number == steps:
             break
         if kernel.damped:
@@ -162,14 +162,14 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         damping_J=float(log[-1, DAMPING]),
         material_J=lost,
         face_angles=_face_angles(model, u, state.face_angles),
-        withheld_J=withheld,
+        torque_change_work_J=torque_change_work,
     )
     shown = log, synchronous, lost_before, stored, hourglass, reactions, pressure, search
     return after, Block(*shown)
 
 
 def work_of(model: Model, torques: Array, angles: Array) -> float:
-    """Σ t θ of joints' torques (P,) and the angles (n_couples,) of the faces that they turn, J."""
+    """Σ T θ of joints' torques T (P,) and the angles (n_couples,) of the faces they turn, J."""
     pairs = zip(model.couples, angles, strict=True)
     return float(sum(couple.sign * torques[couple.joint] * angle for couple, angle in pairs))
 

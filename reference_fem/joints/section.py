@@ -23,7 +23,7 @@ class Section:
     masses: Array
 
     def angle(self, displacement: Array, near: float = 0.0) -> float:
-        """Rotation θ, rad, on the branch nearest to `near`; the work of a torque t is t θ.
+        """Rotation θ, rad, on the branch nearest to `near`; the work of a torque T is T θ.
 
         NaN where the displacement is not finite.
         """

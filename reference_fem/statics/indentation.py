@@ -3,15 +3,16 @@
 Frictionless penalty contact integrated over the surface (3 x 3 points a facet), as in the explicit
 runs' law "surface"; C is the compliance of the candidate nodes (see `tip`):
 
-    p_q = κ max(0, δ - h_q - u_q),   f = Σ_q w_q N_q p_q,   u = C f,   copies Σ f = F
+    p_q = κ max(0, δ - h_q - u_q),   f = Σ_q w_q N_q p_q,   u = C f,   s Σ f = F
 
-by Newton's method, δ the plane's approach and h_q the surface's distance from the undeformed
-plane. Trilinear facets cut the sphere's cap off: h is interpolated from nodal values that have the
-sphere's mean. κ = f E*/R with f so large that the penalty's own share is below 1 %; it is taken
-off to first order in 1/κ: with U_p = Σ_q w_q p_q²/2κ, which grows as F^(4/3) in Hertz's contact,
-the penalty adds dU_p/dF = 4 U_p/3F to δ and U_p/3 to the work at a given force. From F(δ):
+by Newton's method, s the symmetry factor, δ the plane's approach and h_q the surface's distance
+from the undeformed plane. Trilinear facets cut the sphere's cap off: h is interpolated from nodal
+values that have the sphere's mean. κ = f E*/R with f so large that the penalty's own share is below
+1 %; it is taken off to first order in 1/κ: with U_p = Σ_q w_q p_q²/2κ, which grows as F^(4/3) in
+Hertz's contact, the penalty adds dU_p/dF = 4 U_p/3F to δ and U_p/3 to the work at a given force.
+From F(δ):
 
-    U_c = ∫ F dδ = copies ½ f·C f + U_p - U_p/3,     k = F²/(2 U_c),
+    U_c = ∫ F dδ = s ½ f·C f + U_p - U_p/3,     k = F²/(2 U_c),
 
 k being the linear spring that holds the same energy at the same force. Tangential stiffness: the
 area in contact sticks and moves along the plane as one (Mindlin's problem, its small coupling with
@@ -119,7 +120,7 @@ def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
             "give a larger reach"
         )
     f = area.shapes.T @ (area.weights * pressure)
-    penalty = tip.copies * 0.5 * float(area.weights @ pressure**2) / kappa
+    penalty = tip.symmetry_factor * 0.5 * float(area.weights @ pressure**2) / kappa
     springs = _springs(area, kappa, touching)
     share = area.weights * pressure / (area.weights @ pressure)
     x, z = tip.points[:, :2].T @ area.shapes.T
@@ -128,10 +129,10 @@ def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
     return Indentation(
         force_N=force,
         indentation_m=approach - 4.0 / 3.0 * penalty / force,
-        energy_J=tip.copies * 0.5 * float(f @ tip.normal @ f) + 2.0 / 3.0 * penalty,
+        energy_J=tip.symmetry_factor * 0.5 * float(f @ tip.normal @ f) + 2.0 / 3.0 * penalty,
         contact_radius_m=math.sqrt(2.5 * float(share @ ((x - share @ x) ** 2 + z**2))),
-        normal_tangent_N_per_m=tip.copies * float(normal),
-        tangential_tangent_N_per_m=tip.copies * _stick(tip, springs),
+        normal_tangent_N_per_m=tip.symmetry_factor * float(normal),
+        tangential_tangent_N_per_m=tip.symmetry_factor * _stick(tip, springs),
     )
 
 
@@ -144,14 +145,14 @@ def _springs(area: ContactArea, kappa: float, touching: Flags) -> Array:
 def _solve(
     tip: TipCompliance, area: ContactArea, kappa: float, force: float
 ) -> tuple[float, Array]:
-    """Newton for (u, δ): u - C f = 0 and copies Σ f = F; the step is halved where it overshoots."""
+    """Newton for (u, δ): u - C f = 0 and s Σ f = F; the step is halved where it overshoots."""
     k = len(tip.points)
     scale = hertz_indentation(tip.material, tip.radius, force)
 
     def residual(x: Array) -> tuple[Array, Flags]:
         depth = x[k] - area.heights - area.shapes @ x[:k]
         f = area.shapes.T @ (area.weights * kappa * np.maximum(0.0, depth))
-        missing = (tip.copies * f.sum() - force) / force * scale
+        missing = (tip.symmetry_factor * f.sum() - force) / force * scale
         return np.append(x[:k] - tip.normal @ f, missing), depth > 0.0
 
     heights = tip.points[:, 2]
@@ -162,7 +163,7 @@ def _solve(
         matrix = np.zeros((k + 1, k + 1))
         matrix[:k, :k] = np.eye(k) + tip.normal @ springs
         matrix[:k, k] = -tip.normal @ springs.sum(axis=1)
-        row = tip.copies * scale / force * springs.sum(axis=0)
+        row = tip.symmetry_factor * scale / force * springs.sum(axis=0)
         matrix[k, :k], matrix[k, k] = -row, row.sum()
         step = np.linalg.solve(matrix, -r)
         size, length = np.linalg.norm(r), 1.0

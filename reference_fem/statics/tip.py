@@ -35,7 +35,7 @@ class TipCompliance:
     tangential : (k, k, 2, 2), [i, j, a, b]: displacement of i along a per force on j along b; 0:
         the plane's direction in the plane of motion, 1: Z.
     held : (k,), nodes on the symmetry plane, which do not move along Z
-    copies : 2 for a half model, else 1
+    symmetry_factor : 2 for a half model, else 1
     material : of the last phalanx
     """
 
@@ -46,7 +46,7 @@ class TipCompliance:
     normal: Array
     tangential: Array
     held: Flags
-    copies: int
+    symmetry_factor: int
     material: Material
 
 
@@ -103,7 +103,7 @@ def tip_compliance(
         normal=0.5 * (matrix[..., 0, 0] + matrix[..., 0, 0].T),
         tangential=matrix[..., 1:, 1:],
         held=np.isin(candidates, symmetry),
-        copies=2 if symmetry.size else 1,
+        symmetry_factor=2 if symmetry.size else 1,
         material=material,
     )
 

@@ -67,8 +67,9 @@ def tip_yield(mesh: meshes.FingerMesh, material: Material, angle: float) -> TipY
         np.add.at(means[patch], facets, nodal)
         means[patch] /= means[patch].sum()
         force[:, :, patch] = np.einsum("i,bd->idb", means[patch], directions)
-    copies = 2 if symmetry.size else 1
-    moved = displacements(body, material, force.reshape(3 * len(points), len(PATCHES), 2) / copies)
+    symmetry_factor = 2 if symmetry.size else 1
+    force = force.reshape(3 * len(points), len(PATCHES), 2) / symmetry_factor
+    moved = displacements(body, material, force)
     section = section_at(points, centre[0] + radius)
     weights = np.where(np.isin(section, symmetry), 1.0, 2.0)
     behind = float(points[section, 0].mean() - centre[0])

@@ -81,8 +81,8 @@ def test_meshes_converge_to_the_true_body(dim: int, hole: float | None) -> None:
         mesh = replace(mesh, shape=None)
         model = build_model(mesh, materials, SURFACE, DRIVE, rf.Settings())
         assert model.chain is not None
-        of_mass = model.copies * model.chain.mass / true.mass - 1
-        of_inertia = model.copies * model.chain.inertia / true.inertia - 1
+        of_mass = model.symmetry_factor * model.chain.mass / true.mass - 1
+        of_inertia = model.symmetry_factor * model.chain.inertia / true.inertia - 1
         errors.append(np.abs([*of_mass, *of_inertia]))
     assert (errors[1] < errors[0] / (3.2 if dim == 3 else 2.2)).all()
 
@@ -100,8 +100,8 @@ def test_a_mesh_that_knows_its_shape_moves_as_that_does(form: str, hole: float |
     true = true_chain(geometry, materials, DRIVE, mesh.dim)
     model = build_model(mesh, materials, SURFACE, DRIVE, rf.Settings())
     assert model.chain is not None
-    assert model.copies * model.chain.mass == pytest.approx(true.mass, rel=1e-12)
-    assert model.copies * model.chain.inertia == pytest.approx(true.inertia, rel=1e-12)
+    assert model.symmetry_factor * model.chain.mass == pytest.approx(true.mass, rel=1e-12)
+    assert model.symmetry_factor * model.chain.inertia == pytest.approx(true.inertia, rel=1e-12)
     assert model.chain.arms == pytest.approx(true.arms, abs=1e-14)
     own = build_model(replace(mesh, shape=None), materials, SURFACE, DRIVE, rf.Settings())
     assert model.mass / own.mass == pytest.approx(1.0, abs=0.15)  # coarse: a cell is 0.25 L/5

@@ -56,7 +56,7 @@ def half_space(contact_radius: float, cells: int) -> TipCompliance:
         normal=inverse / (math.pi * MATERIAL.plane_strain_modulus),
         tangential=tangential / (2 * math.pi * shear),
         held=np.zeros(x.size, dtype=bool),
-        copies=1,
+        symmetry_factor=1,
         material=MATERIAL,
     )
 

@@ -218,7 +218,7 @@ def _tip(
 
     mesh = _end(scene, angle, edge, growth, 3.0)
     tip = tip_compliance(mesh, material, angle, REACH * contact)
-    return tip.copies * len(mesh.cells), tip
+    return tip.symmetry_factor * len(mesh.cells), tip
 
 
 def _end(scene: NamedScene, angle: float, edge: float, growth: float, sections: float) -> Any:

@@ -70,7 +70,7 @@ def by_elements(
     )  # fmt: skip
     given = fem.Surface(1.0 + CLEARANCE * depth, FRICTION), fem.Drive(gravity=0.0), settings
     light = build_model(mesh, (fem.Material(1.0, poisson, 1.0),), *given)
-    density = MASS / (light.copies * light.mass.sum())
+    density = MASS / (light.symmetry_factor * light.mass.sum())
     model = build_model(mesh, (fem.Material(1.0, poisson, density),), *given)
     velocity = np.zeros_like(model.points)
     velocity[:, :2] = x * FRICTION * speed, -speed

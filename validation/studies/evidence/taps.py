@@ -175,7 +175,7 @@ def outcome(tap: Tap, ran: calculix.CalculixRun) -> Outcome:
     return Outcome(
         tap, f"CalculiX {calculix.version()}", f"{datetime.now(UTC):%Y-%m-%d}", processor(),
         round(ran.wall_time_s), float(time[1] - time[0]), (0.0, *time.round(9).tolist()),
-        (0.0, *(model.copies * half).round(4).tolist()), at,
+        (0.0, *(model.symmetry_factor * half).round(4).tolist()), at,
         tuple((1e-3 * von_mises(field)).round().astype(int).tolist()),
     )  # fmt: skip
 

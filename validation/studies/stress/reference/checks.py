@@ -73,10 +73,10 @@ def _below(result: TapResult, model: Model) -> Iterator[str]:
 def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
     """Kinetic energy, and all that the body holds without the contact's springs, J."""
     u, v = snapshot.displacement, snapshot.velocity
-    kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.copies
+    kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.symmetry_factor
     stored = (
         model.kernel.energies(u)[0] - float(model.mass @ (u[:, :2] @ model.fall))
-    ) * model.copies
+    ) * model.symmetry_factor
     return kinetic, kinetic + stored
 
 

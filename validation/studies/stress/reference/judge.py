@@ -118,4 +118,4 @@ def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:
     bar = scene.body == "block" and not uneven
     if scene.dim == 2 or not bar or scene.speed > SLOW * scene.material.bar_speed:
         return None
-    return 2.0 * float(model.mass.sum()) * model.copies * scene.speed
+    return 2.0 * float(model.mass.sum()) * model.symmetry_factor * scene.speed

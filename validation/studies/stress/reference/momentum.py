@@ -52,9 +52,9 @@ def _linear(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     """Momentum at the fields, what was given up to them, (n, 2), and the sum of the impulses."""
     f = result.forces
     force = np.column_stack([f.tangential_force_N, f.normal_force_N])
-    mass = float(model.mass.sum()) * model.copies
+    mass = float(model.mass.sum()) * model.symmetry_factor
     weight = mass * np.array(model.fall)
-    gained = [model.mass @ s.velocity[:, :2] * model.copies for s in result.snapshots]
+    gained = [model.mass @ s.velocity[:, :2] * model.symmetry_factor for s in result.snapshots]
     impulse = float(np.trapezoid(np.abs(force).max(axis=1), f.time_s))
     return np.array(gained), _given(result, force + weight), impulse
 
@@ -67,9 +67,9 @@ def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     gained, weights, centres = [], [], []
     for shown, x in zip(result.snapshots, places, strict=True):
         v = shown.velocity
-        gained.append(model.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) * model.copies)
+        gained.append(model.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) * model.symmetry_factor)
         moment = model.mass @ (x[:, 0] * model.fall[1] - x[:, 1] * model.fall[0])
-        weights.append(moment * model.copies)
+        weights.append(moment * model.symmetry_factor)
         pushed = shown.contact_pressure_Pa[nodes] * model.contact.area
         if pushed.any():
             centres.append([shown.time_s, *(pushed @ x[nodes] / pushed.sum())])
@@ -81,7 +81,7 @@ def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     contact = x * f.normal_force_N - y * f.tangential_force_N
     signs = np.zeros(model.torques.values.shape[1])
     for couple in model.couples:
-        signs[couple.joint] += couple.sign * model.copies
+        signs[couple.joint] += couple.sign * model.symmetry_factor
     couples = np.interp(f.time_s, model.torques.times, model.torques.values @ signs)
     rate = contact + np.interp(f.time_s, times, weights) + couples
     impulse = np.abs(x * f.normal_force_N) + np.abs(y * f.tangential_force_N)

@@ -60,7 +60,7 @@ def impulse_balance(
 
     The momentum is Σ m (v_y + v - f_y t) of a block that fell at v.
     """
-    mass = model.copies * model.mass
+    mass = model.symmetry_factor * model.mass
     impulse = float(np.trapezoid(force, time_s))
     gained = float(mass @ (velocity[:, 1] + scene.speed - model.fall[1] * time_s[-1]))
     before = mass.sum() * scene.speed**2 * (1.0 + scene.slide**2)
@@ -83,7 +83,7 @@ def calculix_balance(
     if ran.answer != calculix.COMPLETED or velocity is None:
         return None
     time_s, half = calculix_impact.floor_forces(ran.printed)
-    force = np.append(0.0, model.copies * half)
+    force = np.append(0.0, model.symmetry_factor * half)
     return impulse_balance(force, np.append(0.0, time_s), velocity, scene, model)
 
 

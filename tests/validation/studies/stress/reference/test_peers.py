@@ -44,7 +44,7 @@ def test_a_block_that_bounces_back_closes_its_momentum() -> None:
     model = replace(model, fall=(0.0, 0.0))
     back = np.zeros_like(model.points)
     back[:, 1] = 0.5 * EASY.speed
-    given = 1.5 * float(model.mass.sum()) * model.copies * EASY.speed
+    given = 1.5 * float(model.mass.sum()) * model.symmetry_factor * EASY.speed
     found = impulse_balance(
         np.array([0.0, given, 0.0]), np.array([0.0, 1.0, 2.0]), back, EASY, model
     )

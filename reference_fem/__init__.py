@@ -8,7 +8,7 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
-from reference_fem.accuracy import COARSEST, HELD, ONE_POINT, SMALLEST, sizes_for
+from reference_fem.accuracy import ACCURACY_QUANTITIES, COARSEST, ONE_POINT, SMALLEST, sizes_for
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.flight_error import RodFlight, rod_flight
@@ -19,8 +19,8 @@ from reference_fem.simulate import simulate
 from reference_fem.touch import Touch, impact_state, predicted_touch
 
 __all__ = [
+    "ACCURACY_QUANTITIES",
     "COARSEST",
-    "HELD",
     "ONE_POINT",
     "SMALLEST",
     "ChainState",

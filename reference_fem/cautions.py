@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from reference_fem.accuracy import EDGE, FLUTTERS, RELAXES
+from reference_fem.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot, Summary
@@ -19,22 +19,22 @@ SPIKE = 0.02
 # Steps of a tap. A node arrives, sticks and leaves within a step: errors of some Δt over the tap's
 # duration, up to five of them on the stability maps, so 5 % at this number.
 FEWEST_STEPS = 100
-# Open part of the energy over the largest kinetic energy: the impulse of a rebound changes by some
-# half of it.
-OPEN = 0.02
+# Residual of the energy balance over the largest kinetic energy, from which on a run is cautioned:
+# the impulse of a rebound changes by some half of it.
+CAUTION_RESIDUAL = 0.02
 # Volume at which St. Venant-Kirchhoff's law softens under confined compression: d/dλ λ(λ² - 1) = 0.
 CRUSHED = 3.0**-0.5
 # Share of the elastic energy at which springs in series with the body change its force and its
 # duration by half of that.
 SPRINGS = 0.1
-# Edges where the surface touches at the peak over its finest ones, from which on the contact lies
-# outside of what was refined for it; and what an even mesh's longest edges are of its shortest.
-ASTRAY, EVEN = 1.5, 3.0
+# Mean edge where the surface touches at the peak over the finest, above which the contact lies
+# outside of what was refined for it; and longest edges over finest, below which a mesh is even.
+REFINED_EDGE_RATIO, EVEN = 1.5, 3.0
 # The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
 HOURGLASS = 0.1
-# Of mu F_n, from which on a tip slides as a whole.
-SLIDES = 0.9
-# Share of a number that its stated error may be without a word.
+# Share of mu F_n from which on a tip slides as a whole.
+SLIP_SHARE = 0.9
+# Relative error that a number may state without a caution.
 LARGEST_ERROR = 0.02
 NAMES = {
     "contact_time_s": "time of contact",
@@ -67,7 +67,7 @@ def cautions(
     - the contact has rolled, or never was, where the mesh was refined for it
     """
     found = []
-    if spike(forces.normal_force_N, grain(model)) > SPIKE:
+    if spike(forces.normal_force_N, steps_per_cell_transit(model)) > SPIKE:
         found.append(
             "the peak normal force is a spike of a few steps or elements, which another step or "
             f"mesh changes: use {_smoother(settings)}"
@@ -83,7 +83,7 @@ def cautions(
     residual = _share(
         float(np.abs(history.energy_balance_J).max()), float(history.kinetic_energy_J.max())
     )
-    if residual > OPEN:
+    if residual > CAUTION_RESIDUAL:
         impulse = settings.contact == "impulse"
         plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""
         found.append(
@@ -100,7 +100,7 @@ def cautions(
         )
     touched = [s.contact_pressure_Pa[model.contact.nodes] > 0.0 for s in snapshots if s.at_peak]
     edges = np.sqrt(model.contact.area) if model.points.shape[1] == 3 else np.zeros(0)
-    times = astray(edges, touched[0]) if edges.size and touched else None
+    times = contact_edge_ratio(edges, touched[0]) if edges.size and touched else None
     if times is not None:
         last = model.points[model.body_of_point == model.touching_body, 0].max()
         away = 1e3 * (last - model.points[model.contact.nodes[touched[0]], 0].mean())
@@ -127,9 +127,9 @@ def cautions(
     return tuple(found)
 
 
-def grain(model: Model) -> int:
+def steps_per_cell_transit(model: Model) -> int:
     """Steps that a wave needs for a cell, at least one."""
-    return max(1, round(model.grain_s / model.step_s))
+    return max(1, round(model.cell_transit_s / model.step_s))
 
 
 def spike(normal: Array, longest: int) -> float:
@@ -147,13 +147,13 @@ def spike(normal: Array, longest: int) -> float:
     return float(np.max(2.0 * padded[top] - beside) / (3.0 * padded[top]))
 
 
-def astray(edges: Array, touched: Flags) -> float | None:
-    """Mean edge of the nodes that touch over the finest fiftieth's; None within a refined patch.
+def contact_edge_ratio(edges: Array, touched: Flags) -> float | None:
+    """Mean edge of the nodes that touch over the 2 % quantile of all; None within a refined patch.
 
     Parameters
     ----------
-    edges : (k,), roots of the areas of the nodes that may touch; a mesh of similar ones is not
-        refined.
+    edges : (k,), roots of the areas of the nodes that may touch; an even mesh is nowhere refined,
+        and gives None.
     touched : (k,)
     """
     if not touched.any() or not np.isfinite(edges).all():
@@ -162,7 +162,7 @@ def astray(edges: Array, touched: Flags) -> float | None:
     if coarsest < EVEN * finest:
         return None
     times = float(np.sqrt(np.mean(edges[touched] ** 2)) / finest)
-    return times if times > ASTRAY else None
+    return times if times > REFINED_EDGE_RATIO else None
 
 
 def _share(part: float, whole: float) -> float:
@@ -181,13 +181,12 @@ def imprecise(
     summary: Summary,
     errors: Mapping[str, float | tuple[float, float]],
     of_mesh: Mapping[str, float],
-    coarse: float,
+    edge_over_patch: float,
 ) -> tuple[str, ...]:
-    """One line that names what is known to less than `LARGEST_ERROR`, and a finer mesh where that
-    may take half of it.
+    """A line that names numbers with relative errors above `LARGEST_ERROR`, and asks for a finer
+    mesh where that may remove half of one.
 
-    of_mesh : what of the errors one may lessen. coarse : an edge at the touch over the patch's
-    radius
+    of_mesh : parts of the errors that it may lessen. edge_over_patch : see `mesh_error.Resolution`
     """
     found = _shares(summary, errors)
     names = sorted((name for name in found if found[name] > LARGEST_ERROR), key=found.__getitem__)
@@ -199,8 +198,8 @@ def imprecise(
     by_mesh = _shares(summary, of_mesh)
     if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
         line += (
-            f"; an edge where it touches is {coarse:.2g} of the patch's radius: refine the mesh, "
-            "first there (solver.fem.tip_size)"
+            f"; an edge where it touches is {edge_over_patch:.2g} of the patch's radius: refine "
+            "the mesh, first there (solver.fem.tip_size)"
         )
     return (line,)
 
@@ -208,21 +207,21 @@ def imprecise(
 def flutter(
     forces: ForceRecord, friction: float, material: Material, edge: float, patch: float
 ) -> tuple[str, ...]:
-    """A caution of a tip that slides on a mesh that resolves what an elastic one does then.
+    """A caution where a tip slides on a mesh fine enough to show how an elastic one flutters then.
 
     edge : where it touches, m. patch : Hertz's radius, m
     """
     normal, tangential = forces.normal_force_N, forces.tangential_force_N
     pushed = normal > 0.5 * normal.max(initial=0.0)
-    slides = np.abs(tangential[pushed]) > SLIDES * friction * normal[pushed]
-    damped = friction < FLUTTERS or material.relaxation_time > 0.0
+    slides = np.abs(tangential[pushed]) > SLIP_SHARE * friction * normal[pushed]
+    damped = friction < FLUTTER_FRICTION or material.relaxation_time > 0.0
     if damped or edge > EDGE * patch or not slides.any():
         return ()
+    time_s = RELAXATION_SHARE * patch / material.bar_speed
     return (
         "an elastic tip that slides flutters, and meshes as fine come to no limit: of 74 fingers "
         "the peak or the impulse of 20 was more than 1 % off, by up to 11 %; set "
-        f"material.relaxation_time = {RELAXES * patch / material.bar_speed:.2g}, as runs that are "
-        "held to an accuracy do",
+        f"material.relaxation_time = {time_s:.2g}, as runs that are held to an accuracy do",
     )
 
 

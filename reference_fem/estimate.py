@@ -1,9 +1,9 @@
 """Estimated errors of a completed run's numbers, of the first tap.
 
-Arrival and speed: `flight_error`, and with it what a force or a time follows of the speed. The tap:
-a companion, a mesh of other edges, coarser or finer, taps from the run's own impact state
-(`mesh_error`). What a flight leaves out and what a mesh does have nothing to do with each other:
-their squares add up (JCGM 100, 5.1.2).
+Arrival and speed, and what the speed's error makes of forces and times: `flight_error`. The tap:
+its companion, a mesh of coarser or finer edges, taps from the run's own impact state
+(`mesh_error`). What a flight leaves out and what a mesh does are independent: their squares add up
+(JCGM 100, 5.1.2).
 """
 
 import math
@@ -14,13 +14,19 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.cautions import SPIKE, flutter, grain, imprecise, percent, spike
-from reference_fem.flight_error import Flight, Unseen, arrival_errors, power, unseen
+from reference_fem.cautions import SPIKE, flutter, imprecise, percent, spike, steps_per_cell_transit
+from reference_fem.flight_error import (
+    Flight,
+    OmittedMotion,
+    arrival_errors,
+    omitted_motion,
+    speed_exponent,
+)
 from reference_fem.mesh_error import (
     IMPULSE,
     PEAK,
     STRESS,
-    Other,
+    CompanionRun,
     Resolution,
     hertz_radius,
     rivals,
@@ -50,15 +56,15 @@ REMEDY = {
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
 }
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
-# Of the impulse, what a flight leaves out beyond which a run carries a caution.
+# Relative error of the impulse by what a flight leaves out, beyond which a run carries a caution.
 LARGEST_LEFT_OUT = 0.01
-# The companion starts with this share of the tip's radius below it, more than the lowest nodes of
-# any mesh lie above the round end.
+# Clearance that the companion starts with over the tip's radius: more than the lowest nodes of any
+# mesh lie above the round end.
 CLEARANCE = 0.05
 
 
 @dataclass(frozen=True)
-class Given:
+class RunInputs:
     """What a run was made from, and its rigid flight if it had one."""
 
     mesh: meshes.FingerMesh
@@ -71,7 +77,7 @@ class Given:
 
     @property
     def radius(self) -> float:
-        """Of the touching end, m."""
+        """Radius of the touching end, m."""
         touching = self.model.body_of_point == self.model.touching_body
         return float(np.abs(self.model.points[touching, 1]).max())
 
@@ -84,103 +90,106 @@ class Given:
 
 
 def estimated(
-    run: TapResult, given: Given, companion: meshes.FingerMesh | None, again: Again
+    run: TapResult, inputs: RunInputs, companion: meshes.FingerMesh | None, again: Again
 ) -> TapResult:
     """A completed run with estimates of its errors, and a caution where one is large.
 
     Parameters
     ----------
-    again : taps with another mesh from a rigid state
+    again : solves the tap of another mesh from a rigid state
 
     Raises
     ------
     KeyboardInterrupt
         The companion was interrupted.
     """
-    chain, first = chain_and_start(given.model.chain, given.start)
-    gap = surface_gap(given.model, chain)
-    flown = given.flown or descent(chain, gap, first, given.settings)
+    chain, first = chain_and_start(inputs.model.chain, inputs.start)
+    gap = surface_gap(inputs.model, chain)
+    flown = inputs.flown or descent(chain, gap, first, inputs.settings)
     speed = run.summary.tip_velocity_at_contact_m_per_s
     if run.summary.contact_time_s is None or speed is None or flown is None:
         return run
-    if companion is None and not isinstance(given.settings.contact, str):
+    if companion is None and not isinstance(inputs.settings.contact, str):
         return run  # a lumped law has no patch to resolve
-    flight = Flight(chain, gap, given.model.points[[given.model.pole]], flown)
+    flight = Flight(chain, gap, inputs.model.points[[inputs.model.pole]], flown)
     touch = flight.touch
-    angle, fall = float(touch.angles[-1]), max(abs(speed[1]), 1e-300)
+    angle, approach_speed = float(touch.angles[-1]), max(abs(speed[1]), 1e-300)
     resolution = Resolution(
-        spacing(given.mesh, angle),
+        spacing(inputs.mesh, angle),
         hertz_radius(
-            run.summary.peak_normal_force_N or 0.0, given.radius, given.materials[-1], angle,
-            given.mesh.dim,
+            run.summary.peak_normal_force_N or 0.0, inputs.radius, inputs.materials[-1], angle,
+            inputs.mesh.dim,
         ),
-        given.section,
-        given.mesh.dim,
+        inputs.section,
+        inputs.mesh.dim,
     )  # fmt: skip
     errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
-    late, of_speed, left_out, other = math.inf, 0.0, Unseen(0.0, np.zeros(2)), None
+    late, of_speed, omitted, companion_run = math.inf, 0.0, OmittedMotion(0.0, np.zeros(2)), None
     of_mesh: dict[str, float] = {}
     of_ends: dict[str, float] = {}
     open_ends: tuple[str, ...] = ()
-    if given.mesh.shape is not None:
-        late, apart = arrival_errors(flight, *_true_body(given, given.mesh.shape))
-        if given.settings.flight == "rigid":
+    if inputs.mesh.shape is not None:
+        late, apart = arrival_errors(flight, *_true_body(inputs, inputs.mesh.shape))
+        if inputs.settings.flight == "rigid":
             apart = apart + np.abs(flight.pole_velocity(touch) - speed)
         # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
-        sagitta_s = (given.mesh.dim - 1) * resolution.edge**2 / (8.0 * given.radius) / fall
+        sagitta = (inputs.mesh.dim - 1) * resolution.edge**2 / (8.0 * inputs.radius)
+        sagitta_s = sagitta / approach_speed
         late = max(late, sagitta_s)
         sooner = flight.pole_velocity(flown.before(sagitta_s))
         apart = np.maximum(apart, np.abs(flight.pole_velocity(touch) - sooner))
-        of_speed = float(max(apart)) / fall
-        if given.settings.flight != "explicit":
-            left_out = unseen(
-                flight, given.settings.flight, given.drive, given.mesh.shape, given.materials, fall
-            )
-        errors["contact_time_s"] = late + left_out.late_s
-        apart = apart + left_out.apart
+        of_speed = float(max(apart)) / approach_speed
+        if inputs.settings.flight != "explicit":
+            omitted = omitted_motion(
+                flight, inputs.settings.flight, inputs.drive, inputs.mesh.shape, inputs.materials,
+                approach_speed,
+            )  # fmt: skip
+        errors["contact_time_s"] = late + omitted.late_s
+        apart = apart + omitted.apart
         errors[VELOCITY] = float(apart[0]), float(apart[1])
         if companion is not None:
-            tap = again(companion, flown.before(CLEARANCE * given.radius / fall))
+            tap = again(companion, flown.before(CLEARANCE * inputs.radius / approach_speed))
             if tap.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
-            own, its = given.model.symmetry_factor * len(given.model.cells), tap.summary.elements
+            own, its = inputs.model.symmetry_factor * len(inputs.model.cells), tap.summary.elements
             at_contact = spacing(companion, angle) / resolution.edge
             # the number of halved cells goes with the logarithm of their edges
-            halved = given.mesh.ties.size > 0
-            average = at_contact if halved else (own / its) ** (1.0 / given.mesh.dim)
+            halved = inputs.mesh.ties.size > 0
+            average = at_contact if halved else (own / its) ** (1.0 / inputs.mesh.dim)
             ratios = (at_contact, average)
-            other = Other(tap, ratios)
+            companion_run = CompanionRun(tap, ratios)
     if run.summary.contact_duration_s is not None:
-        of_tap, of_left = tap_errors(run, other, resolution), dict[str, float]()
+        of_tap, of_left = tap_errors(run, companion_run, resolution), dict[str, float]()
         for name in of_tap:
             if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
-                of_tap[name] += of_speed * power(name) * value
-                of_left[name] = left_out.share(name, fall) * value
-        waves = 2.0 * given.materials[-1].density * given.materials[-1].bar_speed
-        of_left[STRESS] = of_left.get(STRESS, 0.0) + waves * left_out.rung
-        of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, given.model))
+                of_tap[name] += of_speed * speed_exponent(name) * value
+                of_left[name] = omitted.share(name, approach_speed) * value
+        waves = 2.0 * inputs.materials[-1].density * inputs.materials[-1].bar_speed
+        of_left[STRESS] = of_left.get(STRESS, 0.0) + waves * omitted.ringing_speed
+        of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, inputs.model))
         of_tap |= rivals(run, of_tap)
-        if given.settings.tap_until_s == 0.0:
-            of_ends, open_ends = other_ends(run, given.model)
-        if max(of_speed, left_out.late_s) < math.inf:  # a companion's tap may have the other end
+        if inputs.settings.tap_until_s == 0.0:
+            of_ends, open_ends = other_ends(run, inputs.model)
+        if max(of_speed, omitted.late_s) < math.inf:  # a companion's tap may have the other end
             alone = tap_errors(run, None, resolution) if open_ends else of_tap
             of_mesh = {"contact_time_s": late, **alone}
         errors |= {
             name: math.hypot(max(error, of_ends.get(name, 0.0)), of_left.get(name, 0.0))
             for name, error in of_tap.items()
         }
-    doubts = (*imprecise(run.summary, errors, of_mesh, resolution.coarse), *open_ends)
+    doubts = (*imprecise(run.summary, errors, of_mesh, resolution.edge_over_patch), *open_ends)
     # of another touch nothing is known, whatever flies to it
-    left = left_out.share(IMPULSE, fall) if of_speed < math.inf else 0.0
+    left = omitted.share(IMPULSE, approach_speed) if of_speed < math.inf else 0.0
     if of_speed == math.inf:
         doubts = (*doubts, ELSEWHERE)
     elif left > LARGEST_LEFT_OUT:
         share = percent(left) if left < math.inf else "an unknown share"
         # a coarse flight leaves the ringing in a phase of chance
-        how = "coarse" if left_out.rung > LARGEST_LEFT_OUT * fall else given.settings.flight
+        rings = omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
+        how = "coarse" if rings else inputs.settings.flight
         doubts = (*doubts, RINGS.format(share, REMEDY[how]))
     doubts += flutter(
-        run.forces, given.model.surface.friction, given.materials[-1], resolution.edge,
+        run.forces, inputs.model.surface.friction, inputs.materials[-1], resolution.edge,
         resolution.patch,
     )  # fmt: skip
     if companion is None:
@@ -190,21 +199,21 @@ def estimated(
 
 
 def _true_body(
-    given: Given, geometry: meshes.FingerGeometry
+    inputs: RunInputs, geometry: meshes.FingerGeometry
 ) -> tuple[RigidChain, Callable[[Array], float]]:
-    """Its chain and what ends its flight; a lumped law's point is the run's own."""
-    true = true_chain(geometry, given.materials, given.drive, given.mesh.dim)
-    if isinstance(given.settings.contact, str):
-        return true, true_gap(geometry, given.model.surface.height)
-    return true, surface_gap(given.model, true)
+    """The true body's chain and gap; with a lumped law the gap is of the run's own point."""
+    true = true_chain(geometry, inputs.materials, inputs.drive, inputs.mesh.dim)
+    if isinstance(inputs.settings.contact, str):
+        return true, true_gap(geometry, inputs.model.surface.height)
+    return true, surface_gap(inputs.model, true)
 
 
 def standing_out(run: TapResult, model: Model) -> float:
-    """By how much an unresolved peak force (`cautions.SPIKE`) exceeds what is beside it, N.
+    """By how much an unresolved peak force (`cautions.SPIKE`) exceeds the forces beside it, N.
 
     A peak h above both sides has a `spike` of 2 h / 3 F.
     """
     start, lasts = run.summary.contact_time_s or 0.0, run.summary.contact_duration_s or 0.0
     normal = run.forces.normal_force_N[run.forces.time_s <= start + lasts]
-    share = spike(normal, grain(model))
+    share = spike(normal, steps_per_cell_transit(model))
     return 1.5 * share * float(normal.max()) if share > SPIKE else 0.0

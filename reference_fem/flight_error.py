@@ -1,17 +1,17 @@
-"""What a flight does to a tap: errors of its arrival and speed, and what it leaves out.
+"""Errors that a flight leaves in a tap: of arrival and speed, and by the motion that it omits.
 
-The shape's own flight (`true_body`) ends where its round outline touches. So a facet's sagitta,
-masses that a mesh kept, an end that barely touches and a chain that whirls without order show
-alike: the last two arrive at another touch, and of the tap nothing is known. After a rigid flight
-the steps that lead to the touch change the speed too: until a wave has come from its hinge the tip
-falls freely. What it leaves out (`left_out`) is read off such a flight of phalanges that begin
-turned by what they bend, and the speed that they ring at; a coarse flight has that in a phase of
-chance.
+The run's flight is compared with the true shape's (`true_body`), which ends where its round outline
+touches: they differ by a facet's sagitta and by masses that the mesh kept. Where an end barely
+touches or a chain whirls chaotically, the true shape comes to another touch, and of the tap nothing
+is known. After a rigid flight the steps before the touch change the speed too: until a wave has
+come from its hinge the tip falls freely. What a rigid flight omits (`elastic_response`) is told by
+a flight whose phalanges begin turned by the angle that they bend, and by the speed at which they
+ring; in a coarse flight they ring in an arbitrary phase.
 
 A force follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v. A vibration of the
-speed V that a flight left out goes on in the tap: times change by V/v too, and bending waves have a
-stress of 2 sqrt(E rho) V. So does one that only sets in at the touch, where phalanges that were
-rigid take up their loads (`SETTLES`).
+speed V that a flight omits goes on in the tap: times change by V/v too, and bending waves have a
+stress of 2 sqrt(E rho) V. At the touch phalanges that were rigid take up their loads and begin to
+vibrate: this changes the numbers too (`SETTLING_EFFECT`).
 """
 
 import math
@@ -23,7 +23,7 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.left_out import left_out
+from reference_fem.elastic_response import elastic_response
 from reference_fem.mesh_error import IMPULSE, STRESS
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, fly
@@ -31,44 +31,45 @@ from reference_fem.settings import Drive, Material, Settings, Surface, check_mat
 from reference_fem.true_body import true_chain, true_gap
 
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
-"""Powers of the speed at contact that numbers follow; others follow 6/5 (`power`)."""
-SETTLES = {"contact_duration_s": 0.25, "peak_normal_force_time_s": 0.25, STRESS: 0.6}
-"""Of `LeftOut.settling` over the speed at contact: what it changes in a number, the others 0.36; 19
-of 20 change less (152 random fingers with and without, by the reduced model's beams)."""
+"""Magnitudes of the exponents of the speed at contact in these numbers; 6/5 in the others."""
+SETTLING_EFFECT = {"contact_duration_s": 0.25, "peak_normal_force_time_s": 0.25, STRESS: 0.6}
+"""Relative change of a number per `ElasticResponse.settling` / v, 0.36 of the others; 19 of 20
+change less (152 random fingers with and without it, by the reduced model's beams)."""
 
 # Of the true shape's flight: ten times the run's own, so that a flight which magnifies differences
 # shows by how much, and short of steps that pass over a touch.
 TOLERANCE = 1e-10
-# Angle by which a phalanx lies otherwise at another touch, rad.
-ANOTHER = 0.1
+# Difference of a phalanx's angle from which on a touch is another one, rad.
+OTHER_TOUCH_ANGLE = 0.1
 
 
-def power(name: str) -> float:
-    """Of the speed at contact, which a number follows."""
+def speed_exponent(name: str) -> float:
+    """Magnitude of the exponent of the speed at contact in a number."""
     return OF_SPEED.get(name, 1.2)
 
 
-class Unseen(NamedTuple):
-    """What a flight leaves out of arrival, s, and of the pole's velocity, (2,) m/s; the speeds that
-    phalanges ring at and settle at (`LeftOut`), m/s.
+class OmittedMotion(NamedTuple):
+    """What a flight omits: errors of arrival, s, and of the pole's velocity, (2,) m/s, and the
+    speeds `ringing_speed` and `settling` of `ElasticResponse`, m/s.
     """
 
     late_s: float
     apart: Array
-    rung: float = 0.0
+    ringing_speed: float = 0.0
     settling: float = 0.0
 
-    def share(self, name: str, fall: float) -> float:
-        """Relative error of a number of a tap at the speed `fall`, m/s."""
-        of_speed = power(name) * float(max(self.apart))
-        return (max(of_speed, self.rung) + SETTLES.get(name, 0.36) * self.settling) / fall
+    def share(self, name: str, approach_speed: float) -> float:
+        """Relative error of a number of a tap with this speed at contact, m/s."""
+        of_speed = speed_exponent(name) * float(max(self.apart))
+        of_settling = SETTLING_EFFECT.get(name, 0.36) * self.settling
+        return (max(of_speed, self.ringing_speed) + of_settling) / approach_speed
 
 
 @dataclass(frozen=True)
 class Flight:
     """A rigid flight.
 
-    gap : of the chain's angles, m, which ends it
+    gap : height above the surface, m, by the chain's angles; the flight ends where it closes
     pole : the tip's end at rest, (1, 2 or 3) m
     """
 
@@ -90,8 +91,8 @@ class Flight:
     def touch_of(
         self, other: RigidChain, gap: Callable[[Array], float], start: ChainState
     ) -> ChainState | None:
-        """Where another chain or start comes to this touch; None where it comes to none or
-        another one.
+        """State in which another chain, or one from another start, comes to this touch; None where
+        it comes to none or to another one.
         """
         touch = self.touch
         end = touch.time_s + 0.5 * (touch.time_s - start.time_s)
@@ -99,7 +100,7 @@ class Flight:
         if arrival is None:
             return None
         found = state_at(arrival)
-        return None if np.abs(found.angles - touch.angles).max() > ANOTHER else found
+        return None if np.abs(found.angles - touch.angles).max() > OTHER_TOUCH_ANGLE else found
 
 
 def arrival_errors(
@@ -116,33 +117,34 @@ def arrival_errors(
     return abs(touch.time_s - other.time_s), np.abs(flight.pole_velocity(touch) - its)
 
 
-def unseen(
+def omitted_motion(
     flight: Flight, how: str, drive: Drive, geometry: meshes.FingerGeometry,
-    materials: Sequence[Material], fall: float,
-) -> Unseen:  # fmt: skip
-    """What a flight leaves out; inf where phalanges that begin turned by the angle that they bend
-    have no such touch.
+    materials: Sequence[Material], approach_speed: float,
+) -> OmittedMotion:  # fmt: skip
+    """What a flight omits; inf where phalanges that begin turned by the angle that they bend do not
+    come to this touch.
 
-    how : "rigid" or "coarse". fall : speed at the touch, m/s
+    how : "rigid" or "coarse". approach_speed : speed at the touch, m/s
     """
     touch, flown = flight.touch, flight.flown
-    left = left_out(flight.chain, flown, drive, geometry, materials)
+    response = elastic_response(flight.chain, flown, drive, geometry, materials)
+    ringing = response.ringing_speed
     if how == "coarse":
-        return Unseen(left.depth / fall, np.full(2, left.speed), left.speed)
+        return OmittedMotion(response.depth / approach_speed, np.full(2, ringing), ringing)
     # against each other, which a whirl magnifies most
-    turned = left.angle * (-1.0) ** np.arange(flight.chain.links)
+    turned = response.angle * (-1.0) ** np.arange(flight.chain.links)
     bent = replace(flown.start, angles=flown.start.angles - turned)
     other = flight.touch_of(flight.chain, flight.gap, bent)
     if other is None:
-        return Unseen(math.inf, np.full(2, math.inf))
+        return OmittedMotion(math.inf, np.full(2, math.inf))
     changed = flight.pole_velocity(touch) - flight.pole_velocity(other)
-    late = abs(touch.time_s - other.time_s) + left.depth / fall
-    return Unseen(late, np.abs(changed) + left.speed, left.speed, left.settling)
+    late = abs(touch.time_s - other.time_s) + response.depth / approach_speed
+    return OmittedMotion(late, np.abs(changed) + ringing, ringing, response.settling)
 
 
 class RodFlight(NamedTuple):
-    """What a rigid flight leaves out of the impulse, relative, inf where that is not known; and how
-    long it takes, s. 0 where it does not touch.
+    """Relative error of the impulse by what a rigid flight leaves out, inf where it is not known;
+    and how long the flight takes, s. Both are 0 where it does not touch.
     """
 
     left_out: float
@@ -178,6 +180,6 @@ def rod_flight(
         return RodFlight(0.0, 0.0)
     pole = np.array([[geometry.hinges[-1] - geometry.lengths[-1], 0.0]])
     flight = Flight(chain, gap, pole, flown)
-    fall = max(abs(float(flight.pole_velocity(flight.touch)[1])), 1e-300)
-    left = unseen(flight, "rigid", drive, geometry, materials, fall).share(IMPULSE, fall)
-    return RodFlight(left, flown.touch_s - first.time_s)
+    approach_speed = max(abs(float(flight.pole_velocity(flight.touch)[1])), 1e-300)
+    omitted = omitted_motion(flight, "rigid", drive, geometry, materials, approach_speed)
+    return RodFlight(omitted.share(IMPULSE, approach_speed), flown.touch_s - first.time_s)

@@ -30,13 +30,13 @@ from reference_fem.summary import PROMINENCE, stress_during
 from reference_fem.transitions import confirmed_maxima
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
-PEAK, LATE = "peak_normal_force_N", "peak_normal_force_time_s"
+PEAK, PEAK_TIME = "peak_normal_force_N", "peak_normal_force_time_s"
 TANGENTIAL, DURATION = "peak_tangential_force_N", "contact_duration_s"
-POWERS = {  # of (1 - s)
+STIFFNESS_EXPONENTS = {  # of (1 - s)
     PEAK: -0.5,
     TANGENTIAL: -0.5,
     STRESS: -0.5,
-    LATE: 0.5,
+    PEAK_TIME: 0.5,
     DURATION: 0.5,
     IMPULSE: 0.0,
 }
@@ -48,22 +48,22 @@ RESOLVED = 0.5
 # power of the edge that it goes with (measured: 25 % at 2.3, 2.5 % at 0.7, 0.5 % at 0.4). Of the
 # impulse a quarter; of friction, which goes with which nodes stick, 1.8 (over 199 scenes its
 # median, 90 and 95 % errors over this are 0.65, 1.7 and 2.4, the normal force's 0.37, 0.94, 1.5).
-AT_RADIUS, POWER = 0.06, 1.5
+AT_RADIUS, EDGE_EXPONENT = 0.06, 1.5
 OF_PATCH = {IMPULSE: 0.25, TANGENTIAL: 1.8}
-# Relative error where a shaft's cells are as long as its diameter, which goes with the square: of
-# the stress at R (of 14 scenes 3.2 to 7 % at 0.4, 0.5 to 1.4 % at 0.2, up to 0.3 % at 0.1, next to
-# 0.067) and of the other numbers (0.5 % at 0.2). Beside the patch's it leaves 2 % of 196 impulses
-# beyond twice what is stated, in its place 8 %.
+# Relative errors of the numbers, and of the stress at R, where a shaft's cells are as long as its
+# diameter; they go with the square of that ratio. Measured at 0.2: 0.5 %; of the stress next to
+# 0.067, in 14 scenes: 3.2 to 7 % at 0.4, 0.5 to 1.4 % at 0.2, up to 0.3 % at 0.1. Added to the
+# patch's error it leaves 2 % of 196 impulses beyond twice what is stated, in its place 8 %.
 OF_SECTION, OF_STRESS = 0.15, 0.45
-# Share of the patch's that is left where two meshes agree and both resolve the patch.
-LEAST = 1.0 / 3.0
+# Least share of the patch's error (`allowance`) that is stated, however well two meshes agree.
+LEAST_SHARE = 1.0 / 3.0
 # What meshes leave in plane stress, over all this: next to meshes of 0.4 of the finest edges, 8 of
 # 46 taps at 1e-2 had numbers beyond twice what is stated without it, none of 42 with it.
 PLANE = 2.0
 # Ratio of edges below which a companion tells next to nothing.
 LEAST_RATIO = 1.2
 # Steps by which a touch or a separation may be off.
-STEPS = 2.0
+STEP_UNCERTAINTY = 2.0
 
 
 @dataclass(frozen=True)
@@ -82,17 +82,17 @@ class Resolution:
     dim: int = 3
 
     @property
-    def coarse(self) -> float:
-        """Edges in the patch's radius, inverted."""
+    def edge_over_patch(self) -> float:
+        """Edge where it touches over the patch's radius."""
         return self.edge / self.patch
 
     @property
     def allowance(self) -> float:
         """Relative error of forces and durations that such an edge may leave."""
-        return AT_RADIUS * self.coarse**POWER
+        return AT_RADIUS * self.edge_over_patch**EDGE_EXPONENT
 
     def alone(self, name: str) -> float:
-        """Relative error of a number that such a mesh may leave, without another to compare."""
+        """Relative error of a number that a mesh may leave, where no companion tells it."""
         return self.allowance * OF_PATCH.get(name, 1.0) + self.bending(name)
 
     def bending(self, name: str) -> float:
@@ -101,54 +101,57 @@ class Resolution:
 
 
 @dataclass(frozen=True)
-class Other:
+class CompanionRun:
     """The companion's run, and its edges over the run's: at the contact, and on the average."""
 
     run: TapResult
     ratios: tuple[float, float]
 
-    def weight(self, order: float) -> float:
-        """1 / |r^p - 1|, r the ratio nearest to 1."""
+    def error_factor(self, order: float) -> float:
+        """1 / |r^p - 1|, r the ratio nearer to 1 but at least `LEAST_RATIO` off, p the order."""
         low, high = min(self.ratios), max(self.ratios)
         ratio = max(low, LEAST_RATIO) if self.ratios[1] > 1.0 else min(high, 1.0 / LEAST_RATIO)
         return 1.0 / abs(ratio**order - 1.0)
 
 
-def tap_errors(run: TapResult, other: Other | None, resolution: Resolution) -> dict[str, float]:
+def tap_errors(
+    run: TapResult, companion: CompanionRun | None, resolution: Resolution
+) -> dict[str, float]:
     """Absolute errors of what the contact gives; inf where the companion has no such number.
 
     Parameters
     ----------
-    other : without one the resolution alone says what the mesh leaves wrong
+    companion : without one the resolution alone says what the mesh leaves wrong
     """
-    soft, softer = springs(run), 0.0 if other is None else springs(other.run)
-    coarse, allowance = resolution.coarse, resolution.allowance
-    least = allowance * min(max(coarse, LEAST), 1.0)
-    resolved = 2.0 if coarse < RESOLVED else 1.0
+    soft, softer = springs(run), 0.0 if companion is None else springs(companion.run)
+    ratio, allowance = resolution.edge_over_patch, resolution.allowance
+    least = allowance * min(max(ratio, LEAST_SHARE), 1.0)
+    order = 2.0 if ratio < RESOLVED else 1.0
     errors = {}
-    for name, power in POWERS.items():
+    for name, exponent in STIFFNESS_EXPONENTS.items():
         value = getattr(run.summary, name)
         if value is None:
             continue
-        stiff = value * (1.0 - soft) ** power
+        stiff = value * (1.0 - soft) ** exponent
         mesh = least * OF_PATCH.get(name, 1.0) * abs(value)
         if name == IMPULSE:
             contact = IMPULSE_OF_TIME * abs(value) * (1.0 - math.sqrt(1.0 - soft))
         else:
             contact = abs(stiff - value)
-        if other is None:
+        if companion is None:
             mesh = resolution.alone(name) * abs(value)
         else:
-            its = getattr(other.run.summary, name)
-            ended = its is not None and other.run.summary.contact_duration_s is not None
-            apart = abs(stiff - its * (1.0 - softer) ** power) if ended else math.inf
-            mesh = max(mesh, other.weight(resolved) * apart) + resolution.bending(name) * abs(value)
-        steps = STEPS * run.summary.time_step_s if power > 0.0 else 0.0
+            its = getattr(companion.run.summary, name)
+            ended = its is not None and companion.run.summary.contact_duration_s is not None
+            apart = abs(stiff - its * (1.0 - softer) ** exponent) if ended else math.inf
+            mesh = max(mesh, companion.error_factor(order) * apart)
+            mesh += resolution.bending(name) * abs(value)
+        steps = STEP_UNCERTAINTY * run.summary.time_step_s if exponent > 0.0 else 0.0
         errors[name] = (PLANE if resolution.dim == 2 else 1.0) * mesh + contact + steps
     # a smooth maximum is flat: F (1 - (π t/T)²/2) is disturbed by a quarter of that, as measured
     whole = run.summary.contact_duration_s
-    if LATE in errors and whole is not None:
-        errors[LATE] = max(errors[LATE], whole / math.pi * math.sqrt(0.5 * least))
+    if PEAK_TIME in errors and whole is not None:
+        errors[PEAK_TIME] = max(errors[PEAK_TIME], whole / math.pi * math.sqrt(0.5 * least))
     return errors
 
 
@@ -177,10 +180,10 @@ def rivals(run: TapResult, errors: Mapping[str, float]) -> dict[str, float]:
             found[STRESS] = max(found.get(STRESS, errors[STRESS]), abs(float(there) - largest))
     normal, since = forces.normal_force_N[tap], forces.time_s[tap] - start
     tops = np.array(confirmed_maxima(normal, PROMINENCE * normal.max(initial=0.0)), dtype=int)
-    if tops.size and LATE in errors:
+    if tops.size and PEAK_TIME in errors:
         high = since[tops[normal[tops] >= normal.max() - 2.0 * errors[PEAK]]]
         apart = np.abs(high - run.summary.peak_normal_force_time_s).max(initial=0.0)
-        found[LATE] = max(errors[LATE], float(apart))
+        found[PEAK_TIME] = max(errors[PEAK_TIME], float(apart))
     return found
 
 

@@ -38,11 +38,11 @@ class Model:
     chain : rigid chain for the flight; None for a free body (a mesh without hinges).
     body_of_point : (n_points,), phalanx of each node, from 0
     touching_body : the phalanx whose surface may touch
-    skin : (n,), cells with a node that may touch
+    contact_cells : (n,), cells with a node that may touch
     fall : acceleration of a free fall in the surface's frame, m/s²
     step_s : Δt
-    transit_s, grain_s : times of an axial wave over the length of the last phalanx and over the
-        smallest cell that may touch
+    transit_s : time of an axial wave over the length of the last phalanx
+    cell_transit_s : the same over the smallest cell that may touch
     """
 
     points: Array
@@ -62,12 +62,12 @@ class Model:
     chain: RigidChain | None
     body_of_point: Index
     touching_body: int
-    skin: Index
+    contact_cells: Index
     surface: Surface
     fall: tuple[float, float]
     step_s: float
     transit_s: float
-    grain_s: float
+    cell_transit_s: float
 
 
 # Formulations by space dimension; the first of each is the default.
@@ -137,7 +137,7 @@ def build_model(
     )
     outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     hinge_sides, hinge_points = _hinge_sides(mesh, radii)
-    skin = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
+    contact_cells = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     loads = drive.loads_for(count) / symmetry_factor
     last = _wanted(mesh.cell_sets, f"phalanx_{count}", "cell")
     springs = contact.nodes, contact.stiffness
@@ -165,12 +165,12 @@ def build_model(
         else None,
         body_of_point=body_of_point,
         touching_body=int(body_of_point[contact.nodes[0]]),
-        skin=skin,
+        contact_cells=contact_cells,
         surface=surface,
         fall=drive.fall,
         step_s=step_s,
         transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
-        grain_s=_smallest_size(points, cells[skin]) / materials[-1].bar_speed,
+        cell_transit_s=_smallest_size(points, cells[contact_cells]) / materials[-1].bar_speed,
     )
 
 

@@ -9,7 +9,7 @@
 import numpy as np
 
 from reference_fem.dynamics.tap import parting_s
-from reference_fem.mesh_error import POWERS
+from reference_fem.mesh_error import STIFFNESS_EXPONENTS
 from reference_fem.model import Model
 from reference_fem.result import TapResult
 from reference_fem.summary import summarize
@@ -33,12 +33,12 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
     start, lasts = run.summary.contact_time_s, run.summary.contact_duration_s
     if start is None or lasts is None:
         return {}, ()
-    errors, doubts, forces = dict.fromkeys(POWERS, 0.0), [], run.forces
+    errors, doubts, forces = dict.fromkeys(STIFFNESS_EXPONENTS, 0.0), [], run.forces
     sooner = nearly_over_s(run, model, start, start + lasts)
     if sooner is not None:
         # which parts stick or slip is no number with an error: no friction
         part = summarize(forces, run.history, 0.0, None, sooner, run.summary)
-        for name in POWERS:
+        for name in STIFFNESS_EXPONENTS:
             errors[name] = abs(_number(run.summary, name) - _number(part, name))
         doubts.append(
             f"it hardly touches for a while after {1e6 * (sooner - start):.4g} us: it is open if "
@@ -52,8 +52,8 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
     if later.any():
         wait = float(forces.time_s[later][0]) - start - lasts
     if wait <= NEARLY * parting_s(model, lasts)[1]:
-        for name, power in POWERS.items():
-            more = wait + lasts if power > 0.0 else abs(_number(run.summary, name))
+        for name, exponent in STIFFNESS_EXPONENTS.items():
+            more = wait + lasts if exponent > 0.0 else abs(_number(run.summary, name))
             errors[name] = max(errors[name], more)
         doubts.append(LATER)
     return errors, tuple(doubts)

@@ -18,7 +18,7 @@ from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, digest, identity
-from reference_fem.estimate import Given, estimated
+from reference_fem.estimate import RunInputs, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
@@ -117,11 +117,11 @@ def simulate(
             return compared
         return _solve(other, materials, surface, drive, once, None, state, None).result
 
-    given = Given(mesh, solved.model, materials, drive, settings, start, solved.flown)
+    inputs = RunInputs(mesh, solved.model, materials, drive, settings, start, solved.flown)
     try:
         if progress is not None:
             progress(0.99, "estimate of errors")
-        return estimated(run, given, companion, again)
+        return estimated(run, inputs, companion, again)
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
         return replace(run, status=Status.INTERRUPTED, message=message)
@@ -176,10 +176,10 @@ def _solve(
             recorder.restore(archive)
             result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)
             return _Solved(model, result)
-        return _fall(model, settings, start, coarse, reporting)
+        return _run_from_start(model, settings, start, coarse, reporting)
 
 
-def _fall(
+def _run_from_start(
     model: Model,
     settings: Settings,
     start: ChainState | None,

@@ -16,7 +16,7 @@ def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
     All Gauss points, also those that a 1-point element does without. Its sign is that of det F; NaN
     if one is. Parameters: displacement (n_points, dim), pressure (n_points,).
     """
-    cells = model.cells.take(model.skin, 0)
+    cells = model.cells.take(model.contact_cells, 0)
     cells = cells[(pressure > 0.0).take(cells).any(axis=1)]
     if not cells.size:
         return np.inf

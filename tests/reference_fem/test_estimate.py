@@ -14,10 +14,10 @@ from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.estimate import standing_out
 from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.mesh_error import (
-    LEAST,
+    LEAST_SHARE,
     PLANE,
-    POWERS,
-    Other,
+    STIFFNESS_EXPONENTS,
+    CompanionRun,
     Resolution,
     hertz_radius,
     rivals,
@@ -235,7 +235,7 @@ def test_a_peak_that_stands_out_is_known_to_what_it_stands_out_by(
     height: float, known: float
 ) -> None:
     """Above 1 N, for fewer steps than a wave needs for a cell; later touches are no part of it."""
-    model: Any = SimpleNamespace(grain_s=4.0, step_s=1.0)
+    model: Any = SimpleNamespace(cell_transit_s=4.0, step_s=1.0)
     force = np.ones(40)
     force[19:21] += height
     force[35:] = 9.0
@@ -253,7 +253,7 @@ def test_a_rival_of_the_peak_leaves_its_time_open(error: float, late: float) -> 
     force, nothing = size * np.abs(np.sin(time * np.pi / 0.4)), np.zeros(time.size)
     run.forces = SimpleNamespace(time_s=time, normal_force_N=force, tangential_force_N=nothing)
     run.history.time_s, run.history.stress_R_Pa = time, np.where(time < 0.4, size, -size)
-    errors = dict.fromkeys(POWERS, error) | {"peak_normal_force_time_s": 1e-9}
+    errors = dict.fromkeys(STIFFNESS_EXPONENTS, error) | {"peak_normal_force_time_s": 1e-9}
     found = rivals(run, errors)
     assert found["peak_normal_force_time_s"] == pytest.approx(late)
     # the stress is of either sign, then
@@ -277,13 +277,13 @@ def test_a_stress_that_grows_as_the_tap_ends_is_read_there_and_known_as_its_end_
     run.history.time_s, run.history.stress_R_Pa = grows.time_s, grows.stress_R_Pa
     force = np.sin(np.pi * time / 0.95) + 2e-3
     run.forces = SimpleNamespace(time_s=time, normal_force_N=force, tangential_force_N=force)
-    known = dict.fromkeys(POWERS, 1e-3) | {"contact_duration_s": 0.02}
+    known = dict.fromkeys(STIFFNESS_EXPONENTS, 1e-3) | {"contact_duration_s": 0.02}
     assert rivals(run, known)["peak_stress_R_Pa"] == pytest.approx(0.2)
 
 
 def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:
     """A run whose numbers are all the same but for its springs' share and what is changed."""
-    summary = dict.fromkeys(POWERS, value) | {"time_step_s": 0.0} | changes
+    summary = dict.fromkeys(STIFFNESS_EXPONENTS, value) | {"time_step_s": 0.0} | changes
     history = SimpleNamespace(
         contact_energy_J=np.array([0.0, springs]), strain_energy_J=np.array([0.0, 1 - springs])
     )
@@ -295,40 +295,40 @@ def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:
 def test_an_error_of_known_order_is_found(coarse: float, order: int, ratio: float) -> None:
     """q(h) = 1 + 10 h^p, from a coarser mesh or a finer one."""
     run, other = (run_of(1 + 10 * h**order) for h in (1.0, ratio))
-    found = tap_errors(run, Other(other, (ratio, ratio)), Resolution(coarse, 1.0))
+    found = tap_errors(run, CompanionRun(other, (ratio, ratio)), Resolution(coarse, 1.0))
     assert found[PEAK] == pytest.approx(10.0)
     assert found["contact_duration_s"] == found["peak_stress_R_Pa"] == pytest.approx(10.0)
 
 
 def test_meshes_that_agree_leave_what_their_edges_allow() -> None:
     run, fine = run_of(1.0), Resolution(0.2, 1.0)
-    least = tap_errors(run, Other(run, (2.0, 2.0)), fine)
-    assert least[PEAK] == LEAST * fine.allowance
+    least = tap_errors(run, CompanionRun(run, (2.0, 2.0)), fine)
+    assert least[PEAK] == LEAST_SHARE * fine.allowance
     assert least["normal_impulse_N_s"] == pytest.approx(0.25 * least[PEAK])
     assert least["peak_tangential_force_N"] == pytest.approx(1.8 * least[PEAK])
     alone = tap_errors(run, None, Resolution(0.2, 1.0, 0.2))
     assert alone[PEAK] == pytest.approx(fine.allowance + 0.15 * 0.2**2)
     assert alone["peak_stress_R_Pa"] == pytest.approx(fine.allowance + 0.45 * 0.2**2)
     shafts = Resolution(1e-9, 1.0, 0.2)
-    agreed = tap_errors(run, Other(run, (2.0, 2.0)), shafts)
+    agreed = tap_errors(run, CompanionRun(run, (2.0, 2.0)), shafts)
     # beside the patch's: the two may pull against each other
     assert agreed["peak_stress_R_Pa"] == pytest.approx(0.45 * 0.2**2)
     assert agreed[PEAK] == pytest.approx(0.15 * 0.2**2)
-    apart = tap_errors(run, Other(run_of(1.1), (2.0, 2.0)), replace(fine, section=0.2))
+    apart = tap_errors(run, CompanionRun(run_of(1.1), (2.0, 2.0)), replace(fine, section=0.2))
     assert apart[PEAK] == pytest.approx(0.1 / 3 + 0.15 * 0.2**2)
     coarse = Resolution(2.0, 1.0)
-    assert tap_errors(run, Other(run, (2.0, 2.0)), coarse)[PEAK] == coarse.allowance
-    plane = tap_errors(run, Other(run, (2.0, 2.0)), replace(coarse, dim=2))
+    assert tap_errors(run, CompanionRun(run, (2.0, 2.0)), coarse)[PEAK] == coarse.allowance
+    plane = tap_errors(run, CompanionRun(run, (2.0, 2.0)), replace(coarse, dim=2))
     assert plane[PEAK] == PLANE * coarse.allowance
     # two blocks have no two meshes: a ratio near 1 tells little, not everything
-    ratios = tap_errors(run, Other(run_of(1.1), (1.001, 1.001)), fine)[PEAK]
+    ratios = tap_errors(run, CompanionRun(run_of(1.1), (1.001, 1.001)), fine)[PEAK]
     assert 0.1 < ratios < 1.0
 
 
 def test_springs_in_series_soften_the_tap() -> None:
     """The default's: 62 N with 59 % of the energy in springs is 96.8 N without."""
     stiff = run_of(96.83 * 0.41**0.5, 0.59, contact_duration_s=200e-6 / 0.41**0.5)
-    found = tap_errors(stiff, Other(run_of(96.83, contact_duration_s=200e-6), (2.0, 2.0)),
+    found = tap_errors(stiff, CompanionRun(run_of(96.83, contact_duration_s=200e-6), (2.0, 2.0)),
                        Resolution(1e-9, 1.0))  # fmt: skip
     assert found[PEAK] == pytest.approx(96.83 - 62.0, abs=0.05)
     assert found["contact_duration_s"] == pytest.approx(112.3e-6, abs=1e-7)
@@ -338,7 +338,7 @@ def test_springs_in_series_soften_the_tap() -> None:
 
 @pytest.mark.parametrize("lacking", [{PEAK: None}, {"contact_duration_s": None}])
 def test_a_companion_without_the_number_leaves_it_unknown(lacking: dict[str, None]) -> None:
-    other = Other(run_of(1.0, **lacking), (2.0, 2.0))
+    other = CompanionRun(run_of(1.0, **lacking), (2.0, 2.0))
     assert tap_errors(run_of(1.0), other, Resolution(0.2, 1.0))[PEAK] == np.inf
 
 

@@ -7,14 +7,14 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.flight_error import SETTLES, Flight, Unseen, unseen
-from reference_fem.left_out import (
+from reference_fem.elastic_response import (
     STRETCH_SHARE,
     TORQUE_SHARE,
     WEIGHT_SHARE,
-    LeftOut,
-    left_out,
+    ElasticResponse,
+    elastic_response,
 )
+from reference_fem.flight_error import SETTLING_EFFECT, Flight, OmittedMotion, omitted_motion
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import Descent, descent, surface_gap
@@ -39,10 +39,10 @@ def held(links: int, seconds: float = 1.0, angle: float = 0.0) -> Descent:
     )
 
 
-def of_rods(links: int, drive: rf.Drive, flown: Descent) -> LeftOut:
+def of_rods(links: int, drive: rf.Drive, flown: Descent) -> ElasticResponse:
     rods = meshes.FingerGeometry((L,) * links, (2 * R,) * links, tip="flat")
     chain = true_chain(rods, (SOFT,) * links, drive, 3)
-    return left_out(chain, flown, drive, rods, (SOFT,) * links)
+    return elastic_response(chain, flown, drive, rods, (SOFT,) * links)
 
 
 AREA, STIFFNESS = math.pi * R**2, SOFT.youngs_modulus * math.pi * R**4 / 4
@@ -54,7 +54,7 @@ def test_a_rod_sags_under_the_load_at_its_hinge() -> None:
     of = of_rods(1, rf.Drive(), held(1))
     assert of.depth == pytest.approx(5 * 1400.0 * AREA * G * L**4 / (384 * STIFFNESS), rel=1e-6)
     assert of.angle == pytest.approx(of.depth / L, rel=1e-12)
-    assert of.speed == pytest.approx(WEIGHT_SHARE * of.depth * FIRST, rel=1e-12)
+    assert of.ringing_speed == pytest.approx(WEIGHT_SHARE * of.depth * FIRST, rel=1e-12)
     assert of.settling == pytest.approx(of.depth * FIRST, rel=1e-9)
 
 
@@ -67,10 +67,10 @@ def test_a_rod_that_hangs_stretches_under_its_weight_and_the_next_ones(links: in
     unit = SOFT.density * G * L**2 / SOFT.youngs_modulus
     assert of.depth == pytest.approx(0.5 * links**2 * unit, rel=1e-9)
     stretch = (0.5 + (links - 1)) * unit
-    assert of.speed == pytest.approx(
+    assert of.ringing_speed == pytest.approx(
         STRETCH_SHARE * stretch * SOFT.bar_speed * math.pi / (2 * L), rel=1e-9
     )
-    assert of.settling == pytest.approx(of.speed / STRETCH_SHARE, rel=1e-9)
+    assert of.settling == pytest.approx(of.ringing_speed / STRETCH_SHARE, rel=1e-9)
     assert of.angle < 1e-9
 
 
@@ -84,7 +84,7 @@ def test_a_rod_that_swings_has_yet_to_stretch_as_it_touches() -> None:
     stretch = SOFT.density * spin**2 * L**3 / (2 * SOFT.youngs_modulus)
     known = stretch * SOFT.bar_speed * math.pi / (2 * L)
     assert of.settling == pytest.approx(known, rel=1e-9)
-    assert of.speed < 1e-9 * known
+    assert of.ringing_speed < 1e-9 * known
 
 
 def test_a_torque_bends_a_rod_and_its_inertia() -> None:
@@ -95,7 +95,7 @@ def test_a_torque_bends_a_rod_and_its_inertia() -> None:
     of = of_rods(1, rf.Drive(torques=(torque,), gravity=0.0), held(1))
     known = (5 * load * L**4 / 384 + torque * L**2 / (9 * math.sqrt(3))) / STIFFNESS
     assert of.depth == pytest.approx(known, rel=1e-5)
-    assert of.speed == pytest.approx(TORQUE_SHARE * known * FIRST, rel=1e-5)
+    assert of.ringing_speed == pytest.approx(TORQUE_SHARE * known * FIRST, rel=1e-5)
 
 
 def test_torques_at_both_ends_of_a_phalanx_bend_it_though_they_cancel() -> None:
@@ -103,7 +103,7 @@ def test_torques_at_both_ends_of_a_phalanx_bend_it_though_they_cancel() -> None:
     drive = rf.Drive(torques=(0.2,) * 3, reaction=True, gravity=0.0)
     chain = true_chain(FINGER, (SOFT,) * 3, drive, 3)
     np.testing.assert_allclose(chain.torques.at(0.0), [0.0, 0.0, 0.2], atol=1e-15)
-    of = left_out(chain, held(3), drive, FINGER, (SOFT,) * 3)
+    of = elastic_response(chain, held(3), drive, FINGER, (SOFT,) * 3)
     assert of.depth > 0.2 * L**2 / (8 * STIFFNESS)
 
 
@@ -123,7 +123,7 @@ def test_nothing_bends_or_stretches_in_no_time(angle: float) -> None:
         of_rods(3, rf.Drive(), held(3, seconds, angle)) for seconds in (0.02 / first, 1.0)
     )
     assert short.depth == pytest.approx(2e-4 * long.depth, rel=1e-3)
-    assert short.speed == pytest.approx(0.02 * long.speed, rel=1e-3)
+    assert short.ringing_speed == pytest.approx(0.02 * long.ringing_speed, rel=1e-3)
 
 
 STEEP = ChainState(np.array([0.80, 0.84, 0.87]), np.zeros(3), 0.0)
@@ -160,7 +160,9 @@ def test_elements_that_fly_arrive_within_what_is_left_out(
         velocity = summary.tip_velocity_at_contact_m_per_s
         assert velocity is not None
         read.append((summary.contact_time_s, np.array(velocity)))
-    late, apart, *_ = unseen(of, "rigid", drive, FINGER, (material,) * 3, abs(read[0][1][1]))
+    late, apart, *_ = omitted_motion(
+        of, "rigid", drive, FINGER, (material,) * 3, abs(read[0][1][1])
+    )
     assert abs(read[0][0] - read[1][0]) < late
     found = np.abs(read[0][1] - read[1][1])
     assert (found < apart).all()
@@ -171,7 +173,7 @@ def test_elements_that_fly_arrive_within_what_is_left_out(
 def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
     """The elements touch twice as late as the rods."""
     _, of = flown(SOFT, WHIRL)
-    late, apart, *_ = unseen(of, "rigid", WHIRL, FINGER, (SOFT,) * 3, 1.0)
+    late, apart, *_ = omitted_motion(of, "rigid", WHIRL, FINGER, (SOFT,) * 3, 1.0)
     assert late == np.inf
     assert np.isinf(apart).all()
 
@@ -184,8 +186,9 @@ def test_what_a_rigid_flight_leaves_out_is_known_before(
     of 1.5, where nodes lie nearly as low as the round end (9 % with 8 mm)."""
     three = (material,) * 3
     _, of = flown(material, drive, sizing=meshes.Sizing(3e-3, 5e-3, 3e-3))
-    fall = abs(of.pole_velocity(of.touch)[1])
-    stated = unseen(of, "rigid", drive, FINGER, three, fall).share("normal_impulse_N_s", fall)
+    approach_speed = abs(of.pole_velocity(of.touch)[1])
+    omitted = omitted_motion(of, "rigid", drive, FINGER, three, approach_speed)
+    stated = omitted.share("normal_impulse_N_s", approach_speed)
     told, lasts = rf.rod_flight(FINGER, three, SURFACE, drive, rf.Settings())
     assert told == pytest.approx(stated, rel=0.01)
     assert lasts == pytest.approx(of.touch.time_s, rel=1e-3)
@@ -203,8 +206,8 @@ def test_where_a_rigid_flight_leads_elsewhere_or_nowhere() -> None:
 def test_a_tap_of_which_nothing_is_known_asks_for_no_finer_mesh(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    unknown = Unseen(np.inf, np.full(2, np.inf))
-    monkeypatch.setattr("reference_fem.estimate.unseen", lambda *_: unknown)
+    unknown = OmittedMotion(np.inf, np.full(2, np.inf))
+    monkeypatch.setattr("reference_fem.estimate.omitted_motion", lambda *_: unknown)
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     smooth = rf.Surface(0.1, 0.0)
     run = rf.simulate(mesh, (SOFT,) * 3, smooth, rf.Drive(), rf.Settings(contact="impulse"))
@@ -226,8 +229,8 @@ def test_what_is_left_out_is_in_every_error_and_said(
     runs = []
     for share in (0.0, 0.1):
         monkeypatch.setattr(
-            "reference_fem.estimate.unseen",
-            lambda *of, s=share: Unseen(s, np.full(2, s * of[-1]), s, 0.1 * s * of[-1]),
+            "reference_fem.estimate.omitted_motion",
+            lambda *of, s=share: OmittedMotion(s, np.full(2, s * of[-1]), s, 0.1 * s * of[-1]),
         )
         runs.append(rf.simulate(mesh, (RUBBER,) * 3, SURFACE, rf.Drive(), settings))
     without, run = runs
@@ -242,8 +245,8 @@ def test_what_is_left_out_is_in_every_error_and_said(
         assert more(name) == pytest.approx(left * changed * getattr(run.summary, name), rel=1e-9)
     assert run.errors["contact_time_s"] - without.errors["contact_time_s"] == left * 0.1
     # what rings changes times by V/v, more than the speed's power 1/5
-    fall = abs(run.summary.tip_velocity_at_contact_m_per_s[1])
-    longer = 0.1 / fall + 0.01 * SETTLES["contact_duration_s"]
+    approach_speed = abs(run.summary.tip_velocity_at_contact_m_per_s[1])
+    longer = 0.1 / approach_speed + 0.01 * SETTLING_EFFECT["contact_duration_s"]
     longer *= run.summary.contact_duration_s
     assert more("contact_duration_s") == pytest.approx(left * longer, rel=1e-9)
     assert run.mesh_errors == without.mesh_errors
@@ -253,5 +256,5 @@ def test_what_is_left_out_is_in_every_error_and_said(
     assert not left or "flight = 'explicit'" in said[0]
     assert "flight = 'coarse'" not in "".join(said)
     waves = 2.0 * 0.1 * math.sqrt(RUBBER.youngs_modulus * RUBBER.density)
-    of_speed = (0.12 + 0.01 * SETTLES["peak_stress_R_Pa"]) * run.summary.peak_stress_R_Pa
+    of_speed = (0.12 + 0.01 * SETTLING_EFFECT["peak_stress_R_Pa"]) * run.summary.peak_stress_R_Pa
     assert more("peak_stress_R_Pa") == pytest.approx(left * (of_speed + waves), rel=1e-9)

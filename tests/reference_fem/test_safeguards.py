@@ -11,7 +11,7 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.cautions import astray, flutter, spike
+from reference_fem.cautions import contact_edge_ratio, flutter, spike
 from reference_fem.dynamics import guards
 from reference_fem.dynamics.tap import NEVER, next_touch_s
 from reference_fem.dynamics.touching_det import touching_det
@@ -79,7 +79,7 @@ def test_inversion_under_pressure_is_the_jacobians(dim: int) -> None:
     assert touching_det(model, u, pressure) == pytest.approx(np.linalg.det(after).min(), rel=1e-12)
     assert touching_det(model, u, np.zeros(len(u))) == np.inf
     chosen = np.arange(len(model.cells) - 3)
-    model, everywhere = dataclasses.replace(model, skin=chosen), np.ones(len(u))
+    model, everywhere = dataclasses.replace(model, contact_cells=chosen), np.ones(len(u))
     after = next(geometries(model.points + u, model.cells[chosen])).jacobian
     found = touching_det(model, u, everywhere)
     assert found == pytest.approx(np.linalg.det(after).min(), rel=1e-12)
@@ -189,10 +189,10 @@ def test_a_tip_that_slides_on_a_fine_mesh_may_flutter() -> None:
 def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:
     edges = np.concatenate([np.full(50, 0.2), np.geomspace(0.2, 2.0, 200)])
     inside = np.arange(250) < 40
-    assert astray(edges, inside) is None
-    assert astray(edges, ~inside & (edges < 0.5)) == pytest.approx(1.6, abs=0.2)
-    assert astray(np.linspace(1.0, 2.0, 250), ~inside) is None  # even
-    assert astray(np.full(250, np.inf), inside) is None  # the lumped law has no area
+    assert contact_edge_ratio(edges, inside) is None
+    assert contact_edge_ratio(edges, ~inside & (edges < 0.5)) == pytest.approx(1.6, abs=0.2)
+    assert contact_edge_ratio(np.linspace(1.0, 2.0, 250), ~inside) is None  # even
+    assert contact_edge_ratio(np.full(250, np.inf), inside) is None  # the lumped law has no area
 
     geometry = meshes.FingerGeometry((0.03,), (0.015,))
     said = []
@@ -220,7 +220,7 @@ def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:
 def test_a_corner_that_is_pushed_through_its_element_is_called_so() -> None:
     """The one-point element's own determinant, at its middle, is still above 0."""
     _, model = fall(max_steps=1, element="hex8-one-point")
-    u, cell = np.zeros_like(model.points), model.cells[model.skin[0]]
+    u, cell = np.zeros_like(model.points), model.cells[model.contact_cells[0]]
     corner = next(node for node in cell if node in model.contact.nodes)
     pressure = np.zeros(len(u))
     pressure[corner] = 1.0

@@ -197,11 +197,11 @@ def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord)
 
 def largest_share(errors: Mapping[str, Any], record: RunRecord) -> float | None:
     """The largest relative error of what an accuracy is about; None where one is not known."""
-    from reference_fem import HELD
+    from reference_fem import ACCURACY_QUANTITIES
 
     shares = [
         errors[name] / abs(record.summary[name])
-        for name in HELD
+        for name in ACCURACY_QUANTITIES
         if name in errors and record.summary[name]
     ]
-    return max(shares) if len(shares) == len(HELD) else None
+    return max(shares) if len(shares) == len(ACCURACY_QUANTITIES) else None

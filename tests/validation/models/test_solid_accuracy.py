@@ -329,8 +329,8 @@ def test_like_meshes_are_not_compared_and_a_contradiction_is_solved_again() -> N
         asked.append(scene.tables.solver.accuracy_of("fem") or 0.0)
         force = 1.0 if len(asked) == 1 else 1.2
         expected = 0.02 if len(asked) == 1 else 0.005
-        errors = dict.fromkeys(reference_fem.HELD, expected * force)
-        summary = dict.fromkeys(reference_fem.HELD, force)
+        errors = dict.fromkeys(reference_fem.ACCURACY_QUANTITIES, expected * force)
+        summary = dict.fromkeys(reference_fem.ACCURACY_QUANTITIES, force)
         return completed(asked[-1], expected, expected, errors, **summary)
 
     record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.003"]), 3).record

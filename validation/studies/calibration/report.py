@@ -18,7 +18,9 @@ from validation.studies.stated_errors import FLOOR, TIMES, WRONG, understated
 
 FAR = 3.0  # times the accuracy asked for
 # What an accuracy is about.
-HELD = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
+ACCURACY_QUANTITIES = (
+    "peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s",
+)  # fmt: skip
 SMALLEST = 1e-9  # drawn in the place of no error
 NUMBER = ("scene", "kind", "overrides", "quantity", "stated", "true", "cautioned", "doubted")
 
@@ -102,10 +104,11 @@ def held(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
     A row a kind of scene, one for all, and one for those whose tight solve has no caution.
     """
+    names = ACCURACY_QUANTITIES
     judged = [
-        (case, row, max(row["numbers"][name][2] / row["numbers"][name][3] for name in HELD))
+        (case, row, max(row["numbers"][name][2] / row["numbers"][name][3] for name in names))
         for _, case, row in rows
-        if case.accuracy is not None and all(name in row["numbers"] for name in HELD)
+        if case.accuracy is not None and all(name in row["numbers"] for name in names)
     ]
     groups = {kind: [one for one in judged if one[0].kind == kind] for kind in KINDS}
     groups["judged without a caution"] = [one for one in judged if not one[1]["tight_caution"]]

@@ -30,7 +30,7 @@ MOST_STEPS = 2_000_000
 WITHIN, FINER = (10.0, 3.0), 1.5
 # Elements times steps of the tight flight, predicted, beyond which a scene is left out: some 5 s.
 MOST_BENT = 2e6
-# Of the solid: edges 0.45 of the default's, so that 0.3 of its error is left (`mesh_error.POWER`).
+# Of the solid: edges 0.45 of the default's, so that 0.3 of its error is left (`EDGE_EXPONENT`).
 TIGHT_SOLID = ("solver.fem.accuracy=3e-3",)
 # Element updates of the tight tap, predicted, beyond which a solid's scene is left out: some 10 s.
 MOST_UPDATES, LONG = 5e7, "LEFT OUT"

@@ -12,7 +12,7 @@ from validation.harness.record import RunRecord
 from validation.scenes.load import load_scene
 from validation.studies.calibration.command import calibrate
 from validation.studies.calibration.report import (
-    HELD,
+    ACCURACY_QUANTITIES,
     Row,
     held,
     misses,
@@ -96,7 +96,7 @@ def test_runs_that_say_they_fall_short_are_counted_apart() -> None:
     """Four at 1e-2: kept, far off and said so, far off in silence, judged by a doubtful solve."""
 
     def row(number: int, error: float, expected: float | None, doubt: str = "") -> Row:
-        numbers = dict.fromkeys(HELD, (1.0, 0.0, error, 1.0))
+        numbers = dict.fromkeys(ACCURACY_QUANTITIES, (1.0, 0.0, error, 1.0))
         result = {"status": "COMPLETED", "numbers": numbers, "expected": expected, "caution": "",
                   "tight_caution": doubt, "seconds": (1.0, 1.0)}  # fmt: skip
         return number, case("hcm", number, 1e-2), result

@@ -2,18 +2,18 @@
 these change.
 
 A phalanx is a beam on two hinges under the load of its own mass, ρA (f - r″) across it, and the
-torques at its ends. With p the larger load and t the sum of the torques of both ends,
+torques at its ends. With p the larger end's load and M the sum of both torques' magnitudes,
 
-    δ = (5 p L⁴/384 + t L²/(9 √3))/(E I),  ω₁ = (π/L)² √(E I/(ρA)),
+    δ = (5 p L⁴/384 + M L²/(9 √3))/(E I),  ω₁ = (π/L)² √(E I/(ρA)),
 
-and it rings at δ ω₁ where the loads come suddenly, of which a share reaches the tip as it touches:
-in the time T of a flight it grows to no more than 1 - cos(ω₁ T) of δ and sin(ω₁ T) of that speed.
-Along itself it is a rod held at one end under the load p of its mass and the force F of the
-phalanges beyond,
+and it rings at the speed δ ω₁ where the loads come suddenly; a share of it reaches the tip. In a
+flight of the time T < π/2ω₁ they grow to no more than (1 - cos ω₁ T) δ and sin(ω₁ T) δ ω₁. Along
+itself it is a rod held at one end under the load p of its mass and the force F of the phalanges
+beyond,
 
     ε = (p L²/2 + F L)/(E A),  ω = π/(2 L) √(E/ρ),
 
-which come suddenly where a flight begins (and where a table of torques jumps, which is left out).
+which come suddenly where a flight begins (jumps in a table of torques are not counted).
 """
 
 import math
@@ -30,7 +30,7 @@ from reference_fem.settings import Drive, Material
 
 WEIGHT_SHARE, TORQUE_SHARE = 0.1, 0.3
 """Of δ ω₁: where elements fly, tips of fingers that fall touch 0.01 to 0.08 of it slower or faster,
-of driven ones 0.1 to 0.3 (nine fingers of 1e7 to 1e9 Pa, whirls left out)."""
+of driven ones 0.1 to 0.3 (nine fingers of 1e7 to 1e9 Pa, none that whirls)."""
 STRETCH_SHARE = 0.7
 """Of ε ω: tips of fingers of 1e7 Pa that start at 36 to 50 degrees touch 0.24 to 0.68 of it slower
 or faster (four fingers)."""
@@ -38,15 +38,18 @@ SAMPLES = 50
 """States of a flight at which its bending is looked at, with those at its torques' kinks."""
 
 
-class LeftOut(NamedTuple):
-    """Of a flight's phalanges the largest δ/L, rad; the largest δ and the sum of all ε, m; the sum
-    of the shares of the largest δ ω₁ and of the largest ε ω, m/s; and the largest δ ω₁ + ε ω of the
-    loads at the touch, m/s, under which a phalanx that was rigid until then has yet to settle.
+class ElasticResponse(NamedTuple):
+    """Of the phalanges of a flight.
+
+    angle : largest δ/L, rad
+    depth : largest δ plus the sum of all ε, m
+    ringing_speed : share of the largest δ ω₁ plus share of the largest ε ω, m/s
+    settling : largest δ ω₁ + ε ω of the loads at the touch, on phalanges rigid until then, m/s
     """
 
     angle: float
     depth: float
-    speed: float
+    ringing_speed: float
     settling: float
 
 
@@ -74,13 +77,13 @@ def loads(chain: RigidChain, state: ChainState, lengths: Array, line: Array) -> 
     return Loads(across, along, np.abs(pulls.real))
 
 
-def left_out(
+def elastic_response(
     chain: RigidChain, flown: Descent, drive: Drive, geometry: meshes.FingerGeometry,
     materials: Sequence[Material],
-) -> LeftOut:  # fmt: skip
-    """What of a flight is left out.
+) -> ElasticResponse:  # fmt: skip
+    """The response of the phalanges to the loads of a rigid flight.
 
-    chain : of the whole finger, or of one of its like parts
+    chain : of the whole finger, or of a half model
     """
     begin, touch, joints = flown.start.time_s, flown.touch_s, drive.torques_for(chain.links)
     lengths, radii = np.array(geometry.lengths), np.array(geometry.radii)
@@ -103,14 +106,14 @@ def left_out(
     bent, drawn = zip(*map(deformed, (*np.linspace(begin, touch, SAMPLES), *kinks)), strict=True)
     turned, drawing = (np.minimum(w * (touch - begin), math.pi / 2.0) for w in (first, axial))
     depth, stretch = np.max(bent, axis=0), drawn[0]
-    rung = float((depth * first * np.sin(turned)).max())
-    rung_along = float((stretch * axial * np.sin(drawing)).max())
+    bending_speed = float((depth * first * np.sin(turned)).max())
+    stretching_speed = float((stretch * axial * np.sin(drawing)).max())
     depth, stretch = depth * (1.0 - np.cos(turned)), stretch * (1.0 - np.cos(drawing))
     share = TORQUE_SHARE if joints.values.any() else WEIGHT_SHARE
     at_touch = bent[SAMPLES - 1] * first + drawn[SAMPLES - 1] * axial
-    return LeftOut(
+    return ElasticResponse(
         float((depth / lengths).max()),
         float(depth.max() + stretch.sum()),
-        share * rung + STRETCH_SHARE * rung_along,
+        share * bending_speed + STRETCH_SHARE * stretching_speed,
         float(at_touch.max()),
     )

@@ -1,9 +1,9 @@
 """Other ends that a first tap may have, where what parts two taps (`tap.tap_after`) is close by.
 
-- *Sooner*: it was nearly over before. Had it not pressed where F_n is within its error of zero, and
-  were the two times that end a tap `NEARLY` times shorter, it would have ended there. Of the rest
-  at its end the first time decides. A Hertzian tap, F_n ~ (T - t)^3/2, rests so for 1.6 % of T.
-- *Later*: the next touch would be its own, were those times `NEARLY` times longer.
+- *Sooner*: with forces below `FAINT` of the largest so far taken as zero, and both times of the
+  rule divided by `NEARLY`, the tap ends earlier; in its last faint stretch only the time without
+  contact is compared (a Hertzian tap, F_n ~ (T - t)^3/2, is so faint for 1.6 % of T).
+- *Later*: with both times multiplied by `NEARLY` the next touch would still belong to the tap.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ LATER = (
 )
 # The next touch was foretold a fourth too late, from a contact that was a third too short.
 NEARLY = 2.0
-# Share of the largest force so far that is within its error, of a default mesh's.
+# Share of the largest force so far that a default mesh's error may amount to.
 FAINT = 0.01
 
 

@@ -1,4 +1,4 @@
-"""Nodes that hang on their neighbours' sides: they hand on their mass and force, and follow.
+"""Hanging nodes: their mass and force go to the nodes whose mean motion they follow.
 
 With x_h = Σ x_m / n of the n nodes that node h follows (see `meshes.halving`), virtual work leaves
 
@@ -25,7 +25,7 @@ class Ties(NamedTuple):
     of: Index
 
     def sums(self, values: Array) -> Array:
-        """Values (n_points,) with those of hanging nodes handed on."""
+        """Values (n_points,), of hanging nodes added to those that they follow, and then zero."""
         total = values.copy()
         share = np.repeat(values[self.nodes] / max(self.of.shape[1], 1), self.of.shape[1])
         np.add.at(total, self.of.ravel(), share)
@@ -58,7 +58,8 @@ def hand_on(values: Array, ties: Ties) -> None:
 def follow(values: Array, weight: Array, ties: Ties) -> None:
     """Set values (n_points, dim) of hanging nodes to the means of weight (n_points,) times value.
 
-    Of residuals with inverse masses: their accelerations, where their own inverse mass is one.
+    The means are over the nodes that each follows. With residuals and inverse masses they are
+    accelerations, and so a hanging node's own inverse mass is one (`Model.inverse_mass`).
     """
     count = ties.of.shape[1]
     for h in range(ties.nodes.size):

@@ -19,8 +19,8 @@ class Touch:
 
     angle : between the last phalanx's axis and the direction to the surface, rad (`touch_angle`)
     speed : of the lowest point towards the surface, m/s; at least 0.
-    mass : that it meets the surface with, kg
-    force, patch_radius : Hertz's at the turn, N and m
+    mass : effective mass with which it meets the surface, kg
+    force, patch_radius : Hertz's at the largest approach, N and m
     """
 
     angle: float
@@ -33,9 +33,9 @@ class Touch:
 def touch_angle(axis: float) -> float:
     """Between the last phalanx's axis and the direction to the surface, rad, -π to π.
 
-    A ball that lies `axis` below the horizontal, rad, touches π/2 - axis off its axis; beyond the
-    vertical with its upper side, which is negative. It may have whirled. An end that points up has
-    an angle beyond π/2: then the rim at the hinge touches.
+    A phalanx `axis` below the horizontal, rad, after any number of turns, touches at π/2 - axis
+    from its axis: negative beyond the vertical, where the upper side touches. Beyond ±π/2 the end
+    points up, and the rim at the hinge touches.
     """
     return math.remainder(0.5 * math.pi - axis, 2.0 * math.pi)
 
@@ -89,7 +89,7 @@ def predicted_touch(
     With the mobility G of the ball's lowest point (`RigidChain.mobility`) and friction in gross
     slip, F_t = r F_n, r = -μ sgn v_x, the point meets the surface with the mass m = 1/(G_yy + r
     G_yx), or with 1/G_yy where that is not positive (Painlevé's jamming).
-    Hertz's ball of that mass turns where (Johnson, Contact Mechanics, 11.4.1)
+    Hertz's ball of that mass comes to rest where (Johnson, Contact Mechanics, 11.4.1)
 
         ½ m v² = 2/5 k δ^(5/2),  k = 4/3 E* sqrt(R),  F = k δ^(3/2),  a = sqrt(R δ)
 

@@ -37,7 +37,7 @@ def tap_after(
 
     It is over once the surface has not been touched for 10 % of the contact so far, a quarter of
     an axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
-    chatter at the start and at the end), and will not be for twice as long as the contact so far.
+    chatter at the start and at the end), and will not be for twice that contact or transit.
     With `until_s` it has the touches that begin within that time of the first one, ten steps apart.
 
     Parameters
@@ -74,7 +74,7 @@ def tap_after(
 
 
 def parting_s(model: Model, lasted: Array | float) -> tuple[Array, Array]:
-    """How long a tap that lasted so long is not touched, and will not be, once it is over, s."""
+    """(wait, soon), s: a tap is over once untouched for `wait` with no touch due within `soon`."""
     wait = np.maximum(0.1 * lasted, max(0.25 * model.transit_s, LEAST_WAIT * model.step_s))
     return wait, SAME_TAP * np.maximum(lasted, model.transit_s)
 

@@ -36,8 +36,8 @@ class Checkpoint:
 class Outcome:
     """A run's record and, from solid models, its fields.
 
-    mesh_error : of a solid held to an accuracy: the largest relative one of what it is about that a
-        finer mesh may lessen; None where that is not known.
+    mesh_error : of a solid: largest relative error, of the numbers that an accuracy is about, that
+        a finer mesh may reduce; None: not known.
     """
 
     record: RunRecord

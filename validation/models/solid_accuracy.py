@@ -17,17 +17,17 @@ from validation.models.solid_mesh import coarse_flight_s, rod_flight, sizes_of
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 
-# Of what is wanted, what the first mesh of a run that states its errors is for: of 20 taps held to
-# 1e-2 half state that they keep it there, and all on the second, in 0.43 of the time that the mesh
-# for 1e-2 and its repeats took (0.54 with 1, 0.71 with 0.5).
+# Share of the wanted error that the first mesh is sized for, if the run states its errors: of 20
+# taps held to 1e-2 half state that they keep it there, and all on the second, in 0.43 of the time
+# that the mesh for 1e-2 and its repeats took (0.54 with 1, 0.71 with 0.5).
 FIRST = 0.7
-# by how much smaller each further mesh has its errors, at least, and at most unless the finest
-# known is next; how many meshes. A nearer one is lost in their scatter; 3 for 4 does 0.8 of the
-# work, 1.5 for 2 does 0.7 of it
+# Factor by which each further mesh lowers the target, least and most (unless the finest mesh known
+# is next), and how many meshes. A smaller factor is lost in the errors' scatter; at most 3 in place
+# of 4 does 0.8 of the work, at least 1.5 in place of 2 does 0.7 of it.
 LEAST, MOST, SOLVES = 1.5, 3.0, 3
-# Of what is wanted, what must be left to the mesh; a rigid flight that takes more is none.
+# Share of the wanted error that must remain for the mesh, and that a rigid flight may leave out.
 ROOM = 0.5
-# What a flight that nobody asked for may take, by the count of its element updates
+# Longest time of a flight that nobody asked for, by the count of its element updates.
 LONGEST_FLIGHT_S = 60.0
 COARSE = "a rigid one leaves out {} of the tap"
 FINER = "on a finer mesh the run ends as {}"
@@ -41,10 +41,10 @@ def solved_within(
     It has a coarse flight where a rigid one would leave out too much and none is stated, unless
     that takes long; on a mesh that is read, or without estimates, it is solved once.
 
-    Each is compared with the one before, whose time is its too. A further mesh that is refused, or
-    a run on it that does not complete, ends the search, and the finest that did is kept: where it
-    is apart from a coarser one, that is further off. What other ends of the tap leave open
-    (`reference_fem.other_ends`) is no reason for another mesh.
+    Each run is compared with the one before, and its time includes theirs. The search ends where a
+    further mesh is refused or its run does not complete; the finest completed run is kept. Its
+    errors are raised where a coarser run lies outside both stated errors (`_overlapping`). What
+    other ends leave open (`reference_fem.other_ends`) is no reason for another mesh.
     """
     import reference_fem
 

@@ -12,9 +12,9 @@ from hcm.beam.chain import Probe
 from hcm.beam.equations import resists_rates
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import ByKind, kernel, kernel_with
-from hcm.contact.contract import begin_mode, keep, place, velocity
+from hcm.contact.contract import begin_mode, commit_history, contact_position, contact_velocity
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
-from hcm.contact.law import FLIGHT, STICK, Contact
+from hcm.contact.law import FLIGHT, STICK, ContactState
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.stage_rows import friction_of_step, rows_of_step, write_between
@@ -62,8 +62,8 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
 
 @kernel_with("contract", nogil=True)  # other threads run meanwhile: `hcm.batch`
 def advance(
-    old: Motion, new: Motion, contact: Contact, clock: Clock, plan: Plan, integrator: AnyIntegrator,
-    probe: Probe, outline: Outline, record: Record,
+    old: Motion, new: Motion, contact: ContactState, clock: Clock, plan: Plan,
+    integrator: AnyIntegrator, probe: Probe, outline: Outline, record: Record,
 ) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:  # fmt: skip
     """Step on until the run ends, a table is full or `plan.iterations` are spent.
 
@@ -79,7 +79,7 @@ def advance(
     n_rows, n_events, code = 0, 0, RUNNING
     full = rows.shape[0] - rows_of_step(integrator)
     while n_rows <= full and n_events < events.time.size and work.cost[0] < plan.iterations:
-        in_flight = contact.normal == FLIGHT
+        in_flight = contact.normal_mode == FLIGHT
         remaining = plan.end_time - clock.time
         if remaining <= LAST_STEP * clock.time:
             code = DONE
@@ -95,7 +95,7 @@ def advance(
         rebound = plan.undamped and in_flight and clock.taps > 0
         method = with_coefficients(trapezoidal(co) if rebound else co, integrator)
         tolerance = event_tolerances(contact, clock, plan, law)
-        chatter = clock.instant >= INSTANT_EVENTS + int(contact.tangential == STICK)
+        chatter = clock.instant >= INSTANT_EVENTS + int(contact.tangential_mode == STICK)
         h, slot, trials, repeats, growth = accepted_step(
             h, in_flight, rebound, chatter, clock.speed, tolerance, plan, contact, old, new, method
         )
@@ -113,8 +113,8 @@ def advance(
             friction = friction_of_step(clock.friction_loss, h, old, new, contact, method)
             clock = advance_clock(clock, h, friction, lost, old, new, chain, contact, law)
             copy_motion(new, old)
-            keep(old.q, tip, contact, law)
-        x, gap = place(old.q, tip, contact, law)
+            commit_history(old.q, tip, contact, law)
+        x, gap = contact_position(old.q, tip, contact, law)
         if math.isnan(gap):
             code = LOSES_HOLD
             break
@@ -128,10 +128,10 @@ def advance(
             anew = rebound and next_step != h
             change_step(0.0 if anew else next_step / h, old)
         if slot != NO_EVENT:
-            before, (vt, vn) = contact, velocity(old.q, old.v, tip, contact, law)
+            before, (vt, vn) = contact, contact_velocity(old.q, old.v, tip, contact, law)
             contact, kind = transition(slot, x, gap, vt, vn, contact, law)
             begin_mode(old.q, tip, before, contact, law)
-            if math.isnan(place(old.q, tip, contact, law)[1]):
+            if math.isnan(contact_position(old.q, tip, contact, law)[1]):
                 code, contact, kind = LOSES_HOLD, before, NO_EVENT
         if kind != NO_EVENT:
             events.time[n_events], events.kind[n_events] = clock.time, kind
@@ -142,8 +142,13 @@ def advance(
                 phase_start = clock.time
                 next_step = plan.contact_step
             taps += int(kind == LIFT_OFF)
-        elif code == RUNNING and contact.normal == FLIGHT and gap > 0.0 and contact.gap_ref < 0.0:
-            contact = Contact(FLIGHT, contact.tangential, 0.0, 0.0, 0.0, x)
+        elif (
+            code == RUNNING
+            and contact.normal_mode == FLIGHT
+            and gap > 0.0
+            and contact.gap_ref < 0.0
+        ):
+            contact = ContactState(FLIGHT, contact.tangential_mode, 0.0, 0.0, 0.0, x)
         clock = Clock(
             clock.time, phase_start, next_step, taps, instant,
             clock.rejected + repeats, clock.trials + trials, clock.chatter_steps + int(chatter),

@@ -11,14 +11,14 @@ from hcm.beam.energy import energies, stress_at_probe
 from hcm.compiled import ByKind, kernel, kernel_with
 from hcm.contact.contract import (
     axis_end,
+    contact_position,
+    contact_velocity,
     particle_velocity,
-    place,
     stored_energy,
     tip_force,
-    velocity,
 )
 from hcm.contact.events import TOUCH
-from hcm.contact.law import Contact
+from hcm.contact.law import ContactState
 from hcm.integrators.step import AnyIntegrator
 from hcm.result import COLUMNS, EVENT_KINDS, Event
 from hcm.state import Clock, Motion
@@ -69,14 +69,14 @@ def empty_record(rows: int, events: int, chain: Chain, frames: FrameTable) -> Re
 
 @kernel
 def write_row(
-    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: Contact,
+    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: ContactState,
     integrator: AnyIntegrator, probe: Probe,
 ) -> None:  # fmt: skip
     """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
     chain, law = integrator.chain, integrator.law
     q, v, tip = motion.q, motion.v, chain.tip
-    x, gap = place(q, tip, contact, law)
-    vt, vn = velocity(q, v, tip, contact, law)
+    x, gap = contact_position(q, tip, contact, law)
+    vt, vn = contact_velocity(q, v, tip, contact, law)
     ft, fn = tip_force(q, v, tip, contact, law)
     kinetic, strain, gravity = energies(q, v, chain)
     row[0], row[1], row[2] = clock.time, fn, ft
@@ -88,7 +88,7 @@ def write_row(
     row[12] = stored_energy(x, gap, contact, law)
     row[13], row[14] = clock.friction_loss, clock.restitution_loss
     row[15], row[16] = clock.material_loss, clock.drive_work
-    row[17] = 3 * contact.normal + contact.tangential
+    row[17] = 3 * contact.normal_mode + contact.tangential_mode
     for w in range(chain.hinge.size):
         for c in range(2):
             reactions[2 * w + c] = motion.acceleration[chain.hinge[w] + c]
@@ -154,7 +154,7 @@ class Segment(NamedTuple):
     events, q, v : (k,), and the bordered coordinates at them and their rates, (k, n).
     """
 
-    contact: Contact
+    contact: ContactState
     clock: Clock
     steps: int
     kinetic_J: float
@@ -167,7 +167,7 @@ class Segment(NamedTuple):
 
 
 def first_segment(
-    contact: Contact, clock: Clock, rows: Floats, reactions: Floats, steps: int, touched: bool,
+    contact: ContactState, clock: Clock, rows: Floats, reactions: Floats, steps: int, touched: bool,
     motion: Motion,
 ) -> Segment:  # fmt: skip
     """Where the beams start, at `motion`: at the first touch, or before any event."""
@@ -179,8 +179,8 @@ def first_segment(
 
 
 def next_segment(
-    before: Segment, first_row: Floats, contact: Contact, clock: Clock, steps: int, events: int,
-    record: Record,
+    before: Segment, first_row: Floats, contact: ContactState, clock: Clock, steps: int,
+    events: int, record: Record,
 ) -> Segment:  # fmt: skip
     """What a call of the loop returned and wrote; `first_row` is the run's."""
     rows, located = record.rows[:steps].copy(), record.events

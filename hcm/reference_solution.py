@@ -19,7 +19,7 @@ from hcm.beam.chain import Chain, build_chain
 from hcm.beam.drive import Piece, piece_at, set_drive, torques_on_nodes
 from hcm.beam.minimal_coordinates import Coordinates, expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, Contact, ContactLaw, contact_law
+from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, ContactLaw, ContactState, contact_law
 from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
 from hcm.result import EVENT_KINDS, Event
 
@@ -41,7 +41,7 @@ class Start:
     coordinates: Floats
     velocities: Floats
     time_s: float = 0.0
-    contact: Contact = IN_FLIGHT
+    contact: ContactState = IN_FLIGHT
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def solve_chain(
         until = min(end_time, piece.end_s)
 
         def slope(
-            now: float, y: Floats, origin: Floats = origin, contact: Contact = contact,
+            now: float, y: Floats, origin: Floats = origin, contact: ContactState = contact,
             piece: Piece = piece,
         ) -> Floats:  # fmt: skip
             torques = np.empty_like(piece.torques)
@@ -154,7 +154,7 @@ def solve_chain(
         x, gap = q[chain.tip], q[chain.tip + 1] + law.height
         vt, vn = v[chain.tip], v[chain.tip + 1]
         if functions[fired[0]].slot < 0:  # risen above the surface: a new tap begins at zero gap
-            contact = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, x)
+            contact = ContactState(FLIGHT, FREE, 0.0, 0.0, 0.0, x)
             continue
         contact, kind = transition(functions[fired[0]].slot, x, gap, vt, vn, contact, law)
         events.append(Event(time, EVENT_KINDS[kind]))
@@ -202,7 +202,7 @@ class _Falling:
 
 def _event_functions(
     begin_s: float, start: Floats, soon: Floats, origin: Floats, mapping: Coordinates, chain: Chain,
-    contact: Contact, law: ContactLaw,
+    contact: ContactState, law: ContactLaw,
 ) -> list[_Falling]:  # fmt: skip
     m = mapping.place.size
     x, y = (int(mapping.source[chain.tip + c]) for c in range(2))
@@ -214,6 +214,6 @@ def _event_functions(
 
     now, later = values(start), values(soon)
     wanted = [slot for slot in range(3) if math.isfinite(now[slot])]
-    if contact.normal == FLIGHT and contact.gap_ref < 0.0:
+    if contact.normal_mode == FLIGHT and contact.gap_ref < 0.0:
         wanted.append(-1)
     return [_Falling(slot, values, begin_s, now, later) for slot in wanted]

@@ -11,9 +11,9 @@ from hcm.beam.drive import Piece, piece_at, set_drive
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import ByKind, kernel
-from hcm.contact.contract import Law, begin_mode, place, velocity
+from hcm.contact.contract import Law, begin_mode, contact_position, contact_velocity
 from hcm.contact.events import NORMAL, transition
-from hcm.contact.law import IN_FLIGHT, Contact
+from hcm.contact.law import IN_FLIGHT, ContactState
 from hcm.fall import Fall
 from hcm.flight import rigid_chain, rigid_flight
 from hcm.flight.rigid_chain import Rods, acting_between, clearance
@@ -51,10 +51,10 @@ class BeamStart(NamedTuple):
 
 
 @kernel
-def first_contact(motion: Motion, tip: int, law: Law) -> Contact:
+def first_contact(motion: Motion, tip: int, law: Law) -> ContactState:
     """Contact at the end of the first flight."""
-    x, gap = place(motion.q, tip, IN_FLIGHT, law)
-    vt, vn = velocity(motion.q, motion.v, tip, IN_FLIGHT, law)
+    x, gap = contact_position(motion.q, tip, IN_FLIGHT, law)
+    vt, vn = contact_velocity(motion.q, motion.v, tip, IN_FLIGHT, law)
     contact, _ = transition(NORMAL, x, gap, vt, vn, IN_FLIGHT, law)
     begin_mode(motion.q, tip, IN_FLIGHT, contact, law)
     return contact
@@ -62,8 +62,8 @@ def first_contact(motion: Motion, tip: int, law: Law) -> Contact:
 
 @kernel
 def write_first_row(
-    row: Floats, reactions: Floats, consistent: bool, old: Motion, clock: Clock, contact: Contact,
-    integrator: Integrator, probe: Probe,
+    row: Floats, reactions: Floats, consistent: bool, old: Motion, clock: Clock,
+    contact: ContactState, integrator: Integrator, probe: Probe,
 ) -> bool:  # fmt: skip
     """Write the row that the beams start with; whether their first acceleration could be found."""
     solved = initial_acceleration(old, contact, integrator) if consistent else True
@@ -114,7 +114,7 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
     return BeamStart(motion, segment, Status.COMPLETED if solved else Status.NEWTON_FAILED)
 
 
-def enter_piece(model: Model, motion: Motion, contact: Contact, time_s: float) -> None:
+def enter_piece(model: Model, motion: Motion, contact: ContactState, time_s: float) -> None:
     """Go on behind a kink of the drive: q.. may jump there, its rate of change does."""
     set_drive(time_s, piece_at(model.drive, time_s), motion.drive)
     motion.jerk[:] = 0.0
@@ -140,7 +140,7 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
             model.generalized_alpha, model.probe,
         )  # fmt: skip
     touched = code == TOUCHED
-    segment = first_segment(Contact(*contact), at, rows, reactions, steps, touched, motion)
+    segment = first_segment(ContactState(*contact), at, rows, reactions, steps, touched, motion)
     return BeamStart(motion, segment, _STATUS[code] if solved else Status.NEWTON_FAILED, left_out)
 
 

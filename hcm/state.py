@@ -9,8 +9,8 @@ from hcm.beam.chain import Chain
 from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.contract import Law, contact_force, hysteresis_loss, place
-from hcm.contact.law import Contact
+from hcm.contact.contract import Law, contact_force, contact_position, hysteresis_loss
+from hcm.contact.law import ContactState
 
 
 class Motion(NamedTuple):
@@ -100,7 +100,7 @@ def initial_clock(time: float, step: float) -> Clock:
 @kernel
 def advance_clock(
     clock: Clock, h: float, friction: float, material_loss: float, old: Motion, new: Motion,
-    chain: Chain, contact: Contact, law: Law,
+    chain: Chain, contact: ContactState, law: Law,
 ) -> Clock:  # fmt: skip
     """Advance the clock by an accepted step and add its losses and works.
 
@@ -108,8 +108,8 @@ def advance_clock(
     is exact, as is the drive's work but for torques that change, to order 4.
     """
     tip = chain.tip
-    _, y0 = place(old.q, tip, contact, law)
-    x1, y1 = place(new.q, tip, contact, law)
+    _, y0 = contact_position(old.q, tip, contact, law)
+    x1, y1 = contact_position(new.q, tip, contact, law)
     _, fn1 = contact_force(x1, y1, contact, law)
     work = 0.0
     for t in range(chain.torque.size):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from hcm import loop
 from hcm.beam.drive import piece_at
-from hcm.contact.law import FLIGHT, Contact
+from hcm.contact.law import FLIGHT, ContactState
 from hcm.model import Model
 from hcm.parameters import GAUSS, Settings
 from hcm.record import Segment, empty_record, next_segment
@@ -91,7 +91,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Tak
             first_row = begun.segment.rows[0]
             segments.append(
                 next_segment(
-                    last, first_row, Contact(*contact), Clock(*clock), rows, events, record
+                    last, first_row, ContactState(*contact), Clock(*clock), rows, events, record
                 )
             )
             last = segments[-1]
@@ -157,8 +157,8 @@ def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:
     return max(float(above / speed), 0.0) if speed > 0.0 else math.inf
 
 
-def _fraction(clock: Clock, contact: Contact, settings: Settings) -> tuple[float, str]:
-    doing = "in flight" if contact.normal == FLIGHT else "in contact"
+def _fraction(clock: Clock, contact: ContactState, settings: Settings) -> tuple[float, str]:
+    doing = "in flight" if contact.normal_mode == FLIGHT else "in contact"
     label = f"{doing}, t = {clock.time:.4g} s"
     if settings.end_time is not None:
         return clock.time / settings.end_time, label

@@ -28,7 +28,7 @@ from hcm.contact.contract import (
     radiates,
     subtract_force,
 )
-from hcm.contact.law import Contact
+from hcm.contact.law import ContactState
 
 
 @kernel
@@ -79,7 +79,7 @@ def resists_rates(chain: Chain, law: Law) -> bool:
 
 @kernel
 def lost_power(
-    q: Floats, chords: Floats, v: Floats, chain: Chain, contact: Contact, law: Law
+    q: Floats, chords: Floats, v: Floats, chain: Chain, contact: ContactState, law: Law
 ) -> float:
     """What the material and a tip that radiates take, W."""
     power = radiated_power(q, v, chain.tip, contact, law) if radiates(law) else 0.0
@@ -108,7 +108,7 @@ def dissipation(
 
 @inlined
 def residual_from_chords(
-    q: Floats, chords: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact,
+    q: Floats, chords: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: ContactState,
     law: Law, out: Floats,
 ) -> None:  # fmt: skip
     """Write M q.. + Phi_q^T lam + K q + D v - Q - tau - F_c (N, N m), Phi_q q.. (m/s^2) to `out`.
@@ -160,7 +160,7 @@ def residual_from_chords(
 
 @allocating
 def residual(
-    q: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: Contact, law: Law,
+    q: Floats, v: Floats, acceleration: Floats, chain: Chain, contact: ContactState, law: Law,
     out: Floats,
 ) -> None:  # fmt: skip
     """`residual_from_chords` with the chords of q's own positions."""
@@ -228,7 +228,7 @@ def add_coupling(
 
 @kernel
 def tangent(
-    q: Floats, weight: float, rate_weight: float, chain: Chain, contact: Contact, law: Law,
+    q: Floats, weight: float, rate_weight: float, chain: Chain, contact: ContactState, law: Law,
     rows: Floats,
 ) -> float:  # fmt: skip
     """Write [M + weight d(K q - tau - F_c)/dq + rate_weight D, Phi_q^T; Phi_q, 0] to `rows`.

@@ -16,7 +16,7 @@ from hcm.arrays import Floats, Ints
 from hcm.beam.chain import Chain
 from hcm.beam.equations import residual
 from hcm.compiled import allocating
-from hcm.contact.law import Contact, ContactLaw, contact_force, particle_velocity
+from hcm.contact.law import ContactLaw, ContactState, contact_force, particle_velocity
 
 
 class Coordinates(NamedTuple):
@@ -71,7 +71,12 @@ def expand(z: Floats, source: Ints) -> Floats:
 
 @allocating
 def acceleration(
-    q: Floats, v: Floats, coordinates: Coordinates, chain: Chain, contact: Contact, law: ContactLaw
+    q: Floats,
+    v: Floats,
+    coordinates: Coordinates,
+    chain: Chain,
+    contact: ContactState,
+    law: ContactLaw,
 ) -> Floats:
     """Independent accelerations z.. (m,) at the bordered coordinates q and velocities v (n,)."""
     source = coordinates.source
@@ -86,7 +91,7 @@ def acceleration(
 
 @allocating
 def rate(
-    y: Floats, origin: Floats, coordinates: Coordinates, chain: Chain, contact: Contact,
+    y: Floats, origin: Floats, coordinates: Coordinates, chain: Chain, contact: ContactState,
     law: ContactLaw,
 ) -> Floats:  # fmt: skip
     """dy/dt of y = (z - origin, z., int F_n dt, -int F_t dX_P): m, m, 1 and 1 values."""

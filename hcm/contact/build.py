@@ -13,7 +13,7 @@ A tip that deforms, to 0.05, of three effects that are of the order of a/R as C 
 
 -  A patch of a/R = 0.13 to 0.28: c_nn = -0.235 + 0.05 cos^2(alpha) + 0.7 (nu - 0.4), by statics.
 -  St. Venant-Kirchhoff's law softens under pressure: +0.23 for all nu, by statics of a half-ball on
-   a rod at finite strain (which reach the sum at alpha = 0, but the next, within 0.02).
+   a rod at finite strain (which at alpha = 0 agree with these first two effects to 0.02).
 -  Parts between contact and centre lag: c_nn -0.13 + 0.17 cos^2(alpha), by the linear response of
    a free phalanx to half a sine of force, of finite elements less this model's beam.
 
@@ -25,13 +25,13 @@ With a patch that grows, E R c_nn += 0.28 (a/R - 0.28), to 0.01 of the same axis
 finite strain for a/R 0.13 to 0.35 and nu = 0.4 (slopes 0.24 and 0.31 at nu = 0.3 and 0.48, a/R 0.2
 to 0.4, where it is 0.03 higher and 0.01 lower); beyond 0.41 no equilibrium was found.
 
-A tip that radiates, by least squares of c F + D F. over pulses F ~ sin^(3/2) of the same free
+A tip that radiates, by least squares of c F - D F. over pulses F ~ sin^(3/2) of the same free
 phalanx that rise in 5 to 11 R/c, c = sqrt(E/rho) (0.07 and 0.02 about the means of 20 to 60
 degrees, a/R 0.15 to 0.4, nu 0.3 to 0.48; D grows with the rise, from 0.13 to 0.29):
 
     D = 0.22/(E c),     E R c_nn -= 0.06,
 
-the second because the lag above, of the rise alone, has the first in it.
+the second because the lag above, fitted to the rise of a pulse alone, contains a share of D.
 """
 
 import math
@@ -41,9 +41,9 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.refinement import touching_height
-from hcm.contact.ball import BallLaw
 from hcm.contact.contract import Law
 from hcm.contact.law import contact_law
+from hcm.contact.round_tip_law import MEMORY, RoundTipLaw
 from hcm.parameters import Finger, Phalanx, Surface, Tip
 
 # Springs from the middle of the patch to a distance of R, denser towards the middle: x_i/R is the
@@ -53,12 +53,12 @@ SPRINGS = 200
 # Where the round end's statics at finite strain end: a/R; and where the stress at mid-length is the
 # solids' to 5 %, seen over 128 fingers: strains, and lengths over diameters.
 LARGEST_PATCH, LARGEST_STRAIN, SHORTEST = 0.41, 0.05, 2.5
-# E R c_nn grows with a/R, and at which patch it is what is said above.
+# Slope of E R c_nn over a/R, and the a/R at which it is that of a tip that deforms (above).
 GROWTH, GROWN = 0.28, 0.28
 # E c D of a tip that radiates, and what it takes from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
-# Of F_n: with a pull of 0.2 of it towards the hinge a peak is 1 % high. c_nt is that of a pull away
-# from it, where what a patch and what finite strain make of it cancel; towards it they add up.
+# Friction towards the hinge, over F_n, beyond which a tap has a caution: at 0.2 peaks are 1 % high.
+# c_nt holds for friction away from it, where the patch's effect and finite strain's cancel.
 PULLED = 0.1
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
 NU_CHECKED, ANGLES_CHECKED = (0.3, 0.49), (15.0, 62.0)
@@ -71,32 +71,34 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
         return lumped
     last = finger.phalanges[-1]
     radius, nu = last.diameter / 2, last.poisson_ratio or 0.0
-    normal = last.youngs_modulus / (1 - nu**2)
-    shear = 2 * last.youngs_modulus / ((1 + nu) * (2 - nu))
+    plane_strain_modulus = last.youngs_modulus / (1 - nu**2)
+    effective_shear_modulus = 2 * last.youngs_modulus / ((1 + nu) * (2 - nu))
     hertz, partial = assumptions.has("hertz"), assumptions.has("partial_slip")
     edges = radius * np.linspace(0.0, 1.0, (SPRINGS if partial else 0) + 1) ** 2
     width = np.diff(edges)
     # the mean of x^2/R over a spring's width
     depth = np.diff(edges**3) / (3 * radius * width)
-    return BallLaw(
-        k=4 / 3 * normal * math.sqrt(radius) if hertz else lumped.k,
+    return RoundTipLaw(
+        k=4 / 3 * plane_strain_modulus * math.sqrt(radius) if hertz else lumped.k,
         restitution=lumped.restitution,
-        tangential_ratio=shear / normal if partial else lumped.tangential_ratio,
+        tangential_ratio=(
+            effective_shear_modulus / plane_strain_modulus if partial else lumped.tangential_ratio
+        ),
         mu=lumped.mu,
         height=touching_height(finger, surface, assumptions),
         radius=radius,
         lowest=assumptions.has("lowest_point"),
         hertz=hertz,
         growth=_growth(last, assumptions),
-        normal=normal,
-        shear=shear,
-        holding=lumped.k * lumped.tangential_ratio,
+        plane_strain_modulus=plane_strain_modulus,
+        effective_shear_modulus=effective_shear_modulus,
+        tangential_stiffness=lumped.k * lumped.tangential_ratio,
         compliance=_compliance(last, tip, assumptions),
         radiation=_radiation(last, assumptions),
         springs=np.zeros(width.size),
         depth=depth,
         width=width,
-        tap=np.zeros(12),
+        memory=np.zeros(MEMORY),
     )
 
 
@@ -151,7 +153,7 @@ def beyond_checks(
 
 
 def _growth(last: Phalanx, assumptions: Assumptions) -> float:
-    """What makes s d^2 of g (a/R) F_n/(E R), with Hertz's F_n and a^2 = R d, 1/m."""
+    """s, 1/m: s d^2 = GROWTH (a/R) F_n/(E R) with Hertz's F_n and a^2 = R d."""
     if not assumptions.has("growing_patch"):
         return 0.0
     return 8 * GROWTH / (3 * (1 - (last.poisson_ratio or 0.0) ** 2) * last.diameter)
@@ -165,8 +167,8 @@ def _radiation(last: Phalanx, assumptions: Assumptions) -> float:
 
 
 def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:
-    """c_nn but for what follows, c_nt, c_tt/cos(alpha), and c_nn's share of cos^2(alpha), m/N; zero
-    without that assumption.
+    """c_nn at alpha = 90 degrees, c_nt, c_tt/cos(alpha) and what cos^2(alpha) adds to c_nn, of a
+    patch without size, m/N; zeros without `tip_compliance`.
     """
     if not assumptions.has("tip_compliance"):
         return np.zeros(4)

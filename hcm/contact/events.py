@@ -6,9 +6,9 @@ Three slots, each positive inside the mode and zero at the event:
     slot SEPARATION  restitution: F_n, or what vanishes with it (the law's `margins`)
     slot TANGENTIAL  stick: mu F_n - |F_t|, or what vanishes with it | slip: s V_P
 
-A slot that the mode does not have is +inf. Rates are exact within the mode, but for products of
-velocities and a patch's growth at a round tip: a double crossing inside a step can be suspected
-from its ends, and a crossing be looked for by cubics.
+A slot that the mode does not have is +inf. Rates are exact within the mode, except that a round
+tip's leave out products of velocities and the growth of its patch. By the rates at both ends of a
+step a double crossing inside it can be suspected, and a crossing located on a cubic.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hcm.contact.law import (
     RESTITUTION,
     SLIP,
     STICK,
-    Contact,
+    ContactState,
     has_tangential_element,
 )
 
@@ -45,71 +45,77 @@ SlotValues = tuple[float, float, float]
 
 @kernel
 def event_values(
-    x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
+    x: float, gap: float, vt: float, vn: float, contact: ContactState, law: Law
 ) -> SlotValues:
     """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return gap - contact.gap_ref, math.inf, math.inf
     push, grip = margins(x, gap, contact, law)
     tangential = math.inf
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         tangential = grip
-    elif contact.tangential == SLIP:
+    elif contact.tangential_mode == SLIP:
         tangential = contact.slip_sign * particle_velocity(gap, vt, vn, contact, law)
-    if contact.normal == COMPRESSION:
+    if contact.normal_mode == COMPRESSION:
         return -vn, math.inf, tangential
     return vn, push, tangential
 
 
 @kernel
 def event_rates(
-    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: Contact, law: Law
+    x: float, gap: float, vt: float, vn: float, at: float, an: float, contact: ContactState,
+    law: Law,
 ) -> SlotValues:  # fmt: skip
     """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return vn, 0.0, 0.0
     push, grip = margin_rates(x, gap, vt, vn, contact, law)
     tangential = 0.0
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         tangential = grip
-    elif contact.tangential == SLIP:
+    elif contact.tangential_mode == SLIP:
         tangential = contact.slip_sign * particle_velocity(gap, at, an, contact, law)
-    if contact.normal == COMPRESSION:
+    if contact.normal_mode == COMPRESSION:
         return -an, 0.0, tangential
     return an, push, tangential
 
 
 @kernel
 def transition(
-    slot: int, x: float, gap: float, vt: float, vn: float, contact: Contact, law: Law
-) -> tuple[Contact, int]:
+    slot: int, x: float, gap: float, vt: float, vn: float, contact: ContactState, law: Law
+) -> tuple[ContactState, int]:
     """The contact's next mode at an event, and the event's kind. Forces are continuous."""
-    if slot == NORMAL and contact.normal == FLIGHT:
+    if slot == NORMAL and contact.normal_mode == FLIGHT:
         # the branch starts where the tip is: a repeated step ends there to Newton's tolerance only,
         # and F_n would start with k times that difference
         if not has_tangential_element(law):
-            return Contact(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
+            return ContactState(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
         # eq. 21: initial stick inside the cone |V_t/V_n| < mu eta^2
         if abs(vt) * law.tangential_ratio < law.mu * abs(vn):
-            return Contact(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
+            return ContactState(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
         sign = math.copysign(1.0, vt)
-        return Contact(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH
+        return ContactState(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH
     _, fn = contact_force(x, gap, contact, law)
     if slot == SEPARATION:
-        return Contact(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF
+        return ContactState(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF
     if slot == NORMAL:
-        compressing = contact.normal == COMPRESSION
+        compressing = contact.normal_mode == COMPRESSION
         normal = RESTITUTION if compressing else COMPRESSION
         kind = TO_RESTITUTION if compressing else TO_COMPRESSION
         return (
-            Contact(normal, contact.tangential, contact.slip_sign, fn, gap, contact.particle),
+            ContactState(
+                normal, contact.tangential_mode, contact.slip_sign, fn, gap, contact.particle
+            ),
             kind,
         )
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         sign = math.copysign(1.0, x - contact.particle)
-        return (Contact(contact.normal, SLIP, sign, contact.force_ref, contact.gap_ref, x), TO_SLIP)
+        return (
+            ContactState(contact.normal_mode, SLIP, sign, contact.force_ref, contact.gap_ref, x),
+            TO_SLIP,
+        )
     particle = particle_position(x, gap, contact, law)
     return (
-        Contact(contact.normal, STICK, 0.0, contact.force_ref, contact.gap_ref, particle),
+        ContactState(contact.normal_mode, STICK, 0.0, contact.force_ref, contact.gap_ref, particle),
         TO_STICK,
     )

@@ -25,17 +25,18 @@ FLIGHT, COMPRESSION, RESTITUTION = 0, 1, 2
 FREE, STICK, SLIP = 0, 1, 2
 
 
-class Contact(NamedTuple):
-    """Mode and history of the contact; committed only when a step is accepted.
+class ContactState(NamedTuple):
+    """Modes and history of the contact; committed only when a step is accepted.
 
-    normal : FLIGHT, COMPRESSION or RESTITUTION. tangential : FREE (no tangential element), STICK
-    or SLIP. slip_sign : s. force_ref, gap_ref : F_ref (N) and u_ref (m) of the branch; in flight
-    gap_ref is where contact begins: zero, or the residual deformation that an unloaded e* < 1 loop
-    left, until the tip has risen above the surface. particle : X_P in stick, m.
+    normal_mode : FLIGHT, COMPRESSION or RESTITUTION. tangential_mode : FREE (no tangential
+    element), STICK or SLIP. slip_sign : s. force_ref, gap_ref : F_ref (N) and u_ref (m) of the
+    branch; in flight gap_ref is where contact begins: zero, or the residual deformation that an
+    unloaded e* < 1 loop left, until the tip has risen above the surface. particle : X_P in stick,
+    m.
     """
 
-    normal: int
-    tangential: int
+    normal_mode: int
+    tangential_mode: int
     slip_sign: float
     force_ref: float
     gap_ref: float
@@ -43,7 +44,7 @@ class Contact(NamedTuple):
 
 
 # Before the first touch, wherever the tip is.
-IN_FLIGHT = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+IN_FLIGHT = ContactState(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
 
 
 class ContactLaw(NamedTuple):
@@ -68,11 +69,11 @@ def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
 
 
 @kernel
-def normal_slope(gap: float, contact: Contact, law: ContactLaw) -> float:
+def normal_slope(gap: float, contact: ContactState, law: ContactLaw) -> float:
     """k_n = -dF_n/du_Y of the current branch at u_Y = gap, N/m: the same at any."""
-    if contact.normal == COMPRESSION:
+    if contact.normal_mode == COMPRESSION:
         return law.k
-    if contact.normal == RESTITUTION:
+    if contact.normal_mode == RESTITUTION:
         return law.k / (law.restitution * law.restitution)
     return 0.0
 
@@ -84,61 +85,65 @@ def has_tangential_element(law: ContactLaw) -> bool:
 
 
 @kernel
-def contact_force(x: float, gap: float, contact: Contact, law: ContactLaw) -> tuple[float, float]:
+def contact_force(
+    x: float, gap: float, contact: ContactState, law: ContactLaw
+) -> tuple[float, float]:
     """(F_t, F_n) on the tip, N, at X_C = x and u_Y = gap."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return 0.0, 0.0
     fn = contact.force_ref - normal_slope(gap, contact, law) * (gap - contact.gap_ref)
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         return -law.k * law.tangential_ratio * (x - contact.particle), fn
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         return -contact.slip_sign * law.mu * fn, fn
     return 0.0, fn
 
 
 @kernel
-def contact_tangent(contact: Contact, law: ContactLaw) -> tuple[float, float, float]:
+def contact_tangent(contact: ContactState, law: ContactLaw) -> tuple[float, float, float]:
     """(dF_t/dX, dF_t/dY, dF_n/dY), N/m, constant within a mode."""
     slope = normal_slope(0.0, contact, law)
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         return -law.k * law.tangential_ratio, 0.0, -slope
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         return 0.0, contact.slip_sign * law.mu * slope, -slope
     return 0.0, 0.0, -slope
 
 
 @kernel
-def particle_position(x: float, gap: float, contact: Contact, law: ContactLaw) -> float:
+def particle_position(x: float, gap: float, contact: ContactState, law: ContactLaw) -> float:
     """X_P = X_C - u_X, m; X_C itself where there is no tangential element."""
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         return contact.particle
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         ft, _ = contact_force(x, gap, contact, law)
         return x + ft / (law.k * law.tangential_ratio)
     return x
 
 
 @kernel
-def particle_velocity(gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw) -> float:
+def particle_velocity(
+    gap: float, vt: float, vn: float, contact: ContactState, law: ContactLaw
+) -> float:
     """V_P, m/s, from the tip's velocity (vt, vn) at u_Y = gap."""
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         return 0.0
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         ft_rate = contact.slip_sign * law.mu * normal_slope(gap, contact, law) * vn
         return vt + ft_rate / (law.k * law.tangential_ratio)
     return vt
 
 
 @kernel
-def margins(x: float, gap: float, contact: Contact, law: ContactLaw) -> tuple[float, float]:
-    """What is left to separation, F_n, and of a stick, mu F_n - |F_t|, N."""
+def margins(x: float, gap: float, contact: ContactState, law: ContactLaw) -> tuple[float, float]:
+    """Margins to separation, F_n, and to slip, mu F_n - |F_t|, N."""
     ft, fn = contact_force(x, gap, contact, law)
     return fn, law.mu * fn - abs(ft)
 
 
 @kernel
 def margin_rates(
-    x: float, gap: float, vt: float, vn: float, contact: Contact, law: ContactLaw
+    x: float, gap: float, vt: float, vn: float, contact: ContactState, law: ContactLaw
 ) -> tuple[float, float]:
     """Time derivatives of `margins`, N/s."""
     ft, _ = contact_force(x, gap, contact, law)
@@ -150,7 +155,13 @@ def margin_rates(
 
 @kernel
 def friction_loss(
-    loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: Contact, law: ContactLaw
+    loss: float,
+    x0: float,
+    gap0: float,
+    x1: float,
+    gap1: float,
+    contact: ContactState,
+    law: ContactLaw,
 ) -> float:
     """`loss` and -int F_t dX_P between two places of the tip within a mode (trapezoidal), J."""
     ft0, _ = contact_force(x0, gap0, contact, law)
@@ -160,7 +171,7 @@ def friction_loss(
 
 
 @kernel
-def stored_energy(x: float, gap: float, contact: Contact, law: ContactLaw) -> float:
+def stored_energy(x: float, gap: float, contact: ContactState, law: ContactLaw) -> float:
     """Recoverable energy of both elements, F_n^2 e*^2/(2 k) + F_t^2 eta^2/(2 k), J."""
     ft, fn = contact_force(x, gap, contact, law)
     energy = 0.5 * fn * fn * law.restitution**2 / law.k
@@ -170,13 +181,13 @@ def stored_energy(x: float, gap: float, contact: Contact, law: ContactLaw) -> fl
 
 
 @kernel
-def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: ContactLaw) -> float:
+def hysteresis_loss(gap0: float, gap1: float, contact: ContactState, law: ContactLaw) -> float:
     """Energy that the normal element can't give back, between two gaps of one branch, J.
 
     Compression stores (F1^2 - F0^2)/(2 k), of which the share e*^2 is recoverable; restitution
     follows the slope k/e*^2 and loses nothing.
     """
-    if contact.normal != COMPRESSION:
+    if contact.normal_mode != COMPRESSION:
         return 0.0
     _, f0 = contact_force(0.0, gap0, contact, law)
     _, f1 = contact_force(0.0, gap1, contact, law)

@@ -1,39 +1,41 @@
-"""A contact that acts at the tip node itself (paper, fig. 2b): what the tip's motion is to its law,
-and what the law's force is to the tip's coordinates (r, r').
+"""A contact at the tip node itself (paper, fig. 2b): its position and velocity from the motion, and
+the generalized force and the tangent of the law's force on the tip's coordinates (r, r').
 
-The contract of a contact's kinematics, whose other side is `hcm.contact.round_tip`: what this one
-does not have is left to `contract`.
+These kernels are the contract of a contact's kinematics, by which `round_tip_kinematics` goes too;
+`contract` says what stands here for those that only a round tip has.
 """
 
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.compiled import kernel
-from hcm.contact.law import Contact, ContactLaw, contact_force, contact_tangent
+from hcm.contact.law import ContactLaw, ContactState, contact_force, contact_tangent
 
 
 @kernel
-def place(q: Floats, tip: int, contact: Contact, law: ContactLaw) -> tuple[float, float]:
-    """Where the law's elements end, (X_C, u_Y), m."""
+def contact_position(
+    q: Floats, tip: int, contact: ContactState, law: ContactLaw
+) -> tuple[float, float]:
+    """Contact position (X_C, u_Y), m."""
     return q[tip], q[tip + 1] + law.height
 
 
 @kernel
-def velocity(
-    q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw
+def contact_velocity(
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: ContactLaw
 ) -> tuple[float, float]:
-    """Their velocity (v_t, v_n), m/s; of accelerations in the place of v, theirs."""
+    """Contact velocity (v_t, v_n), m/s; with accelerations for v, the contact's acceleration."""
     return v[tip], v[tip + 1]
 
 
 @kernel
 def axis_end(q: Floats, tip: int, law: ContactLaw) -> tuple[float, float]:
-    """End of the finger's axis, m; of v in the place of q, its velocity."""
+    """End of the finger's axis, m; with v for q, its velocity, m/s."""
     return q[tip], q[tip + 1]
 
 
 @kernel
 def tip_force(
-    q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: ContactLaw
 ) -> tuple[float, float]:
     """(F_t, F_n) of the surface on the tip, N."""
     return contact_force(q[tip], q[tip + 1] + law.height, contact, law)
@@ -41,7 +43,7 @@ def tip_force(
 
 @kernel
 def subtract_force(
-    q: Floats, v: Floats, tip: int, contact: Contact, law: ContactLaw, out: Floats
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: ContactLaw, out: Floats
 ) -> None:
     """Subtract the generalized contact force F_c, N and N m, from the residual `out` (n,)."""
     ft, fn = tip_force(q, v, tip, contact, law)
@@ -51,7 +53,7 @@ def subtract_force(
 
 @kernel
 def add_tangent(
-    q: Floats, weight: float, tip: int, scale: Floats, contact: Contact, law: ContactLaw,
+    q: Floats, weight: float, tip: int, scale: Floats, contact: ContactState, law: ContactLaw,
     rows: Floats,
 ) -> float:  # fmt: skip
     """Add -weight dF_c/dq to `rows` (`hcm.beam.equations.tangent`), but for its part s c e_y^T that
@@ -66,13 +68,13 @@ def add_tangent(
 
 @kernel
 def fill_column(
-    q: Floats, tip: int, scale: Floats, contact: Contact, law: ContactLaw, column: Floats
+    q: Floats, tip: int, scale: Floats, contact: ContactState, law: ContactLaw, column: Floats
 ) -> None:
     """Write c, scaled by D, to the tip's places of `column` (n,)."""
     column[tip] = 1.0
 
 
 @kernel
-def stiffness_key(contact: Contact, law: ContactLaw) -> tuple[float, float, float]:
+def stiffness_key(contact: ContactState, law: ContactLaw) -> tuple[float, float, float]:
     """Three numbers; factors made with others no longer fit."""
     return contact_tangent(contact, law)

@@ -12,9 +12,9 @@ after it has been positive.
 import math
 
 from hcm.compiled import kernel
-from hcm.contact.contract import place, velocity
+from hcm.contact.contract import contact_position, contact_velocity
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, SlotValues, event_rates, event_values
-from hcm.contact.law import Contact
+from hcm.contact.law import ContactState
 from hcm.integrators.step import AnyIntegrator, take_step
 from hcm.state import Motion
 
@@ -31,23 +31,23 @@ NO_EVENT = -1
 
 
 @kernel
-def values_at(motion: Motion, contact: Contact, integrator: AnyIntegrator) -> SlotValues:
+def values_at(motion: Motion, contact: ContactState, integrator: AnyIntegrator) -> SlotValues:
     """Event functions of a motion's tip."""
     law, tip = integrator.law, integrator.chain.tip
-    x, gap = place(motion.q, tip, contact, law)
-    vt, vn = velocity(motion.q, motion.v, tip, contact, law)
+    x, gap = contact_position(motion.q, tip, contact, law)
+    vt, vn = contact_velocity(motion.q, motion.v, tip, contact, law)
     return event_values(x, gap, vt, vn, contact, law)
 
 
 @kernel
 def values_and_rates(
-    motion: Motion, contact: Contact, integrator: AnyIntegrator
+    motion: Motion, contact: ContactState, integrator: AnyIntegrator
 ) -> tuple[SlotValues, SlotValues]:
     """Event functions of a motion's tip, and their rates."""
     law, tip = integrator.law, integrator.chain.tip
-    x, gap = place(motion.q, tip, contact, law)
-    vt, vn = velocity(motion.q, motion.v, tip, contact, law)
-    at, an = velocity(motion.q, motion.acceleration, tip, contact, law)
+    x, gap = contact_position(motion.q, tip, contact, law)
+    vt, vn = contact_velocity(motion.q, motion.v, tip, contact, law)
+    at, an = contact_velocity(motion.q, motion.acceleration, tip, contact, law)
     return (
         event_values(x, gap, vt, vn, contact, law),
         event_rates(x, gap, vt, vn, at, an, contact, law),
@@ -56,7 +56,7 @@ def values_and_rates(
 
 @kernel
 def overshot(
-    tolerance: SlotValues, motion: Motion, contact: Contact, integrator: AnyIntegrator
+    tolerance: SlotValues, motion: Motion, contact: ContactState, integrator: AnyIntegrator
 ) -> int:
     """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
     values = values_at(motion, contact, integrator)
@@ -114,7 +114,7 @@ def zero_of_cubic(h: float, g0: float, d0: float, g1: float, d1: float) -> float
 
 @kernel
 def locate(
-    slot: int, high: float, tolerance: float, contact: Contact, old: Motion, new: Motion,
+    slot: int, high: float, tolerance: float, contact: ContactState, old: Motion, new: Motion,
     integrator: AnyIntegrator,
 ) -> tuple[float, int]:  # fmt: skip
     """Bracketing search for the slot's zero in [0, high], which `new` is the step to.
@@ -168,7 +168,7 @@ def locate(
 
 @kernel
 def first_event(
-    h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
+    h: float, tolerance: SlotValues, contact: ContactState, old: Motion, new: Motion,
     integrator: AnyIntegrator,
 ) -> tuple[float, int, int]:  # fmt: skip
     """Shorten the step `old` -> `new` (already taken with h) to end on the first event.

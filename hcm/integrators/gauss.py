@@ -16,7 +16,7 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import lost_power, move_chords, residual_from_chords, resists_rates
 from hcm.compiled import inlined, kernel
-from hcm.contact.law import FLIGHT, Contact
+from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_systems import (
     close_hinges,
     combine,
@@ -68,7 +68,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 
 
 @kernel
-def finish(h: float, old: Motion, new: Motion, contact: Contact,
+def finish(h: float, old: Motion, new: Motion, contact: ContactState,
            integrator: GaussIntegrator) -> bool:  # fmt: skip
     """Fill `new` from B: q and v by quadrature, the rest by `accelerate`; whether all is finite.
 
@@ -87,13 +87,13 @@ def finish(h: float, old: Motion, new: Motion, contact: Contact,
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
     move_chords(old.chords, moved, chain, new.chords)
-    if contact.normal != FLIGHT and not resists_rates(chain, integrator.law):
+    if contact.normal_mode != FLIGHT and not resists_rates(chain, integrator.law):
         move_velocities(h, old, integrator)
     return accelerate(h, old, new, contact, integrator)
 
 
 @kernel
-def accelerate(h: float, old: Motion, new: Motion, contact: Contact,
+def accelerate(h: float, old: Motion, new: Motion, contact: ContactState,
                integrator: GaussIntegrator) -> bool:  # fmt: skip
     """Fill q.. and lam of `new` by the equations at its q and v; whether they are finite."""
     chain, gauss = integrator.chain, integrator.gauss
@@ -114,7 +114,9 @@ def accelerate(h: float, old: Motion, new: Motion, contact: Contact,
 
 
 @kernel
-def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator) -> bool:
+def step(
+    h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
+) -> bool:
     """Advance `old` by h into `new`. Returns whether the iteration converged.
 
     It stops, keeps its factors and gives them up as generalized-alpha's does; what is compared is
@@ -199,7 +201,7 @@ def local_error(h: float, integrator: GaussIntegrator) -> float:
 
 
 @kernel
-def material_loss(h: float, contact: Contact, integrator: GaussIntegrator) -> float:
+def material_loss(h: float, contact: ContactState, integrator: GaussIntegrator) -> float:
     """What the material has dissipated in the latest step, J, by the collocation's quadrature."""
     gauss, chain, total = integrator.gauss, integrator.chain, 0.0
     for i in range(integrator.tableau.b.size):

@@ -22,7 +22,7 @@ from hcm.beam.chain import Chain
 from hcm.beam.equations import resists_rates, tangent
 from hcm.compiled import kernel
 from hcm.contact.contract import fill_column, stiffness_key
-from hcm.contact.law import FLIGHT, Contact
+from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
 
 # Steps in contact that differ by less than this share of them have one set of factors.
@@ -112,19 +112,19 @@ def add_difference(weight: complex, a: Floats, b: Floats, out: Floats | Complexe
 
 
 @kernel
-def fits(h: float, contact: Contact, integrator: GaussIntegrator) -> bool:
+def fits(h: float, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Whether the factors are those of the step h and the contact's mode.
 
     In contact they serve any step as long but for `NEAR`, as do those of an event's trials.
     """
     key, mode = integrator.gauss.key, stiffness_key(contact, integrator.law)
-    near = 0.0 if contact.normal == FLIGHT else NEAR * h
+    near = 0.0 if contact.normal_mode == FLIGHT else NEAR * h
     same = key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
     return same and abs(key[0] - h) <= near
 
 
 @kernel
-def refactorize(h: float, q: Floats, contact: Contact, integrator: GaussIntegrator) -> bool:
+def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Keep the factors of all systems for the stiffness at q (n,)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
     gauss.key[0], law = np.nan, integrator.law

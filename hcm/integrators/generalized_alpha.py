@@ -17,7 +17,7 @@ from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
 from hcm.contact.contract import fill_column, radiated_power, radiates, stiffness_key
-from hcm.contact.law import Contact
+from hcm.contact.law import ContactState
 from hcm.integrators.newton import (
     ITERATIONS,
     converged,
@@ -32,7 +32,7 @@ from hcm.state import Motion
 
 @inlined
 def refactorize(
-    q: Floats, weight: float, rate_weight: float, contact: Contact, integrator: Integrator
+    q: Floats, weight: float, rate_weight: float, contact: ContactState, integrator: Integrator
 ) -> bool:
     """Keep the factors of the tangent at q, and the solution for its part that is not symmetric."""
     _, chain, law, work = integrator
@@ -57,7 +57,7 @@ def refactorize(
 
 @inlined
 def solve_linear(
-    q: Floats, weight: float, rate_weight: float, contact: Contact, integrator: Integrator
+    q: Floats, weight: float, rate_weight: float, contact: ContactState, integrator: Integrator
 ) -> bool:
     """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
 
@@ -96,7 +96,7 @@ def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
 
 
 @kernel
-def step(h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator) -> bool:
+def step(h: float, contact: ContactState, old: Motion, new: Motion, integrator: Integrator) -> bool:
     """Advance `old` by h into `new`, the contact staying in its mode.
 
     Newton's iteration on (q.., lam) with the exact tangent, whose factors are kept as long as each
@@ -160,7 +160,7 @@ def local_error(h: float, old: Motion, new: Motion, integrator: Integrator) -> f
 
 @kernel
 def material_loss(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator
+    h: float, contact: ContactState, old: Motion, new: Motion, integrator: Integrator
 ) -> float:
     """What the material has dissipated in the latest step, J: h D at its mean posture and velocity.
 
@@ -185,7 +185,7 @@ def change_step(ratio: float, motion: Motion) -> None:
 
 
 @kernel
-def initial_acceleration(state: Motion, contact: Contact, integrator: Integrator) -> bool:
+def initial_acceleration(state: Motion, contact: ContactState, integrator: Integrator) -> bool:
     """Fill state.acceleration with the q.. and lam that the equations ask for, and a with q.. ."""
     _, chain, law, work = integrator
     right = work.right[HALF_BANDWIDTH:]

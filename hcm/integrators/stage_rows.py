@@ -9,16 +9,16 @@ from hcm.beam.equations import lost_power, resists_rates
 from hcm.compiled import by_type, kernel
 from hcm.contact.contract import (
     contact_force,
+    contact_position,
+    contact_velocity,
     friction_loss,
     particle_position,
     particle_velocity,
-    place,
     radiated_force,
     radiates,
     tip_force,
-    velocity,
 )
-from hcm.contact.law import FLIGHT, SLIP, Contact
+from hcm.contact.law import FLIGHT, SLIP, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.stages import stage_motion
 from hcm.integrators.step import AnyIntegrator
@@ -27,25 +27,30 @@ from hcm.state import Clock, Motion, advance_clock
 
 
 @kernel
-def friction_power(motion: Motion, contact: Contact, integrator: GaussIntegrator) -> float:
+def friction_power(motion: Motion, contact: ContactState, integrator: GaussIntegrator) -> float:
     """-F_t V_P, W."""
     tip, law = integrator.chain.tip, integrator.law
-    _, gap = place(motion.q, tip, contact, law)
-    vt, vn = velocity(motion.q, motion.v, tip, contact, law)
+    _, gap = contact_position(motion.q, tip, contact, law)
+    vt, vn = contact_velocity(motion.q, motion.v, tip, contact, law)
     ft, _ = tip_force(motion.q, motion.v, tip, contact, law)
     return -ft * particle_velocity(gap, vt, vn, contact, law)
 
 
 @kernel
 def plain_friction(
-    loss: float, h: float, old: Motion, new: Motion, contact: Contact, integrator: AnyIntegrator
+    loss: float,
+    h: float,
+    old: Motion,
+    new: Motion,
+    contact: ContactState,
+    integrator: AnyIntegrator,
 ) -> float:
     """`loss` and the step's own, J, as the law has it."""
     tip, law = integrator.chain.tip, integrator.law
-    x0, y0 = place(old.q, tip, contact, law)
-    x1, y1 = place(new.q, tip, contact, law)
+    x0, y0 = contact_position(old.q, tip, contact, law)
+    x1, y1 = contact_position(new.q, tip, contact, law)
     loss = friction_loss(loss, x0, y0, x1, y1, contact, law)
-    if radiates(law) and contact.tangential == SLIP:
+    if radiates(law) and contact.tangential_mode == SLIP:
         ft0, fn0 = contact_force(x0, y0, contact, law)
         ft1, fn1 = contact_force(x1, y1, contact, law)
         more, _ = radiated_force(y0, ft0, fn0, old.v[tip + 1], contact, law)
@@ -57,10 +62,15 @@ def plain_friction(
 
 @kernel
 def stage_friction(
-    loss: float, h: float, old: Motion, new: Motion, contact: Contact, integrator: GaussIntegrator
+    loss: float,
+    h: float,
+    old: Motion,
+    new: Motion,
+    contact: ContactState,
+    integrator: GaussIntegrator,
 ) -> float:
     """The same by the stages of a tip that slides."""
-    if not integrator.contact or contact.tangential != SLIP:
+    if not integrator.contact or contact.tangential_mode != SLIP:
         return plain_friction(loss, h, old, new, contact, integrator)
     for i in range(integrator.tableau.b.size):
         stage = stage_motion(i, old, integrator)
@@ -70,14 +80,14 @@ def stage_friction(
 
 @kernel
 def write_stages(
-    h: float, contact: Contact, clock: Clock, old: Motion, integrator: GaussIntegrator,
+    h: float, contact: ContactState, clock: Clock, old: Motion, integrator: GaussIntegrator,
     probe: Probe, rows: Floats, reactions: Floats,
 ) -> int:  # fmt: skip
     """Write a row for each stage of an accepted step in contact; returns how many."""
     chain, law, table = integrator.chain, integrator.law, integrator.tableau
-    if contact.normal == FLIGHT or not integrator.contact:
+    if contact.normal_mode == FLIGHT or not integrator.contact:
         return 0
-    slides, gauss = contact.tangential == SLIP, integrator.gauss
+    slides, gauss = contact.tangential_mode == SLIP, integrator.gauss
     power = gauss.change
     for j in range(table.c.size):
         stage = stage_motion(j, old, integrator)

@@ -13,7 +13,7 @@ from hcm.arrays import Floats
 from hcm.beam.equations import move_chords
 from hcm.compiled import by_type, kernel
 from hcm.contact.events import SlotValues
-from hcm.contact.law import FLIGHT, Contact
+from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators import event_search
 from hcm.integrators.event_search import NO_EVENT, values_and_rates, values_at
 from hcm.integrators.gauss import accelerate, move_velocities
@@ -35,7 +35,7 @@ def stage_motion(i: int, old: Motion, integrator: GaussIntegrator) -> Motion:
 
 @kernel
 def point(
-    p: int, h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+    p: int, h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> tuple[float, SlotValues]:
     """Time since the step's start, s, and event functions: p = 0 its start, s + 1 its end."""
     if p == 0:
@@ -49,7 +49,7 @@ def point(
 
 @kernel
 def first_passed(
-    h: float, found: int, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
+    h: float, found: int, tolerance: SlotValues, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[int, int]:  # fmt: skip
     """The slot that is passed first, `found` left out, and the point that is past it.
@@ -93,7 +93,7 @@ def lagrange(k: int, x: float, c: Floats) -> float:
 
 @kernel
 def value_inside(
-    slot: int, share: float, h: float, contact: Contact, old: Motion, new: Motion,
+    slot: int, share: float, h: float, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> float:  # fmt: skip
     """A slot's event function at `share` of the latest step, h long; overwrites `new`'s tip."""
@@ -110,7 +110,12 @@ def value_inside(
 
 @kernel
 def shorten(
-    share: float, h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+    share: float,
+    h: float,
+    contact: ContactState,
+    old: Motion,
+    new: Motion,
+    integrator: GaussIntegrator,
 ) -> bool:
     """End the latest step, h long, at `share` of it; whether all is finite.
 
@@ -152,8 +157,8 @@ def shorten(
 
 @kernel
 def zero_inside(
-    slot: int, after: int, h: float, tolerance: float, contact: Contact, old: Motion, new: Motion,
-    integrator: GaussIntegrator,
+    slot: int, after: int, h: float, tolerance: float, contact: ContactState, old: Motion,
+    new: Motion, integrator: GaussIntegrator,
 ) -> float:  # fmt: skip
     """Share of the step at which a slot's value, which point `after` is the first past, is zero: by
     false position (Illinois).
@@ -187,7 +192,7 @@ def fill_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 
 @kernel
 def end_early(
-    slot: int, h: float, tolerance: float, contact: Contact, old: Motion, new: Motion,
+    slot: int, h: float, tolerance: float, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[float, int]:  # fmt: skip
     """End the latest step, h long, where a value that starts at zero and is past it at the first
@@ -206,11 +211,11 @@ def end_early(
 
 @kernel
 def first_event(
-    h: float, tolerance: SlotValues, contact: Contact, old: Motion, new: Motion,
+    h: float, tolerance: SlotValues, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[float, int, int]:  # fmt: skip
     """`event_search.first_event`; where collocation steps contacts, only `end_early` has trials."""
-    if not integrator.contact or (contact.normal == FLIGHT and not integrator.flight):
+    if not integrator.contact or (contact.normal_mode == FLIGHT and not integrator.flight):
         return event_search.first_event(h, tolerance, contact, old, new, integrator)
     found, trials = NO_EVENT, 0
     for _ in range(4):

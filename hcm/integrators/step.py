@@ -6,7 +6,7 @@ use collocation neither compiles it nor hands its arrays around.
 """
 
 from hcm.compiled import by_type, kernel
-from hcm.contact.law import FLIGHT, Contact
+from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators import gauss, generalized_alpha
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.workspace import Coefficients, Integrator
@@ -16,9 +16,9 @@ AnyIntegrator = Integrator | GaussIntegrator
 
 
 @kernel
-def collocated(contact: Contact, integrator: GaussIntegrator) -> bool:
+def collocated(contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Whether the contact's mode is one of collocation's."""
-    return integrator.flight if contact.normal == FLIGHT else integrator.contact
+    return integrator.flight if contact.normal_mode == FLIGHT else integrator.contact
 
 
 @kernel
@@ -29,7 +29,7 @@ def plain(of: GaussIntegrator) -> Integrator:
 
 @kernel
 def step_by_mode(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+    h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> bool:
     """Advance `old` by h into `new`, the contact staying in its mode; whether that converged."""
     if collocated(contact, integrator):
@@ -39,7 +39,7 @@ def step_by_mode(
 
 @kernel
 def error_by_alpha(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: Integrator
+    h: float, contact: ContactState, old: Motion, new: Motion, integrator: Integrator
 ) -> tuple[float, float]:
     """The latest step's estimated error in q, m, and the power of h that it goes with."""
     return generalized_alpha.local_error(h, old, new, integrator), 3.0
@@ -47,7 +47,7 @@ def error_by_alpha(
 
 @kernel
 def error_by_mode(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+    h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> tuple[float, float]:
     """The same."""
     if collocated(contact, integrator):
@@ -57,7 +57,7 @@ def error_by_mode(
 
 @kernel
 def loss_by_mode(
-    h: float, contact: Contact, old: Motion, new: Motion, integrator: GaussIntegrator
+    h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> float:
     """What the material has dissipated in the latest step, J."""
     if collocated(contact, integrator):

@@ -7,7 +7,7 @@ import numpy as np
 from hcm.compiled import kernel
 from hcm.contact.contract import Law, normal_slope
 from hcm.contact.events import SEPARATION, SlotValues
-from hcm.contact.law import FLIGHT, STICK, Contact
+from hcm.contact.law import FLIGHT, STICK, ContactState
 from hcm.integrators.event_search import NO_EVENT, overshot
 from hcm.integrators.stages import find_event
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
@@ -29,23 +29,23 @@ UNDAMPED_MARGIN = 2.0
 
 
 @kernel
-def event_tolerances(contact: Contact, clock: Clock, plan: Plan, law: Law) -> SlotValues:
+def event_tolerances(contact: ContactState, clock: Clock, plan: Plan, law: Law) -> SlotValues:
     """Round-off of each event function: metres or m/s, N, and m/s or N."""
     ahead = contact.gap_ref - clock.speed * plan.contact_step
     slope = normal_slope(ahead, contact, law)
     force = max(clock.force, slope * clock.speed * plan.contact_step)
     speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
     return (
-        1e-16 if contact.normal == FLIGHT else speed_tolerance,
+        1e-16 if contact.normal_mode == FLIGHT else speed_tolerance,
         force_tolerance,
-        force_tolerance if contact.tangential == STICK else speed_tolerance,
+        force_tolerance if contact.tangential_mode == STICK else speed_tolerance,
     )
 
 
 @kernel
 def accepted_step(
     h: float, in_flight: bool, rebound: bool, chatter: bool, speed: float, tolerance: SlotValues,
-    plan: Plan, contact: Contact, old: Motion, new: Motion, integrator: AnyIntegrator,
+    plan: Plan, contact: ContactState, old: Motion, new: Motion, integrator: AnyIntegrator,
 ) -> tuple[float, int, int, int, float]:  # fmt: skip
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 

@@ -16,7 +16,7 @@ from hcm.beam.equations import residual, tangent
 from hcm.beam.minimal_coordinates import acceleration, expand, minimal_coordinates
 from hcm.beam.outline import Outline
 from hcm.beam.refinement import beams_of, refine_chain
-from hcm.contact.law import IN_FLIGHT, Contact, ContactLaw, contact_law
+from hcm.contact.law import IN_FLIGHT, ContactLaw, ContactState, contact_law
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
@@ -121,7 +121,7 @@ class Run:
     reactions: Floats
     events: tuple[Event, ...]
     motion: Motion
-    contact: Contact
+    contact: ContactState
     clock: Clock
     code: int
 
@@ -175,7 +175,7 @@ def integrate(
         for t, k in zip(located.time[:n_events], located.kind[:n_events], strict=True)
     )
     return Run(
-        table[: n_rows + 1], reactions[: n_rows + 1], events, old, Contact(*contact),
+        table[: n_rows + 1], reactions[: n_rows + 1], events, old, ContactState(*contact),
         Clock(*clock), code,
     )  # fmt: skip
 
@@ -234,7 +234,7 @@ def point_mass(
 
 
 def bordered_acceleration(
-    q: Floats, v: Floats, chain: Chain, contact: Contact, law: ContactLaw
+    q: Floats, v: Floats, chain: Chain, contact: ContactState, law: ContactLaw
 ) -> Floats:
     """(q.., lam), (n,): lam closes the balance of the hinges' outer nodes."""
     mapping, out = minimal_coordinates(chain), np.empty(q.size)

@@ -5,16 +5,16 @@ import numpy as np
 import hcm
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
-from hcm.contact import ball, round_tip
-from hcm.contact.ball import BallLaw
+from hcm.contact import round_tip_kinematics, round_tip_law
 from hcm.contact.build import law_of
-from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, Contact
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, ContactState
+from hcm.contact.round_tip_law import RoundTipLaw
 
 R, E, NU, MU = 0.0075, 1e9, 0.3, 0.5
-TOUCH = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
+TOUCH = ContactState(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
 
 
-def law(restitution: float = 1.0, mu: float = MU, nu: float = NU, **switches: bool) -> BallLaw:
+def law(restitution: float = 1.0, mu: float = MU, nu: float = NU, **switches: bool) -> RoundTipLaw:
     """A tip on a surface through the origin's height below its centre, R."""
     body = hcm.Finger((hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=nu),))
     off = dict.fromkeys(
@@ -22,7 +22,7 @@ def law(restitution: float = 1.0, mu: float = MU, nu: float = NU, **switches: bo
     )
     on = Assumptions("refined", **{**off, **switches})
     found = law_of(body, hcm.Surface(0.02, mu), hcm.Tip(1e6, restitution), on)
-    assert isinstance(found, BallLaw)
+    assert isinstance(found, RoundTipLaw)
     return found._replace(height=-R)
 
 
@@ -31,15 +31,15 @@ def at(x: float, depth: float, angle: float = -0.7) -> Floats:
     return np.array([x, R - depth, -np.cos(angle), np.sin(angle)])
 
 
-def press(tip: BallLaw, contact: Contact, q: Floats) -> tuple[float, float]:
+def press(tip: RoundTipLaw, contact: ContactState, q: Floats) -> tuple[float, float]:
     """Forces at q, which is committed."""
-    x, gap = round_tip.place(q, 0, contact, tip)
-    force = ball.contact_force(x, gap, contact, tip)
-    round_tip.keep(q, 0, contact, tip)
+    x, gap = round_tip_kinematics.contact_position(q, 0, contact, tip)
+    force = round_tip_law.contact_force(x, gap, contact, tip)
+    round_tip_kinematics.commit_history(q, 0, contact, tip)
     return force
 
 
-def touched(tip: BallLaw, angle: float = -0.7) -> BallLaw:
+def touched(tip: RoundTipLaw, angle: float = -0.7) -> RoundTipLaw:
     """The tip as its touch begins."""
-    round_tip.begin_mode(at(0.0, 0.0, angle), 0, IN_FLIGHT, TOUCH, tip)
+    round_tip_kinematics.begin_mode(at(0.0, 0.0, angle), 0, IN_FLIGHT, TOUCH, tip)
     return tip

@@ -7,7 +7,7 @@ import hcm
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, storage
 from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual, tangent
-from hcm.contact.law import COMPRESSION, RESTITUTION, SLIP, STICK, Contact, ContactLaw
+from hcm.contact.law import COMPRESSION, RESTITUTION, SLIP, STICK, ContactLaw, ContactState
 from hcm.integrators.generalized_alpha import solve_linear
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from tests.hcm.cases import SOFT, dense_of, finger
@@ -58,7 +58,7 @@ def test_random_matrices(n: int) -> None:
 def test_bordered_matrix_of_a_finger(elements: int, phalanges: int, weight: float) -> None:
     """The hinges' rows have a zero diagonal, which elimination from the tip fills in time."""
     chain, q = build_chain(finger(SOFT, phalanges, elements=elements), hcm.Drive())
-    contact = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
+    contact = ContactState(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
     rows = storage(q.size)
     assert tangent(q, weight, weight**0.5, chain, contact, LAW, rows) == 0.0
     dense = dense_of(rows)
@@ -72,12 +72,12 @@ def test_bordered_matrix_of_a_finger(elements: int, phalanges: int, weight: floa
 
 
 @pytest.mark.parametrize("contact", [
-    Contact(COMPRESSION, STICK, 0.0, 3.0, -1e-6, 0.0),
-    Contact(COMPRESSION, SLIP, 1.0, 3.0, -1e-6, 0.0),
-    Contact(RESTITUTION, SLIP, -1.0, 3.0, -1e-6, 0.0),
+    ContactState(COMPRESSION, STICK, 0.0, 3.0, -1e-6, 0.0),
+    ContactState(COMPRESSION, SLIP, 1.0, 3.0, -1e-6, 0.0),
+    ContactState(RESTITUTION, SLIP, -1.0, 3.0, -1e-6, 0.0),
 ])  # fmt: skip
 @pytest.mark.parametrize("tau", [0.0, 1e-5])
-def test_solution_is_newtons_step_for_the_residual(contact: Contact, tau: float) -> None:
+def test_solution_is_newtons_step_for_the_residual(contact: ContactState, tau: float) -> None:
     """A bent, driven finger in contact: differences of the residual, friction's row included.
 
     At rest, where what the tangent leaves out of the damping is zero.

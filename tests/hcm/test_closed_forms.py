@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcm.contact.law import COMPRESSION, FREE, SLIP, Contact, ContactLaw
+from hcm.contact.law import COMPRESSION, FREE, SLIP, ContactLaw, ContactState
 from hcm.reference_solution import Start, solve_chain
 from tests.hcm.cases import integrate, order_of, point_mass
 from tests.hcm.closed_forms import block_on_belt, oblique_impact
@@ -123,7 +123,7 @@ def belt_case(step: float):
         MASS, (0.0, depth), (0.05, 0.0), force=(0.0, -weight), spring=spring,
         anchor=(0.0, depth), anchor_velocity=(-belt, 0.0),
     )  # fmt: skip
-    slipping = Contact(COMPRESSION, SLIP, 1.0, 0.0, 0.0, 0.0)
+    slipping = ContactState(COMPRESSION, SLIP, 1.0, 0.0, 0.0, 0.0)
     start = Start(start.coordinates, start.velocities, 0.0, slipping)
     return exact, integrate(chain, ContactLaw(K, 1.0, ratio, mu, 0.0), start, step, end_time=3e-3)
 
@@ -148,7 +148,7 @@ def test_a_block_at_rest_stays_at_rest() -> None:
     """v_n is round-off throughout: its sign must not grind the run to a halt."""
     depth = -10.0 / K
     chain, start = point_mass(MASS, (0.0, depth), (0.0, 0.0), force=(0.0, -10.0))
-    resting = Contact(COMPRESSION, FREE, 0.0, 0.0, 0.0, 0.0)
+    resting = ContactState(COMPRESSION, FREE, 0.0, 0.0, 0.0, 0.0)
     start = Start(start.coordinates, start.velocities, 0.0, resting)
     for restitution in (1.0, 0.5):
         law = ContactLaw(K, restitution, 0.75, 0.0, 0.0)

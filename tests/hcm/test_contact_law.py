@@ -28,8 +28,8 @@ from hcm.contact.law import (
     RESTITUTION,
     SLIP,
     STICK,
-    Contact,
     ContactLaw,
+    ContactState,
     contact_force,
     contact_tangent,
     hysteresis_loss,
@@ -106,7 +106,7 @@ def test_one_loop_gives_back_the_square_of_e(restitution: float) -> None:
 def test_initial_mode(vt: float, mode: int) -> None:
     """Eq. 21: stick inside |V_t/V_n| < mu eta^2 = 0.5 x 4/3."""
     contact, _ = transition(NORMAL, 0.0, 0.0, vt, -1.0, IN_FLIGHT, law_with(1.0))
-    assert contact.tangential == mode
+    assert contact.tangential_mode == mode
     assert contact.slip_sign == (math.copysign(1, vt) if mode == SLIP else 0.0)
 
 
@@ -114,14 +114,14 @@ def test_initial_mode(vt: float, mode: int) -> None:
 def test_no_tangential_element(mu: float, ratio: float) -> None:
     law = law_with(1.0, mu, ratio)
     contact, _ = transition(NORMAL, 0.0, 0.0, 1.0, -1.0, IN_FLIGHT, law)
-    assert contact.tangential == FREE
+    assert contact.tangential_mode == FREE
     assert contact_force(0.1, -1e-4, contact, law) == (0.0, pytest.approx(78.0))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_slip_and_stick_are_continuous(sign: float) -> None:
     law = law_with(0.8)
-    slip = Contact(RESTITUTION, SLIP, sign, 50.0, -1e-4, 0.0)
+    slip = ContactState(RESTITUTION, SLIP, sign, 50.0, -1e-4, 0.0)
     x, gap = 3e-4, -0.9e-4
     ft, fn = contact_force(x, gap, slip, law)
     assert ft == -sign * 0.5 * fn  # friction opposes the particle's motion
@@ -137,16 +137,16 @@ def test_slip_and_stick_are_continuous(sign: float) -> None:
 
 MODES = [
     IN_FLIGHT,
-    Contact(COMPRESSION, FREE, 0.0, 3.0, 0.0, 0.0),
-    Contact(COMPRESSION, STICK, 0.0, 3.0, 0.0, 1e-5),
-    Contact(RESTITUTION, STICK, 0.0, 3.0, 0.0, -1e-5),
-    Contact(COMPRESSION, SLIP, 1.0, 3.0, 0.0, 0.0),
-    Contact(RESTITUTION, SLIP, -1.0, 3.0, 0.0, 0.0),
+    ContactState(COMPRESSION, FREE, 0.0, 3.0, 0.0, 0.0),
+    ContactState(COMPRESSION, STICK, 0.0, 3.0, 0.0, 1e-5),
+    ContactState(RESTITUTION, STICK, 0.0, 3.0, 0.0, -1e-5),
+    ContactState(COMPRESSION, SLIP, 1.0, 3.0, 0.0, 0.0),
+    ContactState(RESTITUTION, SLIP, -1.0, 3.0, 0.0, 0.0),
 ]
 
 
 @pytest.mark.parametrize("contact", MODES)
-def test_tangent_and_rates_are_derivatives(contact: Contact) -> None:
+def test_tangent_and_rates_are_derivatives(contact: ContactState) -> None:
     law = law_with(0.7)
     x, gap, vt, vn, at, an = 2e-5, -1e-5, 0.8, 0.3, 900.0, 700.0
     h = 1e-7
@@ -171,7 +171,7 @@ def test_tangent_and_rates_are_derivatives(contact: Contact) -> None:
     here = np.isfinite(values(0.0))
     differences = (values(t)[here] - values(-t)[here]) / (2 * t)
     np.testing.assert_allclose(differences, rates[here], rtol=1e-5)
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         positions = [particle_position(x + vt * s, gap + vn * s, contact, law) for s in (-t, t)]
         expected = (positions[1] - positions[0]) / (2 * t)
         assert particle_velocity(0.0, vt, vn, contact, law) == pytest.approx(expected, rel=1e-5)

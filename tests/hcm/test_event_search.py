@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcm.contact.law import COMPRESSION, STICK, Contact, ContactLaw
+from hcm.contact.law import COMPRESSION, STICK, ContactLaw, ContactState
 from hcm.integrators.event_search import dip_below_zero, zero_of_cubic
 from hcm.reference_solution import Start
 from tests.hcm.cases import SOFT_TIP, integrate, point_mass
@@ -109,7 +109,7 @@ def test_chatter_is_passed() -> None:
     chain, start = point_mass(
         MASS, (stretch, depth), (0.0, 0.0), force=(mu * weight * (1 + 1e-15), -weight)
     )
-    edge = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
+    edge = ContactState(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
     start = Start(start.coordinates, start.velocities, 0.0, edge)
     run = integrate(chain, ContactLaw(K, 1.0, 0.75, mu, 0.0), start, 1e-6, end_time=1e-3)
     assert run.clock.time == pytest.approx(1e-3, rel=1e-9)

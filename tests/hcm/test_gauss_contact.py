@@ -8,7 +8,7 @@ import pytest
 import hcm
 from hcm.beam.equations import fill_chords
 from hcm.contact.events import NORMAL
-from hcm.contact.law import COMPRESSION, FREE, Contact, ContactLaw, contact_law
+from hcm.contact.law import COMPRESSION, FREE, ContactLaw, ContactState, contact_law
 from hcm.integrators.gauss import step
 from hcm.integrators.stages import shorten, value_inside
 from hcm.reference_solution import Start, solve_chain
@@ -148,7 +148,7 @@ def test_a_shortened_step_is_a_step_of_that_length(struck_link, share: float) ->
     """To the order of the collocation's polynomial, s + 1; its end is what was looked at."""
     chain, law, start, _ = struck_link
     contact, errors, steps = (
-        Contact(COMPRESSION, FREE, 0.0, 0.0, 0.0, 0.0),
+        ContactState(COMPRESSION, FREE, 0.0, 0.0, 0.0, 0.0),
         [],
         np.array([2e-6, 1e-6]),
     )

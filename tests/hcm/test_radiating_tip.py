@@ -6,10 +6,10 @@ from scipy.special import beta
 
 import hcm
 from hcm.arrays import Floats
-from hcm.contact import ball, round_tip
-from hcm.contact.ball import BallLaw
+from hcm.contact import round_tip_kinematics, round_tip_law
 from hcm.contact.build import RADIATED, RADIATION
 from hcm.contact.law import RESTITUTION, SLIP, STICK
+from hcm.contact.round_tip_law import COMPLIANCE_XY, RoundTipLaw
 from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
 DEEP = 2e-4
@@ -18,7 +18,7 @@ UNIT = 1.0 / (E * np.sqrt(E / 1400.0))  # 1/(E c)
 SIDEWAYS = np.array([0.3, -0.8, 40.0, 25.0])
 
 
-def pressed(angle: float = -0.7) -> BallLaw:
+def pressed(angle: float = -0.7) -> RoundTipLaw:
     """The tip in the middle of a touch that has drawn its springs."""
     tip = touched(law(**RADIATING), angle)
     press(tip, TOUCH, at(0.0, DEEP, angle))
@@ -41,35 +41,35 @@ def test_it_resists_the_rate_of_the_normal_force(tangential: int, angle: float) 
     that of the work, less friction's where the tip slides.
     """
     tip, q, step = pressed(angle), at(1.2e-5, 0.92 * DEEP, angle), 1e-10
-    tip.tap[7] = 0.0
-    contact = TOUCH._replace(tangential=tangential, slip_sign=float(tangential == SLIP))
+    tip.memory[COMPLIANCE_XY] = 0.0
+    contact = TOUCH._replace(tangential_mode=tangential, slip_sign=float(tangential == SLIP))
 
     def springs(moved: Floats) -> Floats:
-        x, gap = round_tip.place(moved, 0, contact, tip)
-        return np.array(ball.contact_force(x, gap, contact, tip))
+        x, gap = round_tip_kinematics.contact_position(moved, 0, contact, tip)
+        return np.array(round_tip_law.contact_force(x, gap, contact, tip))
 
     up = np.array([0.0, step, 0.0, 0.0])
     k = (springs(q + up) - springs(q - up))[1] / (2 * step)
-    more = np.array(round_tip.tip_force(q, SIDEWAYS, 0, contact, tip)) - springs(q)
+    more = np.array(round_tip_kinematics.tip_force(q, SIDEWAYS, 0, contact, tip)) - springs(q)
     assert more[1] == pytest.approx(-tip.radiation * k**2 * SIDEWAYS[1], rel=1e-5)
     assert more[0] == pytest.approx(-MU * more[1] if tangential == SLIP else 0.0, rel=1e-9)
-    power = round_tip.radiated_power(q, SIDEWAYS, 0, contact, tip)
+    power = round_tip_kinematics.radiated_power(q, SIDEWAYS, 0, contact, tip)
     if tangential == STICK:
         assert power == pytest.approx(tip.radiation * (k * SIDEWAYS[1]) ** 2, rel=1e-5)
     assert power > 0.0
-    still = round_tip.tip_force(q, np.zeros(4), 0, contact, tip)
+    still = round_tip_kinematics.tip_force(q, np.zeros(4), 0, contact, tip)
     assert still == pytest.approx(springs(q), rel=1e-12)
 
 
 def test_the_same_force_at_the_same_rate_radiates_as_much_in_restitution() -> None:
     """u_Y lags by D F_n. of the contact, whose way is e*^2 as long there: at e*^2 of the speed."""
     tip = touched(law(0.4, mu=0.0, **RADIATING))
-    pushed = ball.contact_force(0.0, -DEEP, TOUCH, tip)[1]
-    back = TOUCH._replace(normal=RESTITUTION, force_ref=pushed, gap_ref=-DEEP)
+    pushed = round_tip_law.contact_force(0.0, -DEEP, TOUCH, tip)[1]
+    back = TOUCH._replace(normal_mode=RESTITUTION, force_ref=pushed, gap_ref=-DEEP)
     up, start = np.array([0.0, 0.8, 0.0, 0.0]), at(0.0, DEEP)
-    loading = round_tip.tip_force(start, up, 0, TOUCH, tip)[1]
+    loading = round_tip_kinematics.tip_force(start, up, 0, TOUCH, tip)[1]
     assert loading < pushed
-    assert round_tip.tip_force(start, 0.16 * up, 0, back, tip)[1] == pytest.approx(
+    assert round_tip_kinematics.tip_force(start, 0.16 * up, 0, back, tip)[1] == pytest.approx(
         loading, rel=1e-12
     )
 
@@ -77,8 +77,8 @@ def test_the_same_force_at_the_same_rate_radiates_as_much_in_restitution() -> No
 def test_it_does_not_pull() -> None:
     tip, q = pressed(), at(1e-5, 0.5 * DEEP)
     fast = np.array([0.0, 1e4, 0.0, 0.0])
-    assert round_tip.tip_force(q, fast, 0, TOUCH, tip)[1] == pytest.approx(0.0, abs=1e-9)
-    assert round_tip.radiated_power(q, fast, 0, TOUCH, tip) > 0.0
+    assert round_tip_kinematics.tip_force(q, fast, 0, TOUCH, tip)[1] == pytest.approx(0.0, abs=1e-9)
+    assert round_tip_kinematics.radiated_power(q, fast, 0, TOUCH, tip) > 0.0
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0])
@@ -92,14 +92,14 @@ def test_a_ball_loses_what_the_rate_of_hertzs_force_takes(speed: float) -> None:
     deepest = (5 * mass * speed**2 / (4 * k)) ** 0.4
     first = tip.radiation * 4.5 * k**2 * speed * deepest**2 * 0.4 * beta(0.8, 1.5)
     y, v, step, lost = 0.0, -speed, 2e-8, 0.0
-    contact = TOUCH._replace(tangential=SLIP, slip_sign=1.0)
+    contact = TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0)
     while y <= 0.0:
         half = v
         for _ in range(3):  # the force depends on the speed: the midpoint rule, iterated
             q, rate = at(0.0, -(y + 0.5 * step * half)), np.array([0.0, half, 0.0, 0.0])
-            force = round_tip.tip_force(q, rate, 0, contact, tip)[1]
+            force = round_tip_kinematics.tip_force(q, rate, 0, contact, tip)[1]
             half = v + 0.5 * step * force / mass
-        lost += step * round_tip.radiated_power(q, rate, 0, contact, tip)
+        lost += step * round_tip_kinematics.radiated_power(q, rate, 0, contact, tip)
         y, v = y + step * half, v + step * force / mass
     energy = 0.5 * mass * speed**2
     assert lost == pytest.approx(energy - 0.5 * mass * v**2, rel=1e-4)

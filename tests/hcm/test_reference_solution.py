@@ -8,7 +8,7 @@ from hcm import reference_solution as truth
 from hcm.beam.energy import energies
 from hcm.beam.equations import residual
 from hcm.beam.minimal_coordinates import expand, minimal_coordinates
-from hcm.contact.law import COMPRESSION, STICK, Contact, contact_law
+from hcm.contact.law import COMPRESSION, STICK, ContactState, contact_law
 from tests.hcm.cases import (
     HARD,
     HARD_TIP,
@@ -37,7 +37,9 @@ def test_elimination_satisfies_the_bordered_equations(links: int) -> None:
     )
     q = expand(z, mapping.source)
     v = expand(start.velocities[mapping.place] + rng.standard_normal(z.size), mapping.source)
-    contact = Contact(COMPRESSION, STICK, 0.0, 3.0, q[chain.tip + 1] + 0.1, q[chain.tip] + 1e-5)
+    contact = ContactState(
+        COMPRESSION, STICK, 0.0, 3.0, q[chain.tip + 1] + 0.1, q[chain.tip] + 1e-5
+    )
     a = bordered_acceleration(q, v, chain, contact, SOFT_LAW)
     left, forces = np.empty(q.size), np.empty(q.size)
     residual(q, v, a, chain, contact, SOFT_LAW, left)

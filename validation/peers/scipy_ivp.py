@@ -16,7 +16,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import build_chain
 from hcm.beam.minimal_coordinates import minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TOUCH, event_values, transition
-from hcm.contact.law import FLIGHT, FREE, Contact, contact_law, normal_slope
+from hcm.contact.law import FLIGHT, FREE, ContactState, contact_law, normal_slope
 
 MOST_PHASES = 200
 LONGEST_FLIGHT_S = 2.0
@@ -36,7 +36,7 @@ def solve_first_tap(
     x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's, in the state
     nothing = np.zeros(m)
     state = np.concatenate([rest[mapping.place], nothing, [0.0, 0.0]])
-    contact, now, peak, impulse = Contact(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0
+    contact, now, peak, impulse = ContactState(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     end = time.perf_counter() + seconds
 
     def slope(_time: float, z: Floats) -> Floats:
@@ -67,7 +67,7 @@ def solve_first_tap(
         fired = [slot for slot, times in enumerate(found.t_events) if times.size]
         if not fired:
             return "no event: it flies or presses for ever", None
-        if contact.normal != FLIGHT:
+        if contact.normal_mode != FLIGHT:
             gaps = found.y[y] + law.height
             force = contact.force_ref - normal_slope(0.0, contact, law) * (gaps - contact.gap_ref)
             peak = max(peak, float(force.max()))

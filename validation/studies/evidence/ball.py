@@ -15,8 +15,8 @@ import hcm
 import reference_fem as fem
 from hcm.arrays import Floats
 from hcm.contact.build import law_of
-from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, Contact
-from hcm.contact.round_tip import begin_mode, keep, subtract_force
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, ContactState
+from hcm.contact.round_tip_kinematics import begin_mode, commit_history, subtract_force
 from meshes.ball import half_ball
 from reference_fem.dynamics.loop import explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state
@@ -89,12 +89,12 @@ def by_elements(
 
 
 def by_reduced_model(speed: float, x: float, poisson: float) -> Bounce:
-    """The law of hcm's round tip (`hcm.contact.ball`), with partial slip, under a rigid ball."""
+    """The law of hcm's round tip (`RoundTipLaw`), with partial slip, under a rigid ball."""
     depth, duration = hertz(speed, poisson)
     assumed = hcm.Assumptions(lowest_point=True, hertz=True, partial_slip=True)
     rod = hcm.Phalanx(4.0, 2.0, 1.0, 1.0, 1, poisson_ratio=poisson)
     law = law_of(hcm.Finger((rod,)), hcm.Surface(2.0, FRICTION), hcm.Tip(1.0), assumed)
-    contact, step = Contact(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0), duration / STEPS
+    contact, step = ContactState(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0), duration / STEPS
     inertia = MASS * np.array([1.0, 1.0, 0.4])
     place = np.array([0.0, -law.height, -0.5 * math.pi])  # x, y and the angle of r'
     velocity = np.array([x * FRICTION * speed, -speed, 0.0])
@@ -109,7 +109,7 @@ def by_reduced_model(speed: float, x: float, poisson: float) -> Bounce:
             break
         q, out = np.array([*place[:2], math.cos(place[2]), math.sin(place[2])]), np.zeros(4)
         subtract_force(q, at_rest, 0, contact, law, out)
-        keep(q, 0, contact, law)
+        commit_history(q, 0, contact, law)
         force = -np.array([out[0], out[1], q[2] * out[3] - q[3] * out[2]])
         velocity += 0.5 * step * force / inertia
         rows.append((rows[-1][0] + step, force[1], -gap))

@@ -1,4 +1,4 @@
-"""A contact at the lowest point of a spherical tip, behind the contract of `hcm.contact.point`.
+"""A contact at the lowest point of a spherical tip, by the contract of `hcm.contact.point`.
 
 The beam ends at the sphere's centre C, whose slope r' turns with the rigid end piece. With
 g = Y_C + H - R and the angle psi of r', the surface takes its forces at the arm R under C:
@@ -13,16 +13,16 @@ Between C and the contact's springs lies the tip's own compliance,
 
     (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, 0]],
 
-s = 1 for a phalanx that points along -X; C is that of the angle at the touch, and its c_nn part of
-the normal law (`hcm.contact.ball`). Both are solved for by Newton's method, so that the beams see
-forces that are functions of (X, g). A tip that radiates yields by -D F_n. on top of it: to first
-order in D, and without friction's part in k,
+s = 1 for a phalanx that points along -X. C is fixed at the touch, by the phalanx's angle there; its
+c_nn belongs to the normal law (`round_tip_law`). Newton's method finds the springs' (X, u_Y), so
+that the forces on the beams are functions of (X, g). Along the normal a tip that radiates yields by
+c_nn F_n - D F_n.: to first order in D, and without friction's part in k,
 
-    F_n += -D k^2 g.,      k of `ball.normal_slope`,
+    F_n += -D k^2 g.,      k of `round_tip_law.normal_slope`,
 
-times e*^2 in restitution, as what it yields is of the contact there too. It takes the power
-D (k g.)^2, but no more than makes F_n vanish. Springs that stick hold
-mu times the whole F_n at most.
+times e*^2 in restitution, where this yield is part of the contact too. It takes the power
+D (k g.)^2, in restitution e*^2 times that, but no more than makes the whole F_n vanish. F_t of
+springs that stick is mu times the whole F_n at most.
 """
 
 import math
@@ -31,47 +31,61 @@ from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.ball import (
+from hcm.contact.law import FLIGHT, RESTITUTION, SLIP, STICK, ContactState
+from hcm.contact.round_tip_law import (
+    COMPLIANCE_XX,
+    COMPLIANCE_XY,
+    COMPLIANCE_YY,
+    CONTACT_X,
+    GAP,
+    INDENTATION,
     ITERATIONS,
-    BallLaw,
+    NORMAL_FORCE,
+    SLOPE_X,
+    SLOPE_Y,
+    SPRING_X,
+    TANGENTIAL_FORCE,
+    TIP_X,
+    RoundTipLaw,
     contact_force,
-    draw,
     force_and_slopes,
     indentation,
     normal_slope,
     particle_velocity,
+    spring_displacement,
 )
-from hcm.contact.law import FLIGHT, RESTITUTION, SLIP, STICK, Contact
 
-# Newton's last change of the springs' place, over the ways that it is made of; quadratic but where
-# springs begin to slip.
-ENOUGH = 1e-13
+# Newton's last change of the springs' position over the lengths that it is a difference of; the
+# convergence is quadratic except where springs begin to slip.
+POSITION_TOLERANCE = 1e-13
 
 
 @kernel
-def arm(law: BallLaw) -> float:
-    """Of F_t about C, m."""
+def arm(law: RoundTipLaw) -> float:
+    """Lever arm of F_t about C, m."""
     return law.radius if law.lowest else 0.0
 
 
 @kernel
-def path(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
-    """(X, g) of the tip at q, m."""
+def tip_path(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
+    """(X, g) at q, m."""
     gap = q[tip + 1] + law.height
-    turned = turned_angle(law.tap[2], law.tap[3], q[tip + 2], q[tip + 3])
-    moved = q[tip] - law.tap[0] + arm(law) * turned
-    return law.tap[4] + moved, gap
+    turned = turned_angle(law.memory[SLOPE_X], law.memory[SLOPE_Y], q[tip + 2], q[tip + 3])
+    moved = q[tip] - law.memory[TIP_X] + arm(law) * turned
+    return law.memory[CONTACT_X] + moved, gap
 
 
 @kernel
-def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+def spring_position(
+    along: float, gap: float, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
     """The springs' (X, u_Y), m, NaN if not found.
 
     Where 1 - C dF/d(X, u_Y) has a determinant below zero the tip gives way faster than the springs
     take hold, and the forces at (X, g) are not those that grew from the touch.
     """
-    cxx, cxn = law.tap[6], law.tap[7]
-    ft, fn = law.tap[9], law.tap[10]
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
+    ft, fn = law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE]
     x, y = along + cxx * ft + cxn * fn, gap + cxn * ft
     for _ in range(ITERATIONS):
         ft, fn, tx, ty, ny = force_and_slopes(x, y, contact, law)
@@ -82,8 +96,8 @@ def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[fl
         dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
         x, y = x + dx, y + dy
         # the springs' depth is a difference to that of the last reversal
-        way = abs(gap) + abs(contact.gap_ref) + abs(along - law.tap[4])
-        if abs(dx) + abs(dy) <= ENOUGH * (way + ENOUGH * law.radius):
+        way = abs(gap) + abs(contact.gap_ref) + abs(along - law.memory[CONTACT_X])
+        if abs(dx) + abs(dy) <= POSITION_TOLERANCE * (way + POSITION_TOLERANCE * law.radius):
             if det > 0.0:
                 return x, y
             break
@@ -91,12 +105,14 @@ def settle(along: float, gap: float, contact: Contact, law: BallLaw) -> tuple[fl
 
 
 @kernel
-def place(q: Floats, tip: int, contact: Contact, law: BallLaw) -> tuple[float, float]:
-    """Where the law's springs end, m; X is zero in flight."""
-    if contact.normal == FLIGHT:
+def contact_position(
+    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """The springs' (X, u_Y), m; X is zero in flight."""
+    if contact.normal_mode == FLIGHT:
         return 0.0, q[tip + 1] + law.height
-    along, gap = path(q, tip, law)
-    return settle(along, gap, contact, law)
+    along, gap = tip_path(q, tip, law)
+    return spring_position(along, gap, contact, law)
 
 
 @kernel
@@ -107,53 +123,55 @@ def spin(q: Floats, v: Floats, tip: int) -> float:
 
 
 @kernel
-def velocity(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> tuple[float, float]:
-    """The springs' velocity, m/s; of accelerations in the place of v theirs, but for products of
-    velocities.
+def contact_velocity(
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """The springs' velocity, m/s; with accelerations for v, their acceleration without the terms
+    that are products of velocities.
     """
     vt, vn = v[tip] + arm(law) * spin(q, v, tip), v[tip + 1]
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return vt, vn
-    x, y = place(q, tip, contact, law)
+    x, y = contact_position(q, tip, contact, law)
     _, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn = law.tap[6], law.tap[7]
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
     a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
     det = a * d - b * c
     return (d * vt - b * vn) / det, (a * vn - c * vt) / det
 
 
 @kernel
-def axis_end(q: Floats, tip: int, law: BallLaw) -> tuple[float, float]:
-    """The pole, R beyond C along r', m; of v in the place of q, its velocity."""
+def axis_end(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
+    """The pole, R beyond C along r', m; with v for q, its velocity, m/s."""
     beyond = law.radius if law.lowest else 0.0
     return q[tip] + beyond * q[tip + 2], q[tip + 1] + beyond * q[tip + 3]
 
 
 @kernel
-def radiates(law: BallLaw) -> bool:
+def radiates(law: RoundTipLaw) -> bool:
     """Whether `tip_force` depends on v."""
     return law.radiation > 0.0
 
 
 @kernel
-def radiation_damping(gap: float, contact: Contact, law: BallLaw) -> float:
+def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
     """D k^2, N s/m, where the springs are at u_Y = gap."""
     k = normal_slope(gap, contact, law)
-    share = law.restitution * law.restitution if contact.normal == RESTITUTION else 1.0
+    share = law.restitution * law.restitution if contact.normal_mode == RESTITUTION else 1.0
     return share * law.radiation * k * k
 
 
 @kernel
 def radiated_force(
-    gap: float, ft: float, fn: float, vn: float, contact: Contact, law: BallLaw
+    gap: float, ft: float, fn: float, vn: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
     """What a tip that radiates and moves up with vn = g. adds to the force (ft, fn) of its springs
     at u_Y = gap, N.
     """
-    if contact.normal == FLIGHT or not radiates(law):
+    if contact.normal_mode == FLIGHT or not radiates(law):
         return 0.0, 0.0
     more = max(-radiation_damping(gap, contact, law) * vn, -fn)
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         return -contact.slip_sign * law.mu * more, more
     held = law.mu * (fn + more)
     return min(max(ft, -held), held) - ft, more
@@ -161,28 +179,30 @@ def radiated_force(
 
 @kernel
 def tip_force(
-    q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
     """(F_t, F_n) of the surface on the tip, N."""
-    x, y = place(q, tip, contact, law)
+    x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
     more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
     return ft + more_t, fn + more_n
 
 
 @kernel
-def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw) -> float:
+def radiated_power(
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> float:
     """What the tip radiates, W; friction's work, F_t V_P, is not of it.
 
     Springs that stick and are drawn on, while F_t is held below theirs, store more than the tip
     gives them: that is left in the energy balance, and no negative loss.
     """
-    x, y = place(q, tip, contact, law)
+    x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
     more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
-        vt, vn = velocity(q, v, tip, contact, law)
+        vt, vn = contact_velocity(q, v, tip, contact, law)
         along = v[tip] + arm(law) * spin(q, v, tip)
         slid = along - particle_velocity(y, vt, vn, contact, law)
         power += max(-more_t * slid, 0.0)
@@ -191,10 +211,10 @@ def radiated_power(q: Floats, v: Floats, tip: int, contact: Contact, law: BallLa
 
 @kernel
 def subtract_force(
-    q: Floats, v: Floats, tip: int, contact: Contact, law: BallLaw, out: Floats
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw, out: Floats
 ) -> None:
     """Subtract F_c, N and N m, from the residual `out` (n,)."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return
     ft, fn = tip_force(q, v, tip, contact, law)
     mx, my = torque_force(ft * arm(law), q[tip + 2], q[tip + 3])
@@ -206,23 +226,23 @@ def subtract_force(
 
 @kernel
 def add_rate(
-    q: Floats, weight: float, tip: int, contact: Contact, law: BallLaw, rows: Floats
+    q: Floats, weight: float, tip: int, contact: ContactState, law: RoundTipLaw, rows: Floats
 ) -> None:
     """Add -weight dF_n/dg. to `rows`."""
-    if contact.normal != FLIGHT and radiates(law):
-        _, y = place(q, tip, contact, law)
+    if contact.normal_mode != FLIGHT and radiates(law):
+        _, y = contact_position(q, tip, contact, law)
         damping = radiation_damping(y, contact, law)
         rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * damping
 
 
 @kernel
 def tip_slopes(
-    q: Floats, tip: int, contact: Contact, law: BallLaw
+    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float, float, float]:
     """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
-    x, y = place(q, tip, contact, law)
+    x, y = contact_position(q, tip, contact, law)
     ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn = law.tap[6], law.tap[7]
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
     a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
     det = a * d - b * c
     return (
@@ -233,10 +253,16 @@ def tip_slopes(
 
 @kernel
 def add_tangent(
-    q: Floats, weight: float, tip: int, scale: Floats, contact: Contact, law: BallLaw, rows: Floats
+    q: Floats,
+    weight: float,
+    tip: int,
+    scale: Floats,
+    contact: ContactState,
+    law: RoundTipLaw,
+    rows: Floats,
 ) -> float:
     """Add -weight dF_c/dq to `rows`; returns the factor of its part that is not symmetric."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return 0.0
     w, unit = HALF_BANDWIDTH, scale[tip + 2]
     ft, tx, _, nx, ng = tip_slopes(q, tip, contact, law)
@@ -260,7 +286,7 @@ def add_tangent(
 
 @kernel
 def fill_column(
-    q: Floats, tip: int, scale: Floats, contact: Contact, law: BallLaw, column: Floats
+    q: Floats, tip: int, scale: Floats, contact: ContactState, law: RoundTipLaw, column: Floats
 ) -> None:
     """(dF_t/dg - dF_n/dX) (e_X + R grad psi), what e_Y^T completes."""
     _, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
@@ -270,50 +296,55 @@ def fill_column(
 
 
 @kernel
-def stiffness_key(contact: Contact, law: BallLaw) -> tuple[float, float, float]:
+def stiffness_key(contact: ContactState, law: RoundTipLaw) -> tuple[float, float, float]:
     """The mode, in which the stiffness changes steadily: Newton's method says when to renew."""
-    return float(contact.normal), float(contact.tangential), contact.slip_sign
+    return float(contact.normal_mode), float(contact.tangential_mode), contact.slip_sign
 
 
 @kernel
-def keep(q: Floats, tip: int, contact: Contact, law: BallLaw) -> None:
+def commit_history(q: Floats, tip: int, contact: ContactState, law: RoundTipLaw) -> None:
     """Commit the path, the forces and the springs of an accepted step that ends at q."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return
-    tap = law.tap
-    along, gap = path(q, tip, law)
-    x, y = settle(along, gap, contact, law)
+    memory = law.memory
+    along, gap = tip_path(q, tip, law)
+    x, y = spring_position(along, gap, contact, law)
     ft, fn, _, _, _ = force_and_slopes(x, y, contact, law)
     d, _ = indentation(y, contact, law)
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         for i in range(law.springs.size):
             limit, u = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0), 0.0
             if limit > 0.0:
-                u = draw(i, x - tap[5], d, law)[0]
+                u = spring_displacement(i, x - memory[SPRING_X], d, law)[0]
             law.springs[i] = min(max(u, -limit), limit)
-    tap[0], tap[1], tap[2], tap[3] = q[tip], gap, q[tip + 2], q[tip + 3]
-    tap[4], tap[5], tap[9], tap[10], tap[11] = along, x, ft, fn, d
+    memory[TIP_X], memory[GAP], memory[CONTACT_X], memory[SPRING_X] = q[tip], gap, along, x
+    memory[SLOPE_X], memory[SLOPE_Y] = q[tip + 2], q[tip + 3]
+    memory[TANGENTIAL_FORCE], memory[NORMAL_FORCE], memory[INDENTATION] = ft, fn, d
 
 
 @kernel
-def begin_mode(q: Floats, tip: int, before: Contact, contact: Contact, law: BallLaw) -> None:
+def begin_mode(
+    q: Floats, tip: int, before: ContactState, contact: ContactState, law: RoundTipLaw
+) -> None:
     """Commit what an event at q begins: a tap forgets the one before, a stick starts from the
     springs' limits.
     """
-    tap = law.tap
-    if before.normal == FLIGHT:
+    memory = law.memory
+    if before.normal_mode == FLIGHT:
         size = math.hypot(q[tip + 2], q[tip + 3])
         along = -q[tip + 2] / size
-        tap[:] = 0.0
-        tap[0], tap[1], tap[2], tap[3] = q[tip], q[tip + 1] + law.height, q[tip + 2], q[tip + 3]
+        memory[:] = 0.0
+        memory[TIP_X], memory[GAP] = q[tip], q[tip + 1] + law.height
+        memory[SLOPE_X], memory[SLOPE_Y] = q[tip + 2], q[tip + 3]
         # alpha from the vertical: cos alpha = -r'_Y/|r'|
         steep = -q[tip + 3] / size
-        tap[6] = law.compliance[2] * steep
-        tap[7] = -math.copysign(law.compliance[1], along)
-        tap[8] = law.compliance[0] + law.compliance[3] * steep * steep
+        memory[COMPLIANCE_XX] = law.compliance[2] * steep
+        memory[COMPLIANCE_XY] = -math.copysign(law.compliance[1], along)
+        memory[COMPLIANCE_YY] = law.compliance[0] + law.compliance[3] * steep * steep
         law.springs[:] = 0.0
-    elif before.tangential == SLIP and contact.tangential == STICK:
-        d, _ = indentation(settle(tap[4], tap[1], before, law)[1], before, law)
+    elif before.tangential_mode == SLIP and contact.tangential_mode == STICK:
+        _, gap = spring_position(memory[CONTACT_X], memory[GAP], before, law)
+        d, _ = indentation(gap, before, law)
         for i in range(law.springs.size):
             limit = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
             law.springs[i] = before.slip_sign * limit

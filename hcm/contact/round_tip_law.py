@@ -1,12 +1,12 @@
-"""Law of a round tip's contact, Hertz's and with partial slip, behind the contract of `law`.
+"""Law of a round tip's contact, Hertz's and with partial slip, by the contract of `law`.
 
 Normal: with the elastic indentation d that the loading history leaves (d. = -u_Y. in compression,
 -u_Y./e*^2 in restitution; the loop of the lumped law, of d in the place of F/k),
 
     F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d,
 
-where a tip that yields by s d^2, as its patch grows, and by C_YY F_n has d + s d^2 + C_YY F_n of
-the history in the place of d: what it yields is of the contact, and the loss 1 - e*^2 of the whole.
+A tip that yields by s d^2, as its patch grows, and by C_YY F_n counts as part of the contact: the
+history then gives d + s d^2 + C_YY F_n, not d, and the loss 1 - e*^2 is that of the whole.
 
 Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
 distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
@@ -23,23 +23,29 @@ from typing import NamedTuple
 
 from hcm.arrays import Floats
 from hcm.compiled import kernel
-from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Contact
+from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, ContactState
 
 # Newton's iterations at most; the last change of d over d, whose square is then left.
 ITERATIONS, SETTLED = 40, 1e-9
+# Places of the law's memory.
+TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
+COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY = range(6, 9)
+TANGENTIAL_FORCE, NORMAL_FORCE, INDENTATION = range(9, 12)
+MEMORY = 12
 
 
-class BallLaw(NamedTuple):
-    """Constants of the law, and its memory of the tap; a `Contact` holds the rest.
+class RoundTipLaw(NamedTuple):
+    """Constants of the law, and its memory of the tap; a `ContactState` holds the rest.
 
     k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
     radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
-    growth : s, 1/m. normal, shear : E* and G*, Pa. holding : k_t, N/m.
-    compliance : (4,) of `build`, m/N. radiation : D of `round_tip`, m s/N.
+    growth : s, 1/m. plane_strain_modulus, effective_shear_modulus : E* and G*, Pa.
+    tangential_stiffness : k_t, N/m. compliance : (4,) of `build`, m/N.
+    radiation : D of `round_tip_kinematics`, m s/N.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
-    tap : (12,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C in X and Y,
-        C_XX, C_XY, C_YY; F_t, F_n; d.
+    memory : (MEMORY,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C_XX,
+        C_XY, C_YY, of the touch; the springs' F_t and F_n; d.
     """
 
     k: float
@@ -51,19 +57,19 @@ class BallLaw(NamedTuple):
     lowest: bool
     hertz: bool
     growth: float
-    normal: float
-    shear: float
-    holding: float
+    plane_strain_modulus: float
+    effective_shear_modulus: float
+    tangential_stiffness: float
     compliance: Floats
     radiation: float
     springs: Floats
     depth: Floats
     width: Floats
-    tap: Floats
+    memory: Floats
 
 
 @kernel
-def normal_force(d: float, law: BallLaw) -> tuple[float, float]:
+def normal_force(d: float, law: RoundTipLaw) -> tuple[float, float]:
     """(F_n, dF_n/dd), N and N/m; Hertz's contact does not pull."""
     if not law.hertz:
         return law.k * d, law.k
@@ -72,15 +78,15 @@ def normal_force(d: float, law: BallLaw) -> tuple[float, float]:
 
 
 @kernel
-def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+def indentation(gap: float, contact: ContactState, law: RoundTipLaw) -> tuple[float, float]:
     """(d, -dd/du_Y) at u_Y = gap, m; d is NaN where the tip gives way to no depth."""
-    yields, taken = law.tap[8], 0.0
+    yields, taken = law.memory[COMPLIANCE_YY], 0.0
     if contact.force_ref > 0.0:
         start = contact.force_ref / law.k
         if law.hertz:
             start = start ** (2.0 / 3.0)
         taken = start + law.growth * start * start + yields * contact.force_ref
-    rate = 1.0 / (law.restitution * law.restitution) if contact.normal == RESTITUTION else 1.0
+    rate = 1.0 / (law.restitution * law.restitution) if contact.normal_mode == RESTITUTION else 1.0
     taken -= rate * (gap - contact.gap_ref)
     d = 2.0 * taken / (1.0 + math.sqrt(1.0 + 4.0 * law.growth * max(taken, 0.0)))
     slope = 1.0 + 2.0 * law.growth * max(d, 0.0)
@@ -99,28 +105,28 @@ def indentation(gap: float, contact: Contact, law: BallLaw) -> tuple[float, floa
 
 
 @kernel
-def normal_energy(d: float, law: BallLaw) -> float:
+def normal_energy(d: float, law: RoundTipLaw) -> float:
     """Work of F_n up to d, J."""
     share = 0.4 + 4.0 / 7.0 * law.growth * d if law.hertz else 0.5
     fn, _ = normal_force(d, law)
-    return (share * d + 0.5 * law.tap[8] * fn) * fn
+    return (share * d + 0.5 * law.memory[COMPLIANCE_YY] * fn) * fn
 
 
 @kernel
-def draw(i: int, moved: float, d: float, law: BallLaw) -> tuple[float, float]:
-    """(u_i, the share of `moved` in it) if the spring sticks, the tip having moved by `moved` since
-    the last accepted step, m: by a part of that where the spring touches within the step.
+def spring_displacement(i: int, moved: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
+    """(u_i, du_i/dmoved) of a spring that sticks, m; moved : change of the springs' X since the
+    last accepted step, m. A spring that touches within the step takes only the part from then on.
     """
-    share, before = 1.0, law.tap[11]
+    share, before = 1.0, law.memory[INDENTATION]
     if law.depth[i] > before:
         share = (d - law.depth[i]) / (d - before)
     return law.springs[i] + share * moved, share
 
 
 @kernel
-def hold(moved: float, d: float, law: BallLaw) -> tuple[float, float, float, float]:
-    """Sum over one side's springs in touch of dx u (m^2), moved by `moved` since the last accepted
-    step, its derivatives by `moved` and by d (m), and the sum of dx u^2 (m^3).
+def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float, float, float]:
+    """Sum of dx u over one side's springs in touch (m^2), its derivatives by `moved` and by d (m),
+    and the sum of dx u^2 (m^3); moved : as in `spring_displacement`.
     """
     limits = law.mu / law.tangential_ratio
     total, by_way, by_depth, squares = 0.0, 0.0, 0.0, 0.0
@@ -128,14 +134,14 @@ def hold(moved: float, d: float, law: BallLaw) -> tuple[float, float, float, flo
         if law.depth[i] >= d:
             break
         limit, width = limits * (d - law.depth[i]), law.width[i]
-        u, share = draw(i, moved, d, law)
+        u, share = spring_displacement(i, moved, d, law)
         if abs(u) > limit:
             u = math.copysign(limit, u)
             by_depth += width * math.copysign(limits, u)
         else:
             by_way += width * share
             if share < 1.0:
-                by_depth += width * moved * (1.0 - share) / (d - law.tap[11])
+                by_depth += width * moved * (1.0 - share) / (d - law.memory[INDENTATION])
         total += width * u
         squares += width * u * u
     return total, by_way, by_depth, squares
@@ -143,107 +149,123 @@ def hold(moved: float, d: float, law: BallLaw) -> tuple[float, float, float, flo
 
 @kernel
 def force_and_slopes(
-    x: float, gap: float, contact: Contact, law: BallLaw
+    x: float, gap: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float, float, float]:
     """(F_t, F_n, dF_t/dX, dF_t/dY, dF_n/dY), N and N/m, at the springs' (X, u_Y)."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return 0.0, 0.0, 0.0, 0.0, 0.0
     d, rate = indentation(gap, contact, law)
     fn, slope = normal_force(d, law)
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         share = contact.slip_sign * law.mu
         return -share * fn, fn, 0.0, share * slope * rate, -slope * rate
-    if contact.tangential == STICK and law.springs.size == 0:
-        return -law.holding * (x - contact.particle), fn, -law.holding, 0.0, -slope * rate
-    if contact.tangential == STICK:
-        total, by_way, by_depth, _ = hold(x - law.tap[5], d, law)
-        size = 2.0 * law.shear
+    if contact.tangential_mode == STICK and law.springs.size == 0:
+        return (
+            -law.tangential_stiffness * (x - contact.particle),
+            fn,
+            -law.tangential_stiffness,
+            0.0,
+            -slope * rate,
+        )
+    if contact.tangential_mode == STICK:
+        total, by_way, by_depth, _ = spring_sums(x - law.memory[SPRING_X], d, law)
+        size = 2.0 * law.effective_shear_modulus
         return -size * total, fn, -size * by_way, size * rate * by_depth, -slope * rate
     return 0.0, fn, 0.0, 0.0, -slope * rate
 
 
 @kernel
-def contact_force(x: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
+def contact_force(
+    x: float, gap: float, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
     """(F_t, F_n) on the tip, N."""
     ft, fn, _, _, _ = force_and_slopes(x, gap, contact, law)
     return ft, fn
 
 
 @kernel
-def normal_slope(gap: float, contact: Contact, law: BallLaw) -> float:
+def normal_slope(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
     """k_n = -dF_n/du_Y, N/m."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return 0.0
     d, rate = indentation(gap, contact, law)
     return normal_force(d, law)[1] * rate
 
 
 @kernel
-def particle_position(x: float, gap: float, contact: Contact, law: BallLaw) -> float:
+def particle_position(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> float:
     """X_P = X - u_X of the spring that slips last, m."""
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         return contact.particle
-    if contact.tangential == SLIP and law.springs.size == 0:
-        return x + contact_force(x, gap, contact, law)[0] / law.holding
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP and law.springs.size == 0:
+        return x + contact_force(x, gap, contact, law)[0] / law.tangential_stiffness
+    if contact.tangential_mode == SLIP:
         d, _ = indentation(gap, contact, law)
         return x - contact.slip_sign * law.mu / law.tangential_ratio * d
     return x
 
 
 @kernel
-def particle_velocity(gap: float, vt: float, vn: float, contact: Contact, law: BallLaw) -> float:
+def particle_velocity(
+    gap: float, vt: float, vn: float, contact: ContactState, law: RoundTipLaw
+) -> float:
     """V_P, m/s."""
-    if contact.tangential == STICK:
+    if contact.tangential_mode == STICK:
         return 0.0
-    if contact.tangential == SLIP:
+    if contact.tangential_mode == SLIP:
         d, rate = indentation(gap, contact, law)
         share = rate / law.tangential_ratio
         if law.springs.size == 0:
-            share = rate * normal_force(d, law)[1] / law.holding
+            share = rate * normal_force(d, law)[1] / law.tangential_stiffness
         return vt + contact.slip_sign * law.mu * share * vn
     return vt
 
 
 @kernel
-def push_unit(law: BallLaw) -> float:
-    """N/m: F_n vanishes without a slope, d with one."""
-    return law.normal * law.radius if law.hertz else law.k
+def push_unit(law: RoundTipLaw) -> float:
+    """Factor of d in `margins`, N/m: d is zero with a slope at separation, Hertz's F_n without."""
+    return law.plane_strain_modulus * law.radius if law.hertz else law.k
 
 
 @kernel
-def margins(x: float, gap: float, contact: Contact, law: BallLaw) -> tuple[float, float]:
-    """What is left to separation, as d, and of a stick, as the last spring's, in N."""
+def margins(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> tuple[float, float]:
+    """Margins to separation, of d, and to slip, of the spring that slips last, as forces, N."""
     d, _ = indentation(gap, contact, law)
     push = push_unit(law) * d
     if law.springs.size == 0:
         ft, fn = contact_force(x, gap, contact, law)
         return push, law.mu * fn - abs(ft)
-    size = 2.0 * law.shear * math.sqrt(law.radius * max(d, 0.0))
+    size = 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
     return push, size * (law.mu / law.tangential_ratio * d - abs(x - contact.particle))
 
 
 @kernel
 def margin_rates(
-    x: float, gap: float, vt: float, vn: float, contact: Contact, law: BallLaw
+    x: float, gap: float, vt: float, vn: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
-    """Time derivatives of `margins`, N/s, the last spring's at a patch that keeps its size."""
+    """Time derivatives of `margins`, N/s; that to slip leaves out the growth of the patch."""
     d, rate = indentation(gap, contact, law)
     pull = math.copysign(vt, vt * (x - contact.particle)) if x != contact.particle else abs(vt)
     if law.springs.size == 0:
-        grip = -law.mu * normal_slope(gap, contact, law) * vn - law.holding * pull
+        grip = -law.mu * normal_slope(gap, contact, law) * vn - law.tangential_stiffness * pull
     else:
-        size = 2.0 * law.shear * math.sqrt(law.radius * max(d, 0.0))
+        size = 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
         grip = -size * (law.mu / law.tangential_ratio * rate * vn + pull)
     return -push_unit(law) * rate * vn, grip
 
 
 @kernel
 def friction_loss(
-    loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: Contact, law: BallLaw
+    loss: float,
+    x0: float,
+    gap0: float,
+    x1: float,
+    gap1: float,
+    contact: ContactState,
+    law: RoundTipLaw,
 ) -> float:
     """`loss` and what slipping springs dissipate from the last accepted step to (x1, gap1), J."""
-    if contact.tangential != STICK or law.springs.size == 0:
+    if contact.tangential_mode != STICK or law.springs.size == 0:
         ft0, _ = contact_force(x0, gap0, contact, law)
         ft1, _ = contact_force(x1, gap1, contact, law)
         slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)
@@ -255,32 +277,32 @@ def friction_loss(
             break
         before = share * max(d0 - law.depth[i], 0.0)
         limit = share * max(d1 - law.depth[i], 0.0)
-        excess = abs(draw(i, x1 - x0, d1, law)[0]) - limit
-        loss += law.shear * law.width[i] * (before + limit) * max(excess, 0.0)
+        excess = abs(spring_displacement(i, x1 - x0, d1, law)[0]) - limit
+        loss += law.effective_shear_modulus * law.width[i] * (before + limit) * max(excess, 0.0)
     return loss
 
 
 @kernel
-def stored_energy(x: float, gap: float, contact: Contact, law: BallLaw) -> float:
+def stored_energy(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> float:
     """Recoverable energy of the contact's springs and of what holds them, J."""
-    if contact.normal == FLIGHT:
+    if contact.normal_mode == FLIGHT:
         return 0.0
     d, _ = indentation(gap, contact, law)
     ft, fn = contact_force(x, gap, contact, law)
     energy = law.restitution**2 * normal_energy(d, law)
-    if law.springs.size > 0 and contact.tangential == STICK:
-        energy += law.shear * hold(x - law.tap[5], d, law)[3]
-    elif law.springs.size > 0 and contact.tangential == SLIP:
-        energy += law.shear * hold(math.inf, d, law)[3]
-    elif contact.tangential != 0:
-        energy += 0.5 * ft * ft / law.holding
-    return energy + (0.5 * law.tap[6] * ft + law.tap[7] * fn) * ft
+    if law.springs.size > 0 and contact.tangential_mode == STICK:
+        energy += law.effective_shear_modulus * spring_sums(x - law.memory[SPRING_X], d, law)[3]
+    elif law.springs.size > 0 and contact.tangential_mode == SLIP:
+        energy += law.effective_shear_modulus * spring_sums(math.inf, d, law)[3]
+    elif contact.tangential_mode != 0:
+        energy += 0.5 * ft * ft / law.tangential_stiffness
+    return energy + (0.5 * law.memory[COMPLIANCE_XX] * ft + law.memory[COMPLIANCE_XY] * fn) * ft
 
 
 @kernel
-def hysteresis_loss(gap0: float, gap1: float, contact: Contact, law: BallLaw) -> float:
+def hysteresis_loss(gap0: float, gap1: float, contact: ContactState, law: RoundTipLaw) -> float:
     """Energy that the normal element can't give back: the share 1 - e*^2 of compression's work."""
-    if contact.normal != COMPRESSION:
+    if contact.normal_mode != COMPRESSION:
         return 0.0
     d0, d1 = indentation(gap0, contact, law)[0], indentation(gap1, contact, law)[0]
     return (1.0 - law.restitution**2) * (normal_energy(d1, law) - normal_energy(d0, law))

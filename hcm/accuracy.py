@@ -28,7 +28,7 @@ from hcm.estimate import (
     relative_errors,
     tap_peaks,
 )
-from hcm.fall import stress_of
+from hcm.fall import bending_wave_stress
 from hcm.model import Scene
 from hcm.other_ends import held_touches, with_other_ends
 from hcm.parameters import GAUSS, Finger
@@ -187,7 +187,7 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION - 1)
     bent = 0.0
     if rods and (fall := chosen.fall):
-        bent = stress_of(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1])
+        bent = bending_wave_stress(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1])
     # what rods leave out of the stress is no difference of two runs, and has no need of its safety
     apart_by = compare(result, coarse, of_stress, left_out, rods, located, bent / SAFETY)
     errors: dict[str, float | tuple[float, float]] = {

@@ -27,7 +27,7 @@ from hcm.companion import (
     stretched,
     undamped,
 )
-from hcm.fall import stress_of
+from hcm.fall import bending_wave_stress
 from hcm.flight_band import flight_band, touch_band
 from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import Status, Summary, TapResult
@@ -279,7 +279,7 @@ def estimate_errors(
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
     how = {"rods": settings.flight == "rigid", "located": settings.contact_integrator == GAUSS}
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
-    bent = stress_of(left_out * abs(approach[1]), finger.phalanges[-1])
+    bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     errors = compare(
         own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, unseen_stress=bent, **how
     )

@@ -63,7 +63,7 @@ def rods_fall(scene: Scene) -> Fall | None:
     return Fall(time, speed, first, last, largest, sunk, flight, plan, (rods, pieces))
 
 
-def stress_of(speed: float, phalanx: Phalanx) -> float:
+def bending_wave_stress(speed: float, phalanx: Phalanx) -> float:
     """Stress at mid-length, Pa, of a beam on two hinges that vibrates at `speed`, m/s, in its first
     shape: E d/2 times the curvature v sqrt(rho A/(E I)), which is 2 v sqrt(E rho) in a round rod.
     """

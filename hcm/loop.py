@@ -9,7 +9,7 @@ import math
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
-from hcm.beam.equations import resists_rates
+from hcm.beam.equations import depends_on_velocity
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import ByKind, kernel, kernel_with
 from hcm.contact.contract import begin_mode, commit_history, contact_position, contact_velocity
@@ -105,7 +105,7 @@ def advance(
         if h > 0.0:
             fill_frames(clock, h, old, new, frames)
             lost = 0.0
-            if resists_rates(chain, law):
+            if depends_on_velocity(chain, law):
                 lost = loss_of_step(h, contact, old, new, method)
             n_rows += write_between(
                 h, contact, clock, old, method, probe, rows[n_rows:], reactions[n_rows:]

@@ -28,11 +28,11 @@ Slots = tuple[float, float, float, float]
 # More transitions than this mean chatter, which has no end at any tolerance.
 MAX_PHASES = 10_000
 # s; which way an event function that starts at zero goes is seen after this time.
-PROBE = 1e-9
+SIGN_CHECK_S = 1e-9
 
 
 @dataclass(frozen=True)
-class Start:
+class ChainStart:
     """State to start from: bordered coordinates (n,) and velocities (n,) at time_s, and the mode.
 
     Flight by default: a tip that sits on the surface and moves down then touches at once.
@@ -57,7 +57,7 @@ class Truth:
     peak_normal_force_N: float
     normal_impulse_N_s: float
     friction_dissipation_J: float
-    end: Start
+    end: ChainStart
 
     def time_of(self, kind: str) -> float:
         """Time of the first event of a kind, s."""
@@ -71,7 +71,7 @@ def solve(
     drive: Drive = Drive(),  # noqa: B008  frozen
     rtol: float = 1e-10,
     atol: float = 1e-14,
-    start: Start | None = None,
+    start: ChainStart | None = None,
     taps: int = 1,
     end_time: float = 2.0,
 ) -> Truth:
@@ -95,14 +95,14 @@ def solve(
     check_scene(finger, surface, drive)
     chain, rest = build_chain(finger, drive)
     if start is None:
-        start = Start(rest, np.zeros_like(rest))
+        start = ChainStart(rest, np.zeros_like(rest))
     law = contact_law(surface, tip)
     pieces = torques_on_nodes(drive, len(finger.phalanges))
     return solve_chain(chain, law, start, rtol, atol, taps, end_time, pieces)
 
 
 def solve_chain(
-    chain: Chain, law: ContactLaw, start: Start, rtol: float, atol: float, taps: int = 1,
+    chain: Chain, law: ContactLaw, start: ChainStart, rtol: float, atol: float, taps: int = 1,
     end_time: float = 2.0, drive: Sequence[Piece] = (),
 ) -> Truth:  # fmt: skip
     """`solve` for a chain of elements that is given as arrays; `drive` : torques on its nodes."""
@@ -135,7 +135,9 @@ def solve_chain(
             driven = chain._replace(torque=torques[0])
             return rate(y, origin, mapping, driven, contact, law)
 
-        soon = solve_ivp(slope, (time, time + PROBE), y, method="DOP853", rtol=rtol, atol=tolerance)
+        soon = solve_ivp(
+            slope, (time, time + SIGN_CHECK_S), y, method="DOP853", rtol=rtol, atol=tolerance
+        )
         functions = _event_functions(time, y, soon.y[:, -1], origin, mapping, chain, contact, law)
         solved = solve_ivp(
             slope, (time, until), y, method="DOP853", events=functions,
@@ -161,7 +163,7 @@ def solve_chain(
         if kind == TO_RESTITUTION:
             peak = max(peak, contact.force_ref)
         taps -= kind == LIFT_OFF
-    end = Start(
+    end = ChainStart(
         expand(y[:m], mapping.source), expand(y[m : 2 * m], mapping.source), time, contact
     )  # fmt: skip
     return Truth(tuple(events), peak, float(y[-2]), float(y[-1]), end)

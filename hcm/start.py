@@ -220,7 +220,7 @@ def write_flight(
             old.acceleration[beams.hinge[w]] = reactions[m, 2 * w]
             old.acceleration[beams.hinge[w] + 1] = reactions[m, 2 * w + 1]
             work += flight.torques[m, w] * (states[m, w] - states[0, w])
-        work -= flight.withheld[m]
+        work -= flight.torque_change_work[m]
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
         clock = Clock(
             time[m], time[0], step, 0, 0, flight.repeats, flight.trials, 0, 0.0, 0.0, 0.0, work,

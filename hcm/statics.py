@@ -10,7 +10,8 @@ from hcm.contact.law import IN_FLIGHT, ContactLaw
 
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e3)  # a surface out of reach
 STATIC = 1e12  # of the stiffness beside the mass, which drops out
-LOAD_STEPS, ITERATIONS, ENOUGH = 20, 100, 1e-11  # of a step; of the scaled unknowns' last change
+LOAD_STEPS, ITERATIONS = 20, 100  # of a step
+CHANGE_TOLERANCE = 1e-11  # of the scaled unknowns in the last iteration
 
 
 def equilibrium(chain: Chain, start: Floats, held: Ints, load: Floats) -> Floats:
@@ -43,7 +44,7 @@ def equilibrium(chain: Chain, start: Floats, held: Ints, load: Floats) -> Floats
             usable = factorize(rows)
             solve(rows, change)
             q += chain.scale * change[w:]
-            if usable and np.abs(change).max() < ENOUGH:
+            if usable and np.abs(change).max() < CHANGE_TOLERANCE:
                 break
         else:
             raise ArithmeticError(f"no equilibrium at {share:g} of the load")

@@ -96,26 +96,30 @@ def solve(rows: Floats, x: Floats) -> None:
 
 
 @kernel
-def solve_border(
-    factors: Floats | Complexes, skew: complex, y: int, column: Floats, border: Floats | Complexes
+def solve_rank_one(
+    factors: Floats | Complexes,
+    unsymmetric_factor: complex,
+    y: int,
+    column: Floats,
+    rank_one: Floats | Complexes,
 ) -> bool:
-    """Border S^-1 c of the column c, which may be the same array; whether S + skew c e_y^T is
-    regular.
+    """Fill rank_one with S^-1 c of the column c, which may be the same array; whether the matrix
+    S + u c e_y^T, u the unsymmetric factor, is regular.
     """
     for i in range(column.size):
-        border[i] = column[i]
-    solve(factors, border)
-    return abs(1.0 + skew * border[y]) > SMALLEST_PIVOT
+        rank_one[i] = column[i]
+    solve(factors, rank_one)
+    return abs(1.0 + unsymmetric_factor * rank_one[y]) > SMALLEST_PIVOT
 
 
 @kernel
-def take_border(
-    skew: complex, y: int, border: Floats | Complexes, right: Floats | Complexes
+def apply_rank_one(
+    unsymmetric_factor: complex, y: int, rank_one: Floats | Complexes, right: Floats | Complexes
 ) -> None:
-    """Overwrite z = S^-1 b by (S + skew c e_y^T)^-1 b, the border being S^-1 c.
+    """Overwrite z = S^-1 b by (S + u c e_y^T)^-1 b; rank_one : S^-1 c.
 
-    z - S^-1 c skew z_y/(1 + skew (S^-1 c)_y) (Sherman and Morrison).
+    z - S^-1 c u z_y/(1 + u (S^-1 c)_y) (Sherman and Morrison).
     """
-    share = skew * right[y] / (1.0 + skew * border[y])
+    share = unsymmetric_factor * right[y] / (1.0 + unsymmetric_factor * rank_one[y])
     for i in range(HALF_BANDWIDTH, right.size):
-        right[i] -= share * border[i]
+        right[i] -= share * rank_one[i]

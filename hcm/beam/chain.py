@@ -88,7 +88,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     """
     phalanges = finger.phalanges
     counts = [p.elements for p in phalanges]
-    given = [_section(p) for p in phalanges]
+    section_properties = [_section(p) for p in phalanges]
     # each phalanx takes its hinge's two multipliers, then its nodes' four coordinates each
     links, elements = len(counts), sum(counts)
     n = 4 * elements + 6 * links
@@ -99,10 +99,12 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     weight, scale, rest = np.zeros((3, n))
     chain = Chain(
         first, second, length, axial, mass, bending, hinge, inner, outer, weight,
-        np.empty(0), np.empty(0, dtype=np.int64), scale, n - 4, _roundoff(given), relaxation,
-        any(p.relaxation_time for p in phalanges),
+        np.empty(0), np.empty(0, dtype=np.int64), scale, n - 4,
+        _roundoff(section_properties), relaxation, any(p.relaxation_time for p in phalanges),
     )  # fmt: skip
-    fill_chain_by_kind(None, np.array(counts), np.array(given), drive.fall, chain, rest)
+    fill_chain_by_kind(
+        None, np.array(counts), np.array(section_properties), drive.fall, chain, rest
+    )
     joint, sign = acting_joints(drive, links)
     if joint.size:
         torque = piece_at(torques_on_nodes(drive, links), 0.0).torques[0].copy()
@@ -118,16 +120,16 @@ def _section(p: Phalanx) -> tuple[float, ...]:
 
 @kernel_with()
 def fill_chain(
-    counts: Ints, given: Floats, fall: tuple[float, float], chain: Chain, rest: Floats
+    counts: Ints, section_properties: Floats, fall: tuple[float, float], chain: Chain, rest: Floats
 ) -> None:
     """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros.
 
-    counts : (P,) elements. given : (P, 6) l (m), rho A (kg/m), E A (N), E I (N m^2), l of all (m),
-    tau (s). fall : acceleration of a free fall f, m/s^2.
+    counts : (P,) elements. section_properties : (P, 6) l (m), rho A (kg/m), E A (N), E I (N m^2),
+    the phalanx's length (m), tau (s). fall : acceleration of a free fall f, m/s^2.
     """
     element, place, arc = 0, 0, 0.0
     for w in range(counts.size):
-        el, per_length = given[w, 0], given[w, 1]
+        el, per_length = section_properties[w, 0], section_properties[w, 1]
         chain.hinge[w], chain.hinge_outer[w] = place, place + 2
         chain.hinge_inner[w] = place - 4 if w else -1
         chain.scale[place] = chain.scale[place + 1] = per_length * el
@@ -145,9 +147,15 @@ def fill_chain(
             if i == counts[w]:
                 break
             chain.first[element], chain.second[element] = node, node + 4
-            chain.length[element], chain.axial_stiffness[element] = el, given[w, 2]
-            chain.relaxation[element] = given[w, 5]
-            fill_matrices(per_length, given[w, 3], el, chain.mass[element], chain.bending[element])
+            chain.length[element], chain.axial_stiffness[element] = el, section_properties[w, 2]
+            chain.relaxation[element] = section_properties[w, 5]
+            fill_matrices(
+                per_length,
+                section_properties[w, 3],
+                el,
+                chain.mass[element],
+                chain.bending[element],
+            )
             for end in (node, node + 4):
                 chain.weight[end] += force_x
                 chain.weight[end + 1] += force_y
@@ -157,7 +165,7 @@ def fill_chain(
         place += 4 * counts[w] + 6
         chain.weight[place - 2] -= moment_x
         chain.weight[place - 1] -= moment_y
-        arc += given[w, 4]
+        arc += section_properties[w, 4]
 
 
 fill_chain_by_kind = ByKind(fill_chain)
@@ -168,10 +176,10 @@ SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
 FASTEST = 10.0
 
 
-def _roundoff(given: list[tuple[float, ...]]) -> float:
+def _roundoff(section_properties: list[tuple[float, ...]]) -> float:
     # slopes and chords are of size 1: one rounding of theirs bends and stretches an element by eps
     largest = 0.0
-    for el, per_length, axial, bending, _, tau in given:
+    for el, per_length, axial, bending, _, tau in section_properties:
         force = (12 * bending / el**2 + axial) * (1.0 + tau * FASTEST / el)
         largest = max(largest, force / (SOFTEST_MASS * per_length * el))
     return sys.float_info.epsilon * largest

@@ -72,13 +72,13 @@ def add_damping(q: Floats, chords: Floats, v: Floats, chain: Chain, out: Floats)
 
 
 @kernel
-def resists_rates(chain: Chain, law: Law) -> bool:
+def depends_on_velocity(chain: Chain, law: Law) -> bool:
     """Whether any force depends on velocities."""
     return chain.damped or radiates(law)
 
 
 @kernel
-def lost_power(
+def dissipated_power(
     q: Floats, chords: Floats, v: Floats, chain: Chain, contact: ContactState, law: Law
 ) -> float:
     """What the material and a tip that radiates take, W."""
@@ -271,11 +271,11 @@ def tangent(
         rows[w + s + 1, w] += unit * dxx
     if rate_weight > 0.0:
         add_rate(q, rate_weight, chain.tip, contact, law, rows)
-    skew = add_tangent(q, weight, chain.tip, chain.scale, contact, law, rows)
+    unsymmetric_factor = add_tangent(q, weight, chain.tip, chain.scale, contact, law, rows)
     for hinge in range(chain.hinge.size):
         lam, inner, outer = (chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge])
         for c in range(2):
             rows[w + outer + c, lam - outer + w] += chain.scale[lam]
             if inner >= 0:
                 rows[w + lam + c, inner - lam + w] -= chain.scale[lam]
-    return float(skew)
+    return float(unsymmetric_factor)

@@ -102,13 +102,10 @@ def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s:
 
 
 @kernel
-def rates(time: float, state: Floats, chain: Rods, out: Floats) -> None:
+def rates(time: float, state: Floats, rods: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) at `time`, s, to `out` (2 P,)."""
-    length, mass, beyond, first, second = (
-        chain.length, chain.mass, chain.beyond, chain.first, chain.second,
-    )  # fmt: skip
-    torque, since, fall = chain.torque, chain.since, chain.fall
-    inertia, along, n = chain.inertia, chain.along, chain.length.size
+    length, mass, beyond, torque, since, first, second, _, _, _, _, fall, _, inertia, along, _ = rods
+    n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
     for j in range(n):
@@ -137,17 +134,17 @@ def rates(time: float, state: Floats, chain: Rods, out: Floats) -> None:
 
 
 @kernel
-def clearance(state: Floats, chain: Rods) -> tuple[float, float]:
+def clearance(state: Floats, rods: Rods) -> tuple[float, float]:
     """The tip's height above the surface, m, and its velocity, m/s, along +Y."""
-    gap, speed = chain.height, 0.0
-    for j in range(chain.length.size):
-        gap -= chain.length[j] * math.sin(state[j])
-        speed -= chain.length[j] * math.cos(state[j]) * state[chain.length.size + j]
+    gap, speed = rods.height, 0.0
+    for j in range(rods.length.size):
+        gap -= rods.length[j] * math.sin(state[j])
+        speed -= rods.length[j] * math.cos(state[j]) * state[rods.length.size + j]
     return gap, speed
 
 
 @kernel
-def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> float:
+def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> float:
     """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (f - r..i).
 
     Returns the speed that rods leave out, m/s: what their loads p = rho A (f - r..), the larger of
@@ -159,24 +156,24 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
 
     the largest sum of all rods. It vibrates so fast if the loads come suddenly.
     """
-    n, fastest = chain.length.size, 0.0
-    gx, gy = -chain.fall[0], -chain.fall[1]
+    n, fastest = rods.length.size, 0.0
+    gx, gy = -rods.fall[0], -rods.fall[1]
     ax, ay = 0.0, 0.0
     for w in range(n):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
         # r.. of the rod's centre is that of its hinge and a share of what the rod adds at its end
-        dx = chain.length[w] * (acceleration[w] * sin + spin * cos)
-        dy = chain.length[w] * (-acceleration[w] * cos + spin * sin)
-        out[2 * w] = -chain.mass[w] * (gx + ax + chain.first[w] * dx)
-        out[2 * w + 1] = -chain.mass[w] * (gy + ay + chain.first[w] * dy)
+        dx = rods.length[w] * (acceleration[w] * sin + spin * cos)
+        dy = rods.length[w] * (-acceleration[w] * cos + spin * sin)
+        out[2 * w] = -rods.mass[w] * (gx + ax + rods.first[w] * dx)
+        out[2 * w + 1] = -rods.mass[w] * (gy + ay + rods.first[w] * dy)
         ax, ay = ax + dx, ay + dy
     fx, fy = 0.0, 0.0
     for w in range(n - 1, -1, -1):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2
-        length = chain.length[w]
+        length = rods.length[w]
         dx = length * (acceleration[w] * sin + spin * cos)
         dy = length * (-acceleration[w] * cos + spin * sin)
-        per_length = chain.mass[w] / length
+        per_length = rods.mass[w] / length
         across, stretch = 0.0, 0.0
         for _ in range(2):  # the outer end, then the hinge
             across = max(across, abs(cos * (gy + ay) - sin * (gx + ax)))
@@ -184,10 +181,10 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
             ax, ay = ax - dx, ay - dy
         ax, ay = ax + dx, ay + dy
         sag = per_length * across * length**4 * (5.0 / 384.0)
-        sag += chain.moment[w] * length**2 / SAG_OF_MOMENT
+        sag += rods.moment[w] * length**2 / SAG_OF_MOMENT
         pulled = per_length * stretch * 0.5 * length**2 + abs(cos * fx + sin * fy) * length
-        bent = sag * (math.pi / length) ** 2 / math.sqrt(chain.bending[w] * per_length)
-        drawn = pulled * 0.5 * math.pi / length / math.sqrt(chain.axial[w] * per_length)
+        bent = sag * (math.pi / length) ** 2 / math.sqrt(rods.bending[w] * per_length)
+        drawn = pulled * 0.5 * math.pi / length / math.sqrt(rods.axial[w] * per_length)
         fastest = max(fastest, bent + drawn)
         fx, fy = fx + out[2 * w], fy + out[2 * w + 1]
         out[2 * w], out[2 * w + 1] = fx, fy
@@ -195,16 +192,16 @@ def reactions(state: Floats, acceleration: Floats, chain: Rods, out: Floats) -> 
 
 
 @kernel
-def body_depth(state: Floats, radius: Floats, height: float, chain: Rods) -> float:
+def body_depth(state: Floats, radius: Floats, height: float, rods: Rods) -> float:
     """How far the lowest section of radius (P,) at a hinge lies below the surface, m.
 
-    height : of the surface below the fixed hinge, m; that of `chain` is where a round tip touches.
+    height : of the surface below the fixed hinge, m; that of `rods` is where a round tip touches.
     """
-    y, deepest, n = height, -math.inf, chain.length.size
+    y, deepest, n = height, -math.inf, rods.length.size
     for w in range(n):
         reach = radius[w] * abs(math.cos(state[w]))
         deepest = max(deepest, reach - y)
-        y -= chain.length[w] * math.sin(state[w])
+        y -= rods.length[w] * math.sin(state[w])
         if w + 1 < n:
             deepest = max(deepest, reach - y)
     return deepest
@@ -212,7 +209,7 @@ def body_depth(state: Floats, radius: Floats, height: float, chain: Rods) -> flo
 
 @kernel
 def survey(
-    states: Floats, accelerations: Floats, radius: Floats, height: float, chain: Rods, out: Floats
+    states: Floats, accelerations: Floats, radius: Floats, height: float, rods: Rods, out: Floats
 ) -> tuple[float, float, float, float]:
     """Speeds that rods leave out (`reactions`): at first, at last, the largest, m/s; and the depth
     below the surface, m, that sections reach while the tip is at least as far above it.
@@ -221,8 +218,8 @@ def survey(
     """
     first, speed, largest, sunk = 0.0, 0.0, 0.0, 0.0
     for m in range(states.shape[0]):
-        speed = reactions(states[m], accelerations[m], chain, out)
+        speed = reactions(states[m], accelerations[m], rods, out)
         first, largest = speed if m == 0 else first, max(largest, speed)
-        depth = body_depth(states[m], radius, height, chain)
-        sunk = max(sunk, min(depth, clearance(states[m], chain)[0]))
+        depth = body_depth(states[m], radius, height, rods)
+        sunk = max(sunk, min(depth, clearance(states[m], rods)[0]))
     return first, speed, largest, sunk

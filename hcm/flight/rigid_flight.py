@@ -42,8 +42,8 @@ class RigidFlight(NamedTuple):
     """The motion of rods from a state to the touch or the end.
 
     time : (m,) s. states : (m, 2 P) angles (rad) and rates (rad/s). accelerations : (m, P) rad/s^2.
-    torques : (m, P) N m. withheld : (m,) J, int (theta - theta_0) dtau: the drive's work is
-    tau (theta - theta_0) less that.
+    torques : (m, P) N m. torque_change_work : (m,) J, int (theta - theta_0) dtau, by which the
+    drive's work is less than tau (theta - theta_0).
     code : how it ended. repeats, trials : steps taken again, and those of the search.
     """
 
@@ -51,7 +51,7 @@ class RigidFlight(NamedTuple):
     states: Floats
     accelerations: Floats
     torques: Floats
-    withheld: Floats
+    torque_change_work: Floats
     code: int
     repeats: int
     trials: int
@@ -59,7 +59,7 @@ class RigidFlight(NamedTuple):
 
 @kernel
 def locate_touch(
-    time: float, h: float, near: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+    time: float, h: float, near: float, state: Floats, stages: Floats, rods: Rods, new: Floats
 ) -> tuple[float, int]:
     """Length of the step that ends on the surface, within `near` (m), `new` its state, inside a
     step that passes it.
@@ -68,8 +68,8 @@ def locate_touch(
     iteration on its height, with bisection where that leaves the bracket.
     """
     low, high, length, trials = 0.0, h, h, 0
-    begin_gap, begin_speed = clearance(state, chain)
-    gap, speed = clearance(new, chain)
+    begin_gap, begin_speed = clearance(state, rods)
+    gap, speed = clearance(new, rods)
     while abs(gap) > near and high - low > TIME_RESOLUTION and trials < TRIALS:
         low, high = (length, high) if gap > 0.0 else (low, length)
         if trials == 0 and begin_gap > 0.0 > gap:
@@ -79,14 +79,14 @@ def locate_touch(
         if not low < length < high:
             length = 0.5 * (low + high)
         trials += 1
-        dormand_prince(time, length, state, stages, chain, new)
-        gap, speed = clearance(new, chain)
+        dormand_prince(time, length, state, stages, rods, new)
+        gap, speed = clearance(new, rods)
     return length, trials
 
 
 @kernel
 def controlled_step(
-    time: float, h: float, tolerance: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+    time: float, h: float, tolerance: float, state: Floats, stages: Floats, rods: Rods, new: Floats
 ) -> tuple[float, float, int]:
     """Take a step of at most h that keeps the tolerance (m; 0: any finite one).
 
@@ -94,7 +94,7 @@ def controlled_step(
     `REPEATS` mean failure.
     """
     for repeats in range(REPEATS + 1):
-        error = dormand_prince(time, h, state, stages, chain, new)
+        error = dormand_prince(time, h, state, stages, rods, new)
         change = 0.9 * (tolerance / max(error, 1e-6 * tolerance)) ** 0.2 if tolerance > 0.0 else 1.0
         if error <= tolerance or (tolerance == 0.0 and error < math.inf):
             return h, min(GROWTH, change), repeats
@@ -116,7 +116,7 @@ def write_row(time: float, state: Floats, stages: Floats, row: Floats) -> None:
 @kernel
 def take_steps(
     time: float, h: float, end: float, longest: float, tolerance: float, state: Floats, new: Floats,
-    stages: Floats, known: bool, chain: Rods, rows: Floats,
+    stages: Floats, known: bool, rods: Rods, rows: Floats,
 ) -> tuple[int, int, int, int, float]:  # fmt: skip
     """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (1 + m, 1 + 3 P) are full.
 
@@ -126,11 +126,11 @@ def take_steps(
     all are that long. Returns the rows written behind that of the start (time, state,
     accelerations), how it ended, repeats, trials, the next step.
     """
-    n = chain.length.size
+    n = rods.length.size
     repeats, trials = 0, 0
-    near = max(LOCATED * chain.height, OF_TOLERANCE * tolerance)
+    near = max(LOCATED * rods.height, OF_TOLERANCE * tolerance)
     if not known:
-        rates(time, state, chain, stages[0])
+        rates(time, state, rods, stages[0])
     write_row(time, state, stages, rows[0])
     for row in range(rows.shape[0] - 1):
         remaining = end - time
@@ -140,24 +140,24 @@ def take_steps(
         for i in range(n):
             fastest = max(fastest, abs(state[n + i]))
         h = min(h, longest, remaining, TURN / max(fastest, 1e-300))
-        gap, speed = clearance(state, chain)
-        h, change, repeated = controlled_step(time, h, tolerance, state, stages, chain, new)
+        gap, speed = clearance(state, rods)
+        h, change, repeated = controlled_step(time, h, tolerance, state, stages, rods, new)
         repeats += repeated
         if repeated > REPEATS:
             return row, FAILED, repeats, trials, h
-        end_gap, end_speed = clearance(new, chain)
+        end_gap, end_speed = clearance(new, rods)
         code, step = FULL, h
         below = dip_below_zero(h, gap, speed, end_gap, end_speed) if end_gap > 0.0 else h
         if below > 0.0:
             if below < h:
                 trials += 1
-                dormand_prince(time, below, state, stages, chain, new)
-            if clearance(new, chain)[0] <= 0.0:
-                step, used = locate_touch(time, below, near, state, stages, chain, new)
+                dormand_prince(time, below, state, stages, rods, new)
+            if clearance(new, rods)[0] <= 0.0:
+                step, used = locate_touch(time, below, near, state, stages, rods, new)
                 trials += used
                 code = TOUCHED
             else:
-                dormand_prince(time, h, state, stages, chain, new)
+                dormand_prince(time, h, state, stages, rods, new)
         time += step
         for i in range(2 * n):
             stages[0, i], state[i] = stages[STAGES - 1, i], new[i]
@@ -207,25 +207,26 @@ def integrate_flight(
         table = np.concatenate(flown) if len(flown) > 1 else flown[0]
         load = np.empty((len(table), links))
         load[:] = piece.torques[0]
-        rises = any(piece.torques[1].tolist())
+        rate = piece.torques[1]
+        rises = any(rate.tolist())
         if rises:
-            load += (table[:, :1] - piece.begin_s) * piece.torques[1]
+            load += (table[:, :1] - piece.begin_s) * rate
         if parts:  # what the torque jumps by; the first row is the last piece's
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
         else:
             begin = table[0, 1 : 1 + links]
-        withheld = _withheld(table, begin, piece.torques[1]) if rises else np.zeros(len(table))
+        work = _torque_change_work(table, begin, rate) if rises else np.zeros(len(table))
         if kept:
-            withheld += kept
-        before, kept, first = load[-1], float(withheld[-1]), min(len(parts), 1)
-        parts.append((table[first:], load[first:], withheld[first:]))
+            work += kept
+        before, kept, first = load[-1], float(work[-1]), min(len(parts), 1)
+        parts.append((table[first:], load[first:], work[first:]))
     if len(parts) > 1:
-        table, load, withheld = (np.concatenate(part) for part in zip(*parts, strict=True))
+        table, load, work = (np.concatenate(part) for part in zip(*parts, strict=True))
     states, accelerations = table[:, 1 : 1 + 2 * links], table[:, 1 + 2 * links :]
-    return RigidFlight(table[:, 0], states, accelerations, load, withheld, code, repeats, trials)
+    return RigidFlight(table[:, 0], states, accelerations, load, work, code, repeats, trials)
 
 
-def _withheld(table: Floats, begin: Floats, rate: Floats) -> Floats:
+def _torque_change_work(table: Floats, begin: Floats, rate: Floats) -> Floats:
     """Int (theta - theta_0) . tau. dt up to each row (m,), J, by cubics through the rows."""
     links = begin.size
     h, angles = np.diff(table[:, :1], axis=0), table[:, 1 : 1 + links] - begin

@@ -29,7 +29,7 @@ E = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525
 
 @kernel
 def dormand_prince(
-    time: float, h: float, state: Floats, stages: Floats, chain: Rods, new: Floats
+    time: float, h: float, state: Floats, stages: Floats, rods: Rods, new: Floats
 ) -> float:
     """Step `state` (2 P,) at `time`, s, by h into `new`; returns the error estimate, m.
 
@@ -42,11 +42,11 @@ def dormand_prince(
             for j in range(s):
                 slope += A[s, j] * stages[j, i]
             new[i] = state[i] + h * slope
-        rates(time + C[s] * h, new, chain, stages[s])
-    error, n = 0.0, chain.length.size
+        rates(time + C[s] * h, new, rods, stages[s])
+    error, n = 0.0, rods.length.size
     for i in range(state.size):
         off = 0.0
         for s in range(STAGES):
             off += E[s] * stages[s, i]
-        error += abs(h * off) * (chain.length[i] if i < n else h * chain.length[i - n])
+        error += abs(h * off) * (rods.length[i] if i < n else h * rods.length[i - n])
     return error

@@ -14,7 +14,12 @@ import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
 from hcm.beam.drive import set_torques
-from hcm.beam.equations import lost_power, move_chords, residual_from_chords, resists_rates
+from hcm.beam.equations import (
+    depends_on_velocity,
+    dissipated_power,
+    move_chords,
+    residual_from_chords,
+)
 from hcm.compiled import inlined, kernel
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_systems import (
@@ -44,7 +49,7 @@ from hcm.state import Motion
 def move_velocities(h: float, old: Motion, integrator: GaussIntegrator) -> None:
     """Fill gauss.v from gauss.unknown (B)."""
     table, gauss = integrator.tableau, integrator.gauss
-    combine(table.rates, gauss.unknown, gauss.v)
+    combine(table.a_inverse, gauss.unknown, gauss.v)
     for i in range(table.c.size):
         velocity = gauss.v[i]
         for m in range(velocity.size):
@@ -55,7 +60,7 @@ def move_velocities(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
     """Fill gauss.stage (A), gauss.q, gauss.v and gauss.chords from gauss.unknown (B)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
-    combine(table.inverse, gauss.unknown, gauss.stage)
+    combine(table.a_squared_inverse, gauss.unknown, gauss.stage)
     for i in range(table.c.size):
         place, b, chords, along = gauss.q[i], gauss.unknown[i], gauss.chords[i], table.c[i] * h
         for m in range(place.size):
@@ -63,7 +68,7 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
         move_chords(old.chords, place, chain, chords)
         for m in range(place.size):
             place[m] += old.q[m]
-    if resists_rates(chain, integrator.law):
+    if depends_on_velocity(chain, integrator.law):
         move_velocities(h, old, integrator)
 
 
@@ -87,7 +92,7 @@ def finish(h: float, old: Motion, new: Motion, contact: ContactState,
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
     move_chords(old.chords, moved, chain, new.chords)
-    if contact.normal_mode != FLIGHT and not resists_rates(chain, integrator.law):
+    if contact.normal_mode != FLIGHT and not depends_on_velocity(chain, integrator.law):
         move_velocities(h, old, integrator)
     return accelerate(h, old, new, contact, integrator)
 
@@ -128,7 +133,7 @@ def step(
     for i in range(stages):
         for m in range(n):
             gauss.stage[i, m] = old.a[m]
-    combine(table.double, gauss.stage, gauss.unknown)
+    combine(table.a_squared, gauss.stage, gauss.unknown)
     if not co.reuse:
         gauss.key[0] = np.nan
     set_torques(old.drive, 0.5 * h, chain.torque)
@@ -205,6 +210,8 @@ def material_loss(h: float, contact: ContactState, integrator: GaussIntegrator) 
     """What the material has dissipated in the latest step, J, by the collocation's quadrature."""
     gauss, chain, total = integrator.gauss, integrator.chain, 0.0
     for i in range(integrator.tableau.b.size):
-        power = lost_power(gauss.q[i], gauss.chords[i], gauss.v[i], chain, contact, integrator.law)
+        power = dissipated_power(
+            gauss.q[i], gauss.chords[i], gauss.v[i], chain, contact, integrator.law
+        )
         total += integrator.tableau.b[i] * power
     return h * total

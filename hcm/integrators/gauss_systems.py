@@ -17,16 +17,16 @@ moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 import numpy as np
 
 from hcm.arrays import Complexes, Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, solve_border, take_border
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, apply_rank_one, factorize, solve, solve_rank_one
 from hcm.beam.chain import Chain
-from hcm.beam.equations import resists_rates, tangent
+from hcm.beam.equations import depends_on_velocity, tangent
 from hcm.compiled import kernel
 from hcm.contact.contract import fill_column, stiffness_key
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
 
-# Steps in contact that differ by less than this share of them have one set of factors.
-NEAR = 1e-3
+# Steps in contact whose lengths differ by less than this share have one set of factors.
+STEP_MATCH = 1e-3
 
 
 @kernel
@@ -115,10 +115,10 @@ def add_difference(weight: complex, a: Floats, b: Floats, out: Floats | Complexe
 def fits(h: float, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Whether the factors are those of the step h and the contact's mode.
 
-    In contact they serve any step as long but for `NEAR`, as do those of an event's trials.
+    In contact they serve any step as long but for `STEP_MATCH`, as do those of an event's trials.
     """
     key, mode = integrator.gauss.key, stiffness_key(contact, integrator.law)
-    near = 0.0 if contact.normal_mode == FLIGHT else NEAR * h
+    near = 0.0 if contact.normal_mode == FLIGHT else STEP_MATCH * h
     same = key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
     return same and abs(key[0] - h) <= near
 
@@ -128,13 +128,13 @@ def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussInt
     """Keep the factors of all systems for the stiffness at q (n,)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
     gauss.key[0], law = np.nan, integrator.law
-    skew = tangent(q, h * h, 0.0, chain, contact, law, gauss.stiff)
+    unsymmetric_factor = tangent(q, h * h, 0.0, chain, contact, law, gauss.stiff)
     column, y = integrator.work.right, HALF_BANDWIDTH + chain.tip + 1
-    if skew != 0.0:
+    if unsymmetric_factor != 0.0:
         column[:] = 0.0
         fill_column(q, chain.tip, chain.scale, contact, law, column[HALF_BANDWIDTH:])
     mass, stiff, damp = gauss.mass, gauss.stiff, gauss.damp
-    damped = resists_rates(chain, law)
+    damped = depends_on_velocity(chain, law)
     if damped:
         tangent(q, 0.0, h, chain, contact, law, damp)
     for k in range(table.mu.size):
@@ -147,8 +147,8 @@ def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussInt
                 add_difference(table.lam[k].real, damp, mass, gauss.real_factors)
             if not factorize(gauss.real_factors):
                 return False
-            if skew != 0.0 and not solve_border(
-                gauss.real_factors, mu.real * skew, y, column, gauss.real_border
+            if unsymmetric_factor != 0.0 and not solve_rank_one(
+                gauss.real_factors, mu.real * unsymmetric_factor, y, column, gauss.real_rank_one
             ):
                 return False
         else:
@@ -160,12 +160,14 @@ def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussInt
                 add_difference(table.lam[k], damp, mass, factors)
             if not factorize(factors):
                 return False
-            if skew != 0.0 and not solve_border(factors, mu * skew, y, column, gauss.border[k]):
+            if unsymmetric_factor != 0.0 and not solve_rank_one(
+                factors, mu * unsymmetric_factor, y, column, gauss.rank_one[k]
+            ):
                 return False
     for w in range(chain.hinge.size):
         gauss.frame[w, 0], gauss.frame[w, 1] = direction(q, w, chain)
     gauss.key[1], gauss.key[2], gauss.key[3] = stiffness_key(contact, law)
-    gauss.key[0], gauss.key[4] = h, skew
+    gauss.key[0], gauss.key[4] = h, unsymmetric_factor
     gauss.rate[0] = 1.0
     gauss.age[0] = gauss.age[1] = 0
     integrator.work.cost[1] += table.mu.size
@@ -185,15 +187,15 @@ def measure_turns(gauss: GaussWork, chain: Chain) -> None:
 @kernel
 def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
     """Overwrite gauss.change (s, n), the right-hand sides T^-1 R, with w: pairs as (Re, Im)."""
-    w, odd, skew = HALF_BANDWIDTH, table.c.size % 2, gauss.key[4]
+    w, odd, unsymmetric_factor = HALF_BANDWIDTH, table.c.size % 2, gauss.key[4]
     y = w + tip + 1
     if odd == 1:
         row, real = gauss.change[0], gauss.real_right
         for m in range(row.size):
             real[w + m] = row[m]
         solve(gauss.real_factors, real)
-        if skew != 0.0:
-            take_border(table.mu[0].real * skew, y, gauss.real_border, real)
+        if unsymmetric_factor != 0.0:
+            apply_rank_one(table.mu[0].real * unsymmetric_factor, y, gauss.real_rank_one, real)
         for m in range(row.size):
             row[m] = real[w + m]
     for k in range(odd, table.mu.size):
@@ -202,7 +204,7 @@ def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
         for m in range(re.size):
             right[w + m] = complex(re[m], im[m])
         solve(gauss.factors[k], right)
-        if skew != 0.0:
-            take_border(table.mu[k] * skew, y, gauss.border[k], right)
+        if unsymmetric_factor != 0.0:
+            apply_rank_one(table.mu[k] * unsymmetric_factor, y, gauss.rank_one[k], right)
         for m in range(re.size):
             re[m], im[m] = right[w + m].real, right[w + m].imag

@@ -24,21 +24,21 @@ from hcm.integrators.workspace import Coefficients, Integrator, Workspace
 class Tableau(NamedTuple):
     """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
 
-    c, b : (s,). whole : (s, s) a. double : (s, s) abar. inverse : (s, s) of it. rates : (s, s)
-    a^-1, what B gives to (V - v0)/h. ends : (2, s) what it gives to (q1 - q0 - h v0)/h^2 and to (v1
-    - v0)/h. lam : (p,) eigenvalues of a, the real one first where s is odd, one of each complex
-    pair; mu : (p,) their squares, those of abar. forward, backward : (s, s) T^-1 and T diag(mu), T
-    the eigenvectors, a pair's two rows (columns) being the real and the imaginary part (of what
-    counts twice). last : (s,) what A gives to the last term of its polynomial's Legendre series,
-    times the largest part that this term has in B.
+    c, b : (s,). a, a_squared, a_squared_inverse, a_inverse : (s, s) a, abar, abar^-1, by which B
+    gives A, and a^-1, by which it gives (V - v0)/h. ends : (2, s) by which it gives
+    (q1 - q0 - h v0)/h^2 and (v1 - v0)/h. lam : (p,) eigenvalues of a, the real one first where s is
+    odd, one of each complex pair; mu : (p,) their squares, those of abar. forward, backward :
+    (s, s) T^-1 and T diag(mu), T the eigenvectors, a pair's two rows (columns) being the real and
+    the imaginary part (of what counts twice). last : (s,) what A gives to the last term of its
+    polynomial's Legendre series, times the largest part that this term has in B.
     """
 
     c: Floats
     b: Floats
-    whole: Floats
-    double: Floats
-    inverse: Floats
-    rates: Floats
+    a: Floats
+    a_squared: Floats
+    a_squared_inverse: Floats
+    a_inverse: Floats
     ends: Floats
     lam: Complexes
     mu: Complexes
@@ -54,11 +54,11 @@ def tableau(stages: int) -> Tableau:
     c, b = 0.5 * (nodes + 1.0), 0.5 * weights
     series = legendre.legvander(nodes, stages - 1).T
     # int_0^c P_m(2 t - 1) dt: l_j = sum_m (2 m + 1) b_j P_m(c_j) P_m
-    whole = [0.5 * legendre.legval(nodes, legendre.legint(row, lbnd=-1)) for row in np.eye(stages)]
-    a = np.array(whole).T @ ((2 * np.arange(stages) + 1)[:, None] * series * b)
-    double = a @ a
-    inverse = np.linalg.inv(double).astype(np.float64)
-    rates = np.linalg.inv(a).astype(np.float64)
+    rows = [0.5 * legendre.legval(nodes, legendre.legint(row, lbnd=-1)) for row in np.eye(stages)]
+    a = np.array(rows).T @ ((2 * np.arange(stages) + 1)[:, None] * series * b)
+    a_squared = a @ a
+    a_squared_inverse = np.linalg.inv(a_squared).astype(np.float64)
+    a_inverse = np.linalg.inv(a).astype(np.float64)
     lam, vectors = np.linalg.eig(a)
     back = np.linalg.inv(vectors)
     kept, forward, backward = [], [], []
@@ -76,12 +76,13 @@ def tableau(stages: int) -> Tableau:
         else:
             forward += [back[k].real, back[k].imag]
             backward += [2.0 * column.real, -2.0 * column.imag]
-    ends = np.array([b @ a, b]) @ inverse
-    last = (2 * stages - 1) * b * series[-1] * np.abs(double @ series[-1]).max()
+    ends = np.array([b @ a, b]) @ a_squared_inverse
+    last = (2 * stages - 1) * b * series[-1] * np.abs(a_squared @ series[-1]).max()
     mu = np.array([one**2 for one in kept], dtype=np.complex128)
     return Tableau(
-        c, b, a, double, inverse, rates, ends, np.array(kept, dtype=np.complex128), mu,
-        np.ascontiguousarray(forward), np.ascontiguousarray(np.array(backward).T), last,
+        c, b, a, a_squared, a_squared_inverse, a_inverse, ends,
+        np.array(kept, dtype=np.complex128), mu, np.ascontiguousarray(forward),
+        np.ascontiguousarray(np.array(backward).T), last,
     )  # fmt: skip
 
 
@@ -93,10 +94,10 @@ class GaussWork(NamedTuple):
     real_factors : (w + n, w + 1), factors : (p, w + n, w + 1) complex,
     [M + h^2 mu K + h lam D, Phi^T; Phi, 0]. frame : (P, 2) directions of the phalanges at the
     factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
-    complex right-hand side; real_right : (w + n,). border, real_border : (p, w + n), (w + n,) the
-    factors' solutions for a sliding tip's part, as in `Workspace`. unknown, stage : (s, n) B and A.
-    q, v : (s, n), chords : (s, N, 2). residual, change, spare : (s, n). key : (5,) as in
-    `Workspace`, with the step of the factors (NaN: none) in the place of the weight.
+    complex right-hand side; real_right : (w + n,). rank_one, real_rank_one : (p, w + n),
+    (w + n,) the factors' solutions for a sliding tip's part, as in `Workspace`. unknown, stage :
+    (s, n) B and A. q, v : (s, n), chords : (s, N, 2). residual, change, spare : (s, n). key : (5,)
+    as in `Workspace`, with the step of the factors (NaN: none) in the place of the weight.
     rate : (1,), age : (2,) of the factors, as in `Workspace`.
     """
 
@@ -110,8 +111,8 @@ class GaussWork(NamedTuple):
     turns: Floats
     right: Complexes
     real_right: Floats
-    border: Complexes
-    real_border: Floats
+    rank_one: Complexes
+    real_rank_one: Floats
     unknown: Floats
     stage: Floats
     q: Floats
@@ -147,7 +148,7 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2
     # arrays of one shape from one allocation, of which Python's share of a short tap is made
     mass, mass_factors, stiff, damp, real_factors = np.zeros((5, w + n, w + 1))
-    real_right, real_border = np.zeros((2, w + n))
+    real_right, real_rank_one = np.zeros((2, w + n))
     unknown, stage, q, v, residual, change, spare = np.zeros((7, stages, n))
     # without weight the matrix does not depend on q, for which any numbers serve, nor on a contact
     tangent(chain.scale, 0.0, 0.0, chain, IN_FLIGHT, law, mass)
@@ -158,7 +159,7 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
         np.zeros((systems, w + n, w + 1), dtype=np.complex128),
         np.zeros((phalanges, 2)), np.zeros((stages, phalanges, 2)),
         np.zeros(w + n, dtype=np.complex128), real_right,
-        np.zeros((systems, w + n), dtype=np.complex128), real_border,
+        np.zeros((systems, w + n), dtype=np.complex128), real_rank_one,
         unknown, stage, q, v, np.zeros((stages, elements, 2)), residual, change, spare,
         np.array([np.nan] * 5), np.array([1.0]), np.zeros(2, dtype=np.int64),
     )  # fmt: skip

@@ -11,7 +11,7 @@ frequency. The equations of motion hold at the step's end with q..1 and lam1 as 
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, solve_border, take_border
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, apply_rank_one, factorize, solve, solve_rank_one
 from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
@@ -36,19 +36,19 @@ def refactorize(
 ) -> bool:
     """Keep the factors of the tangent at q, and the solution for its part that is not symmetric."""
     _, chain, law, work = integrator
-    key, border = work.key, work.border
+    key, rank_one = work.key, work.rank_one
     key[0] = np.nan
-    skew = tangent(q, weight, rate_weight, chain, contact, law, work.factors)
+    unsymmetric_factor = tangent(q, weight, rate_weight, chain, contact, law, work.factors)
     if not factorize(work.factors):
         return False
-    if skew != 0.0:
-        border[:] = 0.0
-        fill_column(q, chain.tip, chain.scale, contact, law, border[HALF_BANDWIDTH:])
+    if unsymmetric_factor != 0.0:
+        rank_one[:] = 0.0
+        fill_column(q, chain.tip, chain.scale, contact, law, rank_one[HALF_BANDWIDTH:])
         y = HALF_BANDWIDTH + chain.tip + 1
-        if not solve_border(work.factors, skew, y, border, border):
+        if not solve_rank_one(work.factors, unsymmetric_factor, y, rank_one, rank_one):
             return False
     key[1], key[2], key[3] = stiffness_key(contact, law)
-    key[0], key[4] = weight, skew
+    key[0], key[4] = weight, unsymmetric_factor
     work.rate[0] = 1.0
     work.age[0] = work.age[1] = 0
     work.cost[1] += 1
@@ -61,8 +61,8 @@ def solve_linear(
 ) -> bool:
     """Overwrite work.right (scaled by D) with the solution; factorize unless the factors fit.
 
-    A = S + skew c e_y^T, S symmetric and factorized, e_y the tip's Y (c = e_x for a tip without a
-    radius).
+    A = S + u c e_y^T, S symmetric and factorized, u the unsymmetric factor, e_y the tip's Y (c =
+    e_x for a tip without a radius).
     """
     _, chain, law, work = integrator
     mode, key, right = stiffness_key(contact, law), work.key, work.right
@@ -70,9 +70,9 @@ def solve_linear(
     if not kept and not refactorize(q, weight, rate_weight, contact, integrator):
         return False
     solve(work.factors, right)
-    skew = key[4]
-    if skew != 0.0:
-        take_border(skew, HALF_BANDWIDTH + chain.tip + 1, work.border, right)
+    unsymmetric_factor = key[4]
+    if unsymmetric_factor != 0.0:
+        apply_rank_one(unsymmetric_factor, HALF_BANDWIDTH + chain.tip + 1, work.rank_one, right)
     return True
 
 

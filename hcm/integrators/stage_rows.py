@@ -5,7 +5,7 @@ What a sliding tip loses is a quadrature of F_t V_P, of the stages' order.
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Probe
-from hcm.beam.equations import lost_power, resists_rates
+from hcm.beam.equations import depends_on_velocity, dissipated_power
 from hcm.compiled import by_type, kernel
 from hcm.contact.contract import (
     contact_force,
@@ -93,16 +93,16 @@ def write_stages(
         stage = stage_motion(j, old, integrator)
         power[0, j] = friction_power(stage, contact, integrator) if slides else 0.0
         power[1, j] = 0.0
-        if resists_rates(chain, law):
-            power[1, j] = lost_power(stage.q, stage.chords, stage.v, chain, contact, law)
+        if depends_on_velocity(chain, law):
+            power[1, j] = dissipated_power(stage.q, stage.chords, stage.v, chain, contact, law)
     for i in range(table.c.size):
         stage = stage_motion(i, old, integrator)
         friction, lost = clock.friction_loss, 0.0
         if not slides:
             friction = plain_friction(friction, h, old, stage, contact, integrator)
         for j in range(table.c.size):
-            friction += h * table.whole[i, j] * power[0, j]
-            lost += h * table.whole[i, j] * power[1, j]
+            friction += h * table.a[i, j] * power[0, j]
+            lost += h * table.a[i, j] * power[1, j]
         at = advance_clock(clock, table.c[i] * h, friction, lost, old, stage, chain, contact, law)
         write_row(rows[i], reactions[i], stage, at, contact, integrator, probe)
     return int(table.c.size)

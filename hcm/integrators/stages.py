@@ -186,7 +186,7 @@ def zero_inside(
 @kernel
 def fill_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
     """Fill the stages' accelerations and velocities of the latest step from its unknowns."""
-    combine(integrator.tableau.inverse, integrator.gauss.unknown, integrator.gauss.stage)
+    combine(integrator.tableau.a_squared_inverse, integrator.gauss.unknown, integrator.gauss.stage)
     move_velocities(h, old, integrator)
 
 

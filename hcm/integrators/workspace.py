@@ -30,8 +30,8 @@ class Workspace(NamedTuple):
     """Factors kept between iterations and steps, with what they belong to, and scratch.
 
     factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), the contact's
-    `stiffness_key`, and the factor of the part outside the factors. border : (w + n,) the factors'
-    solution for that part.
+    `stiffness_key`, and the factor of the part outside the factors. rank_one : (w + n,) the
+    factors' solution for that part.
     right : (w + n,) right-hand side. increment : (n,) change of q over the step. rate : (1,) last
     contraction that the factors gave, 1 while unknown. age : (2,) iterations of the first step with
     these factors (0 before its end), and those beyond that in later steps. cost : (2,) iterations
@@ -40,7 +40,7 @@ class Workspace(NamedTuple):
 
     factors: Floats
     key: Floats
-    border: Floats
+    rank_one: Floats
     right: Floats
     increment: Floats
     rate: Floats
@@ -74,7 +74,7 @@ def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -
 
 def workspace(n: int) -> Workspace:
     """Allocate for n bordered unknowns, with no factors kept."""
-    border, right = np.zeros((2, HALF_BANDWIDTH + n))
+    rank_one, right = np.zeros((2, HALF_BANDWIDTH + n))
     age, cost = np.zeros((2, 2), dtype=np.int64)
     key, rate = np.array([np.nan] * 5), np.array([1.0])
-    return Workspace(storage(n), key, border, right, np.empty(n), rate, age, cost)
+    return Workspace(storage(n), key, rank_one, right, np.empty(n), rate, age, cost)

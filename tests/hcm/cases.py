@@ -22,7 +22,7 @@ from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import STAGES
 from hcm.record import FrameTable, empty_record, write_row
-from hcm.reference_solution import Start
+from hcm.reference_solution import ChainStart
 from hcm.result import COLUMNS, EVENT_KINDS, Event
 from hcm.state import Clock, Motion, Plan, build_motion, initial_clock
 
@@ -62,7 +62,7 @@ def straight_links(
     angles: Floats = STRIKING,
     spins: Floats = SPINS,
     drive: hcm.Drive | None = None,
-) -> tuple[Chain, Start]:
+) -> tuple[Chain, ChainStart]:
     """Unstrained links that point along `angles` (rad from +X) and turn at `spins` (rad/s)."""
     chain, rest = build_chain(body, drive or hcm.Drive())
     q, v = np.zeros_like(rest), np.zeros_like(rest)
@@ -77,7 +77,7 @@ def straight_links(
             v[place : place + 4] = *(speed + i * el * across), *across
         base, speed = base + phalanx.length * along, speed + phalanx.length * across
         element += phalanx.elements
-    return chain, Start(q, v)
+    return chain, ChainStart(q, v)
 
 
 def dense_of(rows: Floats) -> Floats:
@@ -138,7 +138,7 @@ class Run:
 def integrate(
     chain: Chain,
     law: ContactLaw,
-    start: Start,
+    start: ChainStart,
     step: float,
     *,
     xi: float = 0.8,
@@ -192,7 +192,7 @@ def point_mass(
     spring: float = 0.0,
     anchor: tuple[float, float] = (0.0, 0.0),
     anchor_velocity: tuple[float, float] = (0.0, 0.0),
-) -> tuple[Chain, Start]:
+) -> tuple[Chain, ChainStart]:
     """A free point mass at the tip node, under a constant force and a spring to a moving anchor.
 
     One element of unit length carries no axial stiffness. Its bending stiffness acts on slopes
@@ -230,7 +230,7 @@ def point_mass(
     slope = (1.0, 0.0)
     q = np.array([anchor[0] - 1.0, anchor[1], *slope, *position, *slope], dtype=float)
     v = np.array([*anchor_velocity, 0.0, 0.0, *velocity, 0.0, 0.0], dtype=float)
-    return chain, Start(q, v)
+    return chain, ChainStart(q, v)
 
 
 def bordered_acceleration(

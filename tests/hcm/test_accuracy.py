@@ -18,7 +18,7 @@ from hcm.chosen import BESIDE, NEWTON, Chosen, contact_frequency, settings_for
 from hcm.chosen_flight import BY_WEIGHT, FEW_STEPS, FOLLOWING_STAGES, QUIET, followed_frequency
 from hcm.companion import first_tap
 from hcm.estimate import VERTEX_SHARE
-from hcm.fall import RODS_TOLERANCE, rods_fall, stress_of
+from hcm.fall import RODS_TOLERANCE, bending_wave_stress, rods_fall
 from hcm.flight.rigid_chain import body_depth, build_rods
 from hcm.model import rigid_motion
 from hcm.parameters import STAGES
@@ -490,7 +490,7 @@ def test_the_stress_of_what_rods_leave_out_is_stated() -> None:
     a, wave = 1e-6, math.pi / rod.length
     speed = a * wave**2 * math.sqrt(rod.bending_stiffness / rod.line_density)
     bent = rod.youngs_modulus * a * wave**2 * rod.diameter / 2
-    assert stress_of(speed, rod) == pytest.approx(bent, rel=1e-12)
+    assert bending_wave_stress(speed, rod) == pytest.approx(bent, rel=1e-12)
     scene = hcm.Scene(
         hcm.Finger((rod,)), hcm.Surface(0.014075, 0.0), hcm.Tip(1.173e6),
         start=hcm.RigidStart((-0.0263,), (0.0,)), assumptions=hcm.Assumptions("refined"),

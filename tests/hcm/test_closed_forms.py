@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hcm.contact.law import COMPRESSION, FREE, SLIP, ContactLaw, ContactState
-from hcm.reference_solution import Start, solve_chain
+from hcm.reference_solution import ChainStart, solve_chain
 from tests.hcm.cases import integrate, order_of, point_mass
 from tests.hcm.closed_forms import block_on_belt, oblique_impact
 
@@ -124,7 +124,7 @@ def belt_case(step: float):
         anchor=(0.0, depth), anchor_velocity=(-belt, 0.0),
     )  # fmt: skip
     slipping = ContactState(COMPRESSION, SLIP, 1.0, 0.0, 0.0, 0.0)
-    start = Start(start.coordinates, start.velocities, 0.0, slipping)
+    start = ChainStart(start.coordinates, start.velocities, 0.0, slipping)
     return exact, integrate(chain, ContactLaw(K, 1.0, ratio, mu, 0.0), start, step, end_time=3e-3)
 
 
@@ -149,7 +149,7 @@ def test_a_block_at_rest_stays_at_rest() -> None:
     depth = -10.0 / K
     chain, start = point_mass(MASS, (0.0, depth), (0.0, 0.0), force=(0.0, -10.0))
     resting = ContactState(COMPRESSION, FREE, 0.0, 0.0, 0.0, 0.0)
-    start = Start(start.coordinates, start.velocities, 0.0, resting)
+    start = ChainStart(start.coordinates, start.velocities, 0.0, resting)
     for restitution in (1.0, 0.5):
         law = ContactLaw(K, restitution, 0.75, 0.0, 0.0)
         run = integrate(chain, law, start, 1e-6, end_time=1e-3)

@@ -13,7 +13,7 @@ from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.energy import energies, stress_at_probe
 from hcm.beam.equations import residual
 from hcm.contact.law import IN_FLIGHT
-from hcm.reference_solution import Start, solve_chain
+from hcm.reference_solution import ChainStart, solve_chain
 from tests.hcm.cases import (
     NOWHERE,
     SOFT,
@@ -156,7 +156,7 @@ def test_free_vibration_of_a_hinged_beam_decays(
     assert found == pytest.approx(omega, rel=2e-3)  # axial: (pi/20)^2/24 of linear elements
     amplitude, periods = 1e-8, 3
     end, steps = periods * 2 * math.pi / found, 90 if collocation else 1200
-    start = Start(rest + amplitude * shape, np.zeros(rest.size))
+    start = ChainStart(rest + amplitude * shape, np.zeros(rest.size))
     run = integrate(
         chain, NOWHERE, start, end / steps, xi=1.0, end_time=end, collocation=collocation
     )

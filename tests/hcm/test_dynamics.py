@@ -8,7 +8,7 @@ from scipy.integrate import quad
 
 import hcm
 from hcm.beam.chain import build_chain
-from hcm.reference_solution import Start
+from hcm.reference_solution import ChainStart
 from tests.hcm.cases import (
     HARD,
     NOWHERE,
@@ -39,7 +39,7 @@ def pulled_bar():
     weight = np.zeros(rest.size)
     weight[chain.tip] = -1e-4
     chain = chain._replace(weight=weight)
-    return integrate(chain, NOWHERE, Start(rest, np.zeros(rest.size)), 5e-8, end_time=1.6e-4)
+    return integrate(chain, NOWHERE, ChainStart(rest, np.zeros(rest.size)), 5e-8, end_time=1.6e-4)
 
 
 def test_impedance_of_a_bar(pulled_bar) -> None:

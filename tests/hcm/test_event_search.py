@@ -5,7 +5,7 @@ import pytest
 
 from hcm.contact.law import COMPRESSION, STICK, ContactLaw, ContactState
 from hcm.integrators.event_search import dip_below_zero, zero_of_cubic
-from hcm.reference_solution import Start
+from hcm.reference_solution import ChainStart
 from tests.hcm.cases import SOFT_TIP, integrate, point_mass
 
 MASS, K = 0.01, SOFT_TIP.normal_stiffness
@@ -110,7 +110,7 @@ def test_chatter_is_passed() -> None:
         MASS, (stretch, depth), (0.0, 0.0), force=(mu * weight * (1 + 1e-15), -weight)
     )
     edge = ContactState(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
-    start = Start(start.coordinates, start.velocities, 0.0, edge)
+    start = ChainStart(start.coordinates, start.velocities, 0.0, edge)
     run = integrate(chain, ContactLaw(K, 1.0, 0.75, mu, 0.0), start, 1e-6, end_time=1e-3)
     assert run.clock.time == pytest.approx(1e-3, rel=1e-9)
     assert abs(run.motion.q[4] - stretch) < 1e-12

@@ -18,7 +18,7 @@ from hcm.integrators.gauss_tableau import GaussIntegrator, tableau, with_colloca
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import STAGES
-from hcm.reference_solution import Start, solve_chain
+from hcm.reference_solution import ChainStart, solve_chain
 from hcm.state import Motion, build_motion
 from tests.hcm.cases import (
     NOWHERE,
@@ -38,7 +38,11 @@ ANGLES = np.radians([255.0, 240.0, 200.0])
 
 
 def prepared(
-    chain: Chain, start: Start, stages: int = STAGES, tolerance: float = 1e-13, law: Law = NOWHERE
+    chain: Chain,
+    start: ChainStart,
+    stages: int = STAGES,
+    tolerance: float = 1e-13,
+    law: Law = NOWHERE,
 ) -> tuple[GaussIntegrator, Motion, Motion]:
     old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
     plain = Integrator(coefficients(1.0, tolerance), chain, law, workspace(chain.scale.size))
@@ -47,7 +51,7 @@ def prepared(
     return with_collocation(plain, stages), old, new
 
 
-def flown(chain: Chain, start: Start, h: float, steps: int, **how: float) -> Motion:
+def flown(chain: Chain, start: ChainStart, h: float, steps: int, **how: float) -> Motion:
     integrator, old, new = prepared(chain, start, **how)  # type: ignore[arg-type]
     for _ in range(steps):
         assert step(h, IN_FLIGHT, old, new, integrator)
@@ -69,13 +73,13 @@ def test_tableau_satisfies_the_simplifying_assumptions(stages: int) -> None:
         assert t.b @ t.c**k == pytest.approx(1 / (k + 1), abs=1e-14)
     for k in range(stages - 1):
         twice = t.c ** (k + 2) / ((k + 1) * (k + 2))
-        np.testing.assert_allclose(t.double @ t.c**k, twice, atol=1e-14)
+        np.testing.assert_allclose(t.a_squared @ t.c**k, twice, atol=1e-14)
     for k in range(stages):
-        to_q, to_v = t.ends @ t.double @ t.c**k
+        to_q, to_v = t.ends @ t.a_squared @ t.c**k
         assert to_q == pytest.approx(1 / ((k + 1) * (k + 2)), abs=1e-12)
         assert to_v == pytest.approx(1 / (k + 1), abs=1e-12)
     # with K = 0 every system returns its right-hand side: T diag(mu) T^-1
-    np.testing.assert_allclose(t.backward @ t.forward, t.double, atol=1e-13)
+    np.testing.assert_allclose(t.backward @ t.forward, t.a_squared, atol=1e-13)
 
 
 @pytest.mark.parametrize(("stages", "steps"), [(2, (16, 32)), (3, (8, 16))])
@@ -105,7 +109,7 @@ def test_phase_of_a_vibrating_bar(stages: int, h_omega: float) -> None:
     chain, start = straight_links(finger(SOFT, 1), np.array([np.pi]), np.zeros(1), STILL)
     rest, count, amplitude = start.coordinates, 40, 1e-9
     omega, shape = mode_near(1.0, chain, rest)
-    bent = Start(rest + amplitude * shape, np.zeros(rest.size))
+    bent = ChainStart(rest + amplitude * shape, np.zeros(rest.size))
     end = flown(chain, bent, h_omega / omega, count, stages=stages)
     found = (end.q - rest)[nodes(chain)] @ shape[nodes(chain)] / (shape @ shape) / amplitude
     pade = sum(

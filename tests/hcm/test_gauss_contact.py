@@ -11,7 +11,7 @@ from hcm.contact.events import NORMAL
 from hcm.contact.law import COMPRESSION, FREE, ContactLaw, ContactState, contact_law
 from hcm.integrators.gauss import step
 from hcm.integrators.stages import shorten, value_inside
-from hcm.reference_solution import Start, solve_chain
+from hcm.reference_solution import ChainStart, solve_chain
 from hcm.state import build_motion
 from tests.hcm.cases import (
     SOFT,
@@ -40,7 +40,7 @@ def struck_link():
     return chain, law, start, solve_chain(chain, law, start, 1e-12, 1e-16)
 
 
-def collocated(chain, law, start: Start, h: float, **how: float) -> Run:
+def collocated(chain, law, start: ChainStart, h: float, **how: float) -> Run:
     return integrate(chain, law, start, h, collocation=True, in_contact=True, **how)
 
 
@@ -127,7 +127,7 @@ def test_energy_and_momentum_through_a_tap(struck_link) -> None:
 def test_a_mirrored_tap_is_the_mirror_image(struck_link) -> None:
     chain, law, start, _ = struck_link
     sign = np.where(np.arange(chain.scale.size) % 2 == 0, -1.0, 1.0)
-    image = Start(sign * start.coordinates, sign * start.velocities)
+    image = ChainStart(sign * start.coordinates, sign * start.velocities)
     run, mirrored = (collocated(chain, law, s, 8e-6) for s in (start, image))
     for name, factor in (("normal_force", 1.0), ("tangential_force", -1.0), ("tip_x", -1.0)):
         size = np.abs(run[name]).max()

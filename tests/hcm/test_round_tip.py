@@ -149,12 +149,12 @@ def test_tangents_are_the_forces_differences(
     contact = TOUCH._replace(tangential_mode=tangential, slip_sign=float(tangential == SLIP))
     q, scale, w = at(0.5 * MU * ETA2 * DEEP, 0.92 * DEEP, angle), np.array([1, 1, 50, 50.0]), 7
     rows, column = np.zeros((w + 4, w + 1)), np.zeros(4)
-    skew = round_tip_kinematics.add_tangent(q, 1.0, 0, scale, contact, tip, rows)
+    unsymmetric_factor = round_tip_kinematics.add_tangent(q, 1.0, 0, scale, contact, tip, rows)
     round_tip_kinematics.fill_column(q, 0, scale, contact, tip, column)
     found = np.zeros((4, 4))
     for i, j in itertools.product(range(4), range(4)):
         found[i, j] = rows[HALF_BANDWIDTH + max(i, j), w - abs(i - j)]
-    found[:, 1] += skew * column
+    found[:, 1] += unsymmetric_factor * column
     wanted = np.zeros((4, 4))
     for j, size in enumerate((1e-10, 1e-10, 1e-8, 1e-8)):
         for sign in (1, -1):

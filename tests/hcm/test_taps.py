@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.reference_solution import Start
+from hcm.reference_solution import ChainStart
 from tests.hcm.cases import (
     HARD,
     HARD_TIP,
@@ -140,7 +140,7 @@ def test_mirrored_scene_gives_the_mirrored_tap() -> None:
     flip = np.ones(chain.scale.size)
     for place in {*chain.first, *chain.second}:
         flip[[place, place + 2]] = -1.0
-    mirrored = Start(flip * start.coordinates, flip * start.velocities)
+    mirrored = ChainStart(flip * start.coordinates, flip * start.velocities)
     one, two = (integrate(chain, SOFT_LAW, s, 1e-7) for s in (start, mirrored))
     assert one.kinds() == two.kinds()
     signs = {"normal_force": 1, "tangential_force": -1, "tip_x": -1, "tip_y": 1}

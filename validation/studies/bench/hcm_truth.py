@@ -36,7 +36,7 @@ def solve_impact(elements: int, rtol: float) -> TapQuantities:
     finger = given["finger"]
     chain, _ = build_chain(finger, given["drive"])
     state = impact_start(given["surface"].height, finger.phalanges[0].length)
-    start = reference_solution.Start(*rigid_motion(finger, chain, state))
+    start = reference_solution.ChainStart(*rigid_motion(finger, chain, state))
     return _quantities(reference_solution.solve(**given, start=start, rtol=rtol, atol=1e-4 * rtol))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import hcm
 from hcm.arrays import Floats
 from hcm.beam.chain import build_chain
-from hcm.reference_solution import Start, solve_chain
+from hcm.reference_solution import ChainStart, solve_chain
 from hcm.statics import NOWHERE
 from validation.harness.store import Store
 from validation.models.adapter import Progress
@@ -29,7 +29,7 @@ def by_hcm(young: float, elements: int) -> Floats:
     """Tip position (n, 2) at `TIMES`, m."""
     rod = hcm.Phalanx(LENGTH, 2.0 * RADIUS, young, DENSITY, elements)
     chain, rest = build_chain(hcm.Finger((rod,)), hcm.Drive(gravity=GRAVITY))
-    now, found = Start(rest, np.zeros_like(rest)), []
+    now, found = ChainStart(rest, np.zeros_like(rest)), []
     for time in TIMES.tolist():
         now = solve_chain(chain, NOWHERE, now, RTOL, ATOL, end_time=time).end
         found.append(now.coordinates[chain.tip : chain.tip + 2])

@@ -116,7 +116,7 @@ def _by_dop853(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdi
     kept = result.event_postures
     assert isinstance(kept, Postures)
     assert kept.v is not None
-    start = reference_solution.Start(kept.q[0], kept.v[0], kept.times_s[0])
+    start = reference_solution.ChainStart(kept.q[0], kept.v[0], kept.times_s[0])
     try:
         other = reference_solution.solve(
             scene.finger, scene.surface, scene.tip, scene.drive, RTOL, ATOL, start,

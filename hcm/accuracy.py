@@ -1,11 +1,11 @@
 """A run that keeps a relative error: solved, judged by a coarser one, and solved again if need be.
 
-The coarser run has errors `COMPANION` times as large: those of steps in contact go with h^2, of a
-vibration that is followed with h^(3/2) and with l^4 at least (`hcm.chosen_flight`), of elements in
-contact with l^4 or, refined, l^2. Two runs then differ by COMPANION -+ 1 times the finer one's
-error, and `SAFETY` is for those whose errors fall together more slowly. A phalanx of one element
-has two in the other run, whose error is then a quarter of its own at most: what lies between the
-two is all but that of it.
+The coarser run's errors are `COMPANION_ERROR_RATIO` times as large, or more: those of steps in
+contact go with h^2, of a followed vibration with h^(3/2) and at least l^4 (`hcm.chosen_flight`), of
+elements in contact with l^4, of refined ones with l^2. The two runs then differ by at least that
+ratio less 1 times the finer one's error; `SAFETY` covers errors that fall more slowly with h and l.
+A phalanx of one element has two in the other run, whose error is at most a quarter of the run's:
+their difference is at least three quarters of the run's error.
 """
 
 import math
@@ -17,11 +17,11 @@ from types import MappingProxyType
 
 from hcm.bounds import ParameterError
 from hcm.chosen import Chosen, choose, settings_for
-from hcm.companion import GRAZE, folded, grazes, lost_energy, repeated
+from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
 from hcm.estimate import (
     LARGEST_ERROR,
     REPEATED,
-    WHOLE,
+    USABLE_STATUSES,
     caution,
     compare,
     later_taps,
@@ -36,16 +36,21 @@ from hcm.result import Accuracy, Choice, Status, TapResult
 from hcm.simulate import simulate
 from hcm.stepping import Progress
 
-COMPANION, SAFETY = 3.0, 1.5
+COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5
 # Of the step of a flight that does not follow its vibration: equal steps of two runs would have it
 # in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
 OTHER_PHASE = 0.8
-# of an accuracy, and at most: a tap that ends by less may not end. At 1e-2 one left at 0.024 of its
-# approach, in both runs that were compared, that goes on for as long again
+# A tip that leaves with less of its approach than the first times the accuracy (at most the second)
+# may come back: at 1e-2 one left with 0.024 of it in both runs, and its tap lasts twice as long.
 GRAZE_OVER, MOST_GRAZED = 3.0, 0.05
-HELD = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s")
-"""What an accuracy is about, by the summary's fields."""
-COUNTED = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
+ACCURACY_QUANTITIES = (
+    "peak_normal_force_N",
+    "normal_impulse_N_s",
+    "contact_duration_s",
+    "contact_time_s",
+)
+"""What an accuracy holds for, by the summary's fields."""
+TRANSITION_COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
 
 
 def simulate_within(
@@ -85,7 +90,7 @@ def simulate_within(
         expected, chance = None, False
         touched = result.summary.contact_time_s is not None
         if touched and result.status is Status.UNBALANCED and not again:
-            began, target = time.perf_counter(), accuracy / COMPANION**2
+            began, target = time.perf_counter(), accuracy / COMPANION_ERROR_RATIO**2
             finer = choose(target, scene, stated)
             if finer.scene != chosen.scene:  # not all that matters is stated
                 again = "solved again: the energy audit of the first run did not close"
@@ -109,7 +114,7 @@ def simulate_within(
         if doubts:
             result = replace(result, errors=errors, cautions=(*result.cautions, *doubts))
             shares = relative_errors(result.summary, errors)
-            expected = max(expected, *(shares[name] for name in HELD))
+            expected = max(expected, *(shares[name] for name in ACCURACY_QUANTITIES))
         # what another end of the tap changes is no lack of repeatability
         chance = not doubts and (folded(result, scene.finger.length) or grazes(result))
         may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
@@ -118,7 +123,7 @@ def simulate_within(
         again = f"solved again: {expected:.2g} was expected of the first run"
         if chance or may_go_on:
             again = "solved again: the finger folds up, or its tap barely ends"
-        smaller = min(max(expected / accuracy, COMPANION), COMPANION**2)
+        smaller = min(max(expected / accuracy, COMPANION_ERROR_RATIO), COMPANION_ERROR_RATIO**2)
         target, first = accuracy / smaller, (result, expected, chance, chosen)
         began = time.perf_counter()
         chosen = choose(target, scene, stated)
@@ -144,36 +149,37 @@ def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> Ta
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:
-    """Wrong by COMPANION times as much as `own`, but for single elements, over as many taps.
+    """A scene whose run errs by `COMPANION_ERROR_RATIO` times as much as `own`, over as many taps.
 
-    A vibration that a flight of few steps does not follow arrives in another phase.
+    A single element becomes two; a vibration that a flight does not follow arrives in another
+    phase.
     """
     scene, settings = chosen.scene, chosen.scene.settings
-    longer, flown, kept = 1.0, settings.flight_elements, 1
+    longer, flown, kept, ratio = 1.0, settings.flight_elements, 1, COMPANION_ERROR_RATIO
     if settings.flight == "elastic":
         longer = OTHER_PHASE
     if chosen.followed:
-        longer = COMPANION ** (2 / 3)
+        longer = ratio ** (2 / 3)
         most = max(p.elements for p in scene.finger.phalanges)
-        flown = _fewer(min(flown, most), COMPANION**0.25)
+        flown = _fewer(min(flown, most), ratio**0.25)
         kept = flown  # no phalanx flies on more than it touches with
     fewer = [
-        replace(p, elements=max(_fewer(p.elements, math.sqrt(COMPANION)), min(p.elements, kept)))
+        replace(p, elements=max(_fewer(p.elements, math.sqrt(ratio)), min(p.elements, kept)))
         for p in scene.finger.phalanges
     ]
     coarse = replace(
-        repeated(settings, own),
+        repetition_settings(settings, own),
         flight_elements=flown,
         flight_step=min(longer * settings.flight_step, 1.0),
-        flight_tolerance=min(COMPANION * settings.flight_tolerance, 1.0),
-        contact_step=min(math.sqrt(COMPANION) * settings.contact_step, 1.0),
+        flight_tolerance=min(ratio * settings.flight_tolerance, 1.0),
+        contact_step=min(math.sqrt(ratio) * settings.contact_step, 1.0),
         taps=max(tap_peaks(own).size, 1),
     )
     return replace(scene, finger=Finger(tuple(fewer)), settings=coarse)
 
 
 def _fewer(elements: int, factor: float) -> int:
-    """That many times fewer, one at least; two in the place of one, none of none."""
+    """Elements over `factor`, one fewer at least and not under one; 1 becomes 2, 0 stays."""
     return 2 if elements == 1 else max(min(round(elements / factor), elements - 1), 0)
 
 
@@ -184,7 +190,7 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
     single |= chosen.followed and settings.flight_elements == 1
-    of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION - 1)
+    of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION_ERROR_RATIO - 1)
     bent = 0.0
     if rods and (fall := chosen.fall):
         bent = bending_wave_stress(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1])
@@ -200,8 +206,9 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
         *later_taps(tap_peaks(result), tap_peaks(coarse)),
         *other_transitions(result, coarse),
     )
-    pairs = [(getattr(result.summary, name), getattr(coarse.summary, name)) for name in HELD]
-    known = coarse.status in WHOLE
+    both = result.summary, coarse.summary
+    pairs = [[getattr(of, name) for of in both] for name in ACCURACY_QUANTITIES]
+    known = coarse.status in USABLE_STATUSES
     apart = [abs(its / own - 1.0) if known and its is not None else math.inf for own, its in pairs]
     expected = max(SAFETY * max(apart) / over, 0.5 * lost_energy(result), left_out)
     return replace(result, errors=errors, cautions=cautions), expected
@@ -209,7 +216,8 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
 
 def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
     """A caution of the first tap's transitions where the coarser run has more or fewer."""
-    counts = [(n, getattr(result.summary, n), getattr(coarse.summary, n)) for n in COUNTED]
+    both = result.summary, coarse.summary
+    counts = [(name, *(getattr(of, name) for of in both)) for name in TRANSITION_COUNTS]
     apart = ", ".join(f"{name} {own} and {its}" for name, own, its in counts if own != its)
     told = f"transitions are not resolved ({apart} in coarser steps); ask for a smaller accuracy"
     return (told,) if apart else ()
@@ -219,7 +227,8 @@ def _short(result: TapResult, expected: float, accuracy: float, chance: bool) ->
     """The run that did not get to its accuracy, and what that makes of it."""
     if chance and expected > LARGEST_ERROR:
         status = Status.UNREPEATABLE
-        doubt = f"; {COMPANION:g} times the accuracy changes the first tap by {expected:.1g}"
+        ratio = COMPANION_ERROR_RATIO
+        doubt = f"; {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
         return replace(result, status=status, message=status.value + doubt, errors={})
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
     short = f"expects {error}; {accuracy:g} was wanted"

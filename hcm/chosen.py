@@ -56,8 +56,8 @@ REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.12
 # of elements, in the phalanges before the last: a wave comes back from them when the tap is nearly
 # over. 85 taps at 1e-3 keep their errors with 0.7 of them; with 0.6, 3 of 208 more miss 1e-3
 INNER_SHARE = 0.8
-# eps over that of the contact beside a flight whose vibration is followed, which may take ten times
-# as long: what the contact leaves would have both solved again
+# The accuracy over the contact's share of it where a flight's vibration is followed. Such a flight
+# may take ten times as long, and would be solved again too if the contact's error were too large
 BESIDE = 2.0
 # of eps, and at most: errors of an acceleration, by the contact's integrator; collocation's
 # iteration ends on its way of a step
@@ -135,8 +135,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
         hertz = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions).k
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
     has_torques = acting_joints(scene.drive, len(phalanges))[0].size > 0
-    whirls = has_torques and fall is not None and bool(fall.rods[0].moment.any())
-    flight = choose_flight(accuracy, scene, fall, frequency, whirls, stated)
+    driven = has_torques and fall is not None and bool(fall.rods[0].moment.any())
+    flight = choose_flight(accuracy, scene, fall, frequency, driven, stated)
     lumped = not scene.assumptions.any
     in_contact = accuracy / BESIDE if flight.followed else accuracy
     wave = in_contact**0.25 / ELEMENT_SHARE if lumped else in_contact**0.5 / REFINED_ELEMENT_SHARE
@@ -152,11 +152,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
     step = min(min(of_turn * math.sqrt(in_contact), LONGEST_TURN) / frequency, 1.0)
     share, most = DRIVEN_NEWTON if method == GAUSS and has_torques else NEWTON[method]
-    fine = (
-        min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1])
-        if method == GAUSS and not has_torques
-        else 0.0
-    )
+    smooth = method == GAUSS and not has_torques
+    fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if smooth else 0.0
     newton = min(max(share * accuracy, fine, 1e-12), most)
     choices = (
         Choice("elements", counts, f"waves of {hz(frequency)}; the spring shields higher ones"),

@@ -1,17 +1,17 @@
-"""How a finger gets to the surface where a relative error eps is wanted.
+"""The flight to the surface for a wanted relative error eps.
 
-Loads that come suddenly leave the beams a vibration, of speed V_0 by `rigid_chain.reactions` at the
-start, and slow ones bend them, V_1 at the touch. Rods leave out both. Collocation in few steps
-takes the bending with it, but the vibration arrives with a phase of chance. Followed is what rings
-below a frequency w_f: the tip's speed is ~ w^-p, p = 1/2 of a sudden torque, 3/2 of a sudden
-weight, and the spring passes on w^-1 of it above w_c of the contact, so that what is left out is
-eps for
+Sudden loads excite a vibration of the beams, of speed V_0 (`rigid_chain.reactions` at the start);
+slow ones bend them, which counts as a speed V_1 (the same at the touch). Rods leave out both.
+Collocation in few steps includes the bending, but the vibration then arrives in any phase. Where
+that matters, the vibration is followed in phase up to a frequency w_f. Its speed at the tip falls
+with w^-p, p = 1/2 after a sudden torque, 3/2 after a sudden weight, and above the contact's
+frequency w_c the spring passes on a share w_c/w. What is not followed changes the tap by eps for
 
     w_f = w_1 r^(1/p) up to w_c, from there w_c (r (w_1/w_c)^p)^(1/(1 + p)),   r ~ V_0/(v eps),
 
-w_1 the slowest phalanx's. It turns by w_f t_c (1 + phi) in a flight of t_c, phi as `_wave` has it
-on elements and (s!)^2/((2 s)! (2 s + 1)!) (w_f h)^(2 s) by s stages: hence l and h, for a turn that
-is wrong by `TURN`.
+w_1 the slowest phalanx's frequency. In a flight of t_c the phase of w_f advances by w_f t_c, with a
+relative error by elements of length l (`_wave`) and by steps h of s stages, which is
+(s!)^2/((2 s)! (2 s + 1)!) (w_f h)^(2 s): l and h are such that each errs by `TURN` at the touch.
 """
 
 from __future__ import annotations
@@ -64,8 +64,10 @@ Stated = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Flown:
-    """How the finger gets to the surface; elements : least ones of each phalanx."""
+class FlightChoice:
+    """What makes the flight. error : what it adds to the tap's, relative. elements : least of each
+    phalanx. followed : whether its vibration is.
+    """
 
     choices: tuple[Choice, ...]
     error: float
@@ -75,36 +77,36 @@ class Flown:
 
 
 def choose_flight(
-    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, whirls: bool, stated: Stated
-) -> Flown:
+    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, driven: bool, stated: Stated
+) -> FlightChoice:
     """The flight for an accuracy.
 
-    frequency : w_c of the contact, rad/s. whirls : whether torques drive the finger.
+    frequency : w_c of the contact, rad/s. driven : whether torques drive the finger.
     """
     one = (1,) * len(scene.finger.phalanges)
     if fall is None:
-        return Flown((), math.inf, one)
-    rung, _ = _ringing(scene, fall, whirls)
+        return FlightChoice((), math.inf, one)
+    ringing_share, _ = _ringing(scene, fall, driven)
     bent = REFINED_BEND_SHARE if scene.assumptions.any else BEND_SHARE
-    skips = max(bent * fall.bending / fall.speed, rung)
+    skips = max(bent * fall.bending / fall.speed, ringing_share)
     stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
         why = f"skipped: what bends and vibrates, {skips:.1g} of the tap"
-        return Flown(_as_rods(accuracy, why, 1.0, "the tolerance decides"), skips, one)
+        return FlightChoice(_as_rods(accuracy, why, 1.0, "the tolerance decides"), skips, one)
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
-        return Flown((), math.inf, one)
+        return FlightChoice((), math.inf, one)
     way = fall.largest / _slowest(scene.finger)
-    if fall.sunk > SUNK * way and not (whirls or "flight" in stated):
+    if fall.sunk > SUNK * way and not (driven or "flight" in stated):
         why = "skipped: the finger meets the surface before its tip does"
         step = min(fall.time / FEW_STEPS, 1.0)
-        return Flown(_as_rods(accuracy, why, step, "when it does"), skips, one)
-    return _elastic(accuracy, scene, fall, frequency, skips, whirls, stated)
+        return FlightChoice(_as_rods(accuracy, why, step, "when it does"), skips, one)
+    return _elastic(accuracy, scene, fall, frequency, skips, driven, stated)
 
 
-def _ringing(scene: Scene, fall: Fall, whirls: bool) -> tuple[float, float]:
+def _ringing(scene: Scene, fall: Fall, driven: bool) -> tuple[float, float]:
     """Share of the tap that the vibration may change, and p."""
     by_weight = REFINED_BY_WEIGHT if scene.assumptions.any else BY_WEIGHT
-    share, decay = BY_TORQUE if whirls else by_weight
+    share, decay = BY_TORQUE if driven else by_weight
     return share * fall.ringing / fall.speed, decay
 
 
@@ -118,43 +120,45 @@ def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Cho
 
 
 def _elastic(
-    accuracy: float, scene: Scene, fall: Fall, frequency: float, skips: float, whirls: bool,
+    accuracy: float, scene: Scene, fall: Fall, frequency: float, skips: float, driven: bool,
     stated: Stated,
-) -> Flown:  # fmt: skip
+) -> FlightChoice:  # fmt: skip
     """A flight by collocation, in few steps or, where it matters, with the vibration in phase.
 
     skips : what a flight as rods would change in the tap.
     """
     phalanges = scene.finger.phalanges
-    rung, decay = _ringing(scene, fall, whirls)
+    ringing_share, decay = _ringing(scene, fall, driven)
     elastic = (
         Choice("flight", "elastic", f"a rigid one would change the tap by {skips:.1g}"),
         Choice("flight_integrator", GAUSS, "order 10: long steps"),
         _tolerance(accuracy, scene.settings),
     )
 
-    # nor may whirling ones take longer steps
-    quiet = rung <= QUIET * accuracy and not whirls
+    # a finger that torques drive may not take longer steps either
+    quiet = ringing_share <= QUIET * accuracy and not driven
     steps = min(FEWEST_STEPS / min(accuracy, 1e-2) ** 0.25, FEW_STEPS) if quiet else FEW_STEPS
     longest = min(fall.time / steps, 1.0)
-    if rung <= accuracy:
-        why = f"skipped: the vibration, {rung:.1g} of the tap, is not followed"
+    if ringing_share <= accuracy:
+        why = f"skipped: the vibration, {ringing_share:.1g} of the tap, is not followed"
         fewer = "skipped until the touch: the contact's, as it bends slowly"
         few = Choice("flight_elements", BENT_ELEMENTS, fewer)
         one = (1,) * len(phalanges)
-        return Flown((*elastic, few, Choice("flight_step", longest, why)), rung, one)
-    share = (1.0 if whirls else FURTHER) * rung / accuracy
+        made = (*elastic, few, Choice("flight_step", longest, why))
+        return FlightChoice(made, ringing_share, one)
+    share = (1.0 if driven else FURTHER) * ringing_share / accuracy
     highest = followed_frequency(scene.finger, frequency, share, decay)
     turn = TURN / (highest * fall.time)
     stages = STAGES if _in_phase(STAGES, turn) >= highest * longest else FOLLOWING_STAGES
     stages = stated.get("stages", stages)
     step = min(_in_phase(stages, turn) / highest, longest)
-    why = f"the vibration, {rung:.1g} of the tap, arrives in phase up to {hz(highest)}"
+    why = f"the vibration, {ringing_share:.1g} of the tap, arrives in phase up to {hz(highest)}"
     wave = _wave(turn, scene.assumptions.has("shear"))
     counts = tuple([count_elements(p, highest, wave) for p in phalanges])
     fewer = "skipped until the touch: the contact's, above that frequency"
     few = Choice("flight_elements", max(counts), fewer)
-    return Flown((*elastic, few, Choice("flight_step", step, why)), 0.0, counts, True, stages)
+    made = (*elastic, few, Choice("flight_step", step, why))
+    return FlightChoice(made, 0.0, counts, True, stages)
 
 
 def _tolerance(accuracy: float, settings: Settings) -> Choice:

@@ -1,8 +1,8 @@
 """The cheaper run beside a run, whose differences to it tell how wrong it may be.
 
-The *companion* takes STEPS times longer steps and half the elements (twice as many where a phalanx
-has few). With time errors ~ h^2 and element errors ~ l^p, p >= 2, it is at least four times as
-wrong as the run, so that
+The *companion* takes STEP_RATIO times longer steps and half the elements (twice as many where a
+phalanx has few). With time errors ~ h^2 and element errors ~ l^p, p >= 2, it is at least four times
+as wrong as the run, so that
 
     |companion - run| >= 3 |run - exact|:
 
@@ -26,9 +26,9 @@ import numpy as np
 from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import TapResult
 
-STEPS = 3.0
-# Elements of a phalanx below which halving them would leave too few to tell anything.
-FEW = 10
+STEP_RATIO = 3.0
+# Least elements of a phalanx that are halved: fewer would leave too few to tell anything.
+LEAST_HALVED = 10
 TIGHTER = 0.1
 # A tip that came closer to the fixed hinge than this share of the finger's length has folded up.
 FOLDED = 0.5
@@ -36,7 +36,7 @@ FOLDED = 0.5
 GRAZE = 0.01
 
 
-def repeated(settings: Settings, own: TapResult) -> Settings:
+def repetition_settings(settings: Settings, own: TapResult) -> Settings:
     """Settings of a repetition of a run: one tap, not repeated itself.
 
     A flight may last as long as the run did, where an end time lifts the limit.
@@ -51,7 +51,7 @@ def repeated(settings: Settings, own: TapResult) -> Settings:
     )
 
 
-def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
+def rescaled_settings(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
     """Settings of a repetition in steps `factor` times as long.
 
     A step's local error is of order 3 in its length. Shorter steps may be more, up to the `most`
@@ -59,7 +59,7 @@ def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> S
     """
     more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
     return replace(
-        repeated(settings, own),
+        repetition_settings(settings, own),
         flight_step=min(settings.flight_step * factor, 1.0),
         contact_step=min(settings.contact_step * factor, 1.0),
         flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),
@@ -71,25 +71,25 @@ def stretched(settings: Settings, own: TapResult, factor: float, most: int) -> S
 def companion_finger(finger: Finger) -> Finger:
     """Half the elements of each phalanx, or twice where it has few."""
     phalanges = [
-        replace(p, elements=p.elements // 2 if p.elements >= FEW else 2 * p.elements)
+        replace(p, elements=p.elements // 2 if p.elements >= LEAST_HALVED else 2 * p.elements)
         for p in finger.phalanges
     ]
     return Finger(tuple(phalanges))
 
 
-def undamped(settings: Settings, own: TapResult) -> Settings:
-    """The companion's `settings` with xi = 1 and equal steps, STEPS times the run's mean ones.
+def undamped_settings(settings: Settings, own: TapResult) -> Settings:
+    """The companion's `settings` with xi = 1 and equal steps, STEP_RATIO times the run's mean ones.
 
     A step that followed each swing of an undamped vibration would cost more than the run.
     """
     time, contact = own.history.time_s, first_contact(own)
     if settings.flight == "elastic" and settings.flight_integrator != GAUSS:
-        step = STEPS * float(time[contact] - time[0]) / max(contact, 1)
+        step = STEP_RATIO * float(time[contact] - time[0]) / max(contact, 1)
         settings = replace(settings, flight_step=_allowed(step), flight_tolerance=0.0)
     if settings.contact_integrator == GAUSS:  # undamped, and a row is no step
         return settings
     rows = first_tap(own)
-    step = STEPS * float(time[rows.stop - 1] - time[contact]) / max(rows.stop - contact - 1, 1)
+    step = STEP_RATIO * float(time[rows.stop - 1] - time[contact]) / max(rows.stop - contact - 1, 1)
     return replace(
         settings, contact_step=_allowed(step), contact_tolerance=0.0, spectral_radius=1.0
     )

@@ -3,8 +3,8 @@
 A force is as wrong as the speed of approach (`hcm.flight_band`), |dF|/F = |dv_n|/v_n, and half as
 wrong as the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
 
-The companion with more elements differs by 1 - 2^-p of the run's error, of the stress, whose p may
-be as low as 1, by half: that difference counts double.
+A companion with twice the elements differs from the run by 1 - 2^-p of the run's error. For the
+stress, whose order p may be as low as 1, that is half the error: its difference counts double.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.companion import (
-    STEPS,
+    STEP_RATIO,
     TIGHTER,
     companion_finger,
     first_tap,
     folded,
     grazes,
     lost_energy,
-    stretched,
-    undamped,
+    rescaled_settings,
+    undamped_settings,
 )
 from hcm.fall import bending_wave_stress
 from hcm.flight_band import flight_band, touch_band
@@ -63,8 +63,8 @@ DECISIVE = (
 )
 """Those that make a run unrepeatable where a tighter one changes them."""
 REPEATED = " while it was repeated"
-WHOLE = (Status.COMPLETED, Status.UNRESOLVED)
-"""Statuses of a companion whose first tap is whole: its steps are longer than a run's may be."""
+USABLE_STATUSES = (Status.COMPLETED, Status.UNRESOLVED)
+"""Statuses of a companion with a whole first tap; its steps may be too long for a result."""
 FROM_SPEED = (
     "peak_normal_force_N",
     "peak_normal_force_time_s",
@@ -137,33 +137,36 @@ def turn_band(own: TapResult, other: TapResult) -> float:
 
 
 def compare(
-    own: TapResult, other: TapResult, stress_factor: float = 1.0, unseen: float = 0.0,
-    rods: bool = False, located: bool = False, unseen_stress: float = 0.0,
+    own: TapResult, other: TapResult, stress_factor: float = 1.0, omitted_speed_share: float = 0.0,
+    rods: bool = False, located: bool = False, omitted_stress: float = 0.0,
 ) -> dict[str, float | tuple[float, float]]:  # fmt: skip
     """Estimated errors by what two completed runs differ by; inf where the other has no tap.
 
-    unseen : share of the speed of approach that both lack, in a vibration about as long as the tap.
-    rods : whether both flew as rods. located : whether the peak is a located event's row, as
-    collocation's is, and no vertex between rows. unseen_stress : at R that both lack, Pa.
+    omitted_speed_share : of the speed of approach, what both runs leave out (a vibration about as
+    long as the tap). rods : whether both flew as rods. located : whether the peak is a located
+    event's row, as collocation's is, and no vertex between rows. omitted_stress : at R, what both
+    leave out, Pa.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
-    if theirs is None or velocity is None or other.status not in WHOLE:
+    if theirs is None or velocity is None or other.status not in USABLE_STATUSES:
         return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in NAMES}
     late = _apart(s, o, "contact_time_s")
     band = touch_band(late, velocity, theirs) if rods else flight_band(own, other)
     vn = max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {
-        "contact_time_s": max(late, band.height / vn, unseen * (s.contact_duration_s or 0.0)),
+        "contact_time_s": max(
+            late, band.height / vn, omitted_speed_share * (s.contact_duration_s or 0.0)
+        ),
         "tip_velocity_at_contact_m_per_s": (
-            max(abs(velocity[0] - theirs[0]), band.velocity[0], unseen * vn),
-            max(abs(velocity[1] - theirs[1]), band.velocity[1], unseen * vn),
+            max(abs(velocity[0] - theirs[0]), band.velocity[0], omitted_speed_share * vn),
+            max(abs(velocity[1] - theirs[1]), band.velocity[1], omitted_speed_share * vn),
         ),
     }
     mine, its = first_tap(own), first_tap(other)
     a, b = own.history, other.history
     time = a.time_s[mine]
-    share = max(band.approach / vn, 0.5 * lost_energy(own), unseen)
+    share = max(band.approach / vn, 0.5 * lost_energy(own), omitted_speed_share)
     of: dict[str, float] = {
         name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
     }
@@ -175,7 +178,7 @@ def compare(
     )
     of["peak_stress_R_Pa"] = max(
         band.stress,
-        unseen_stress,
+        omitted_stress,
         signed_error(a.stress_R_Pa[mine], b.stress_R_Pa[its], stress_factor),
         between_rows(time, a.stress_R_Pa[mine]),
     )
@@ -266,13 +269,13 @@ def estimate_errors(
     rigid companion leaves it out too.
     """
     half, most = companion_finger(finger), most_steps(finger)
-    coarse = stretched(settings, own, STEPS, min(most, most_steps(half)))
-    steady = undamped(coarse, own)
+    coarse = rescaled_settings(settings, own, STEP_RATIO, min(most, most_steps(half)))
+    steady = undamped_settings(coarse, own)
     taps = max(tap_peaks(own).size, 1)
     # equal steps may be too long for some moment of a flight, and its energy then grows
     for changed in [replace(steady, taps=taps), *([steady] if taps > 1 else []), coarse]:
         other = again(half, changed)
-        if other.status in (*WHOLE, Status.INTERRUPTED):
+        if other.status in (*USABLE_STATUSES, Status.INTERRUPTED):
             break
     if other.status is Status.INTERRUPTED:
         return Estimate({}, (), Status.INTERRUPTED, REPEATED)
@@ -281,10 +284,10 @@ def estimate_errors(
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     errors = compare(
-        own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, unseen_stress=bent, **how
+        own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, omitted_stress=bent, **how
     )
     if folded(own, finger.length) or grazes(own):
-        tight = again(finger, stretched(settings, own, TIGHTER ** (1 / 3), most))
+        tight = again(finger, rescaled_settings(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:
             return Estimate({}, (), Status.INTERRUPTED, REPEATED)
         changes = relative_errors(own.summary, compare(own, tight, **how))

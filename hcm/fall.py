@@ -8,23 +8,23 @@ import numpy as np
 from hcm.beam.drive import Piece
 from hcm.flight.rigid_chain import Rods, acting_between, build_rods, clearance, survey
 from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
-from hcm.model import Scene, plan_of, rods_state
+from hcm.model import Scene, limits_of, rods_state
 from hcm.parameters import Phalanx, check_scene
-from hcm.state import Plan
+from hcm.state import StepLimits
 
 # of a flight as rods, beside one that decides, over the surface's depth
 RODS_TOLERANCE = 1e-6
-# what of a plan such a flight knows nothing of
+# the limits that play no part in such a flight
 OF_CONTACT = {"contact_step", "taps", "contact_tolerance", "max_contact_time", "undamped"}
-OF_FLIGHT = tuple(of for of in Plan._fields if of not in OF_CONTACT)
+OF_FLIGHT = tuple(of for of in StepLimits._fields if of not in OF_CONTACT)
 
 
 @dataclass(frozen=True)
 class Fall:
-    """The rods' flight: its time (s), the tip's approach, V_0, V_1 and the largest V (m/s), and how
-    deep (m) a section sinks below the surface while the tip is as far above it.
-
-    flight, plan : what it was read off, and how that was solved. rods : and the torques on them.
+    """The rods' flight: its time, s; the speed of the tip's approach, m/s; the speed that rods
+    leave out (`reactions`) at the start, at the touch and at most, m/s; the largest depth of a
+    section below the surface, m, while the tip is at least as far above it. flight, limits : the
+    flight itself and how it was solved. rods : and the torques on them.
     """
 
     time: float
@@ -34,12 +34,12 @@ class Fall:
     largest: float
     sunk: float
     flight: RigidFlight
-    plan: Plan
+    limits: StepLimits
     rods: tuple[Rods, tuple[Piece, ...]]
 
-    def serves(self, plan: Plan) -> bool:
-        """Whether a run of the same scene by this plan begins with the same flight."""
-        return all(getattr(plan, of) == getattr(self.plan, of) for of in OF_FLIGHT)
+    def serves(self, limits: StepLimits) -> bool:
+        """Whether a run of the same scene within these limits begins with the same flight."""
+        return all(getattr(limits, of) == getattr(self.limits, of) for of in OF_FLIGHT)
 
 
 def rods_fall(scene: Scene) -> Fall | None:
@@ -48,9 +48,11 @@ def rods_fall(scene: Scene) -> Fall | None:
     check_scene(finger, scene.surface, drive)
     state, start_s = rods_state(finger, scene.start)
     rods, pieces = build_rods(finger, scene.surface, drive, scene.assumptions)
-    plan = plan_of(settings, scene.surface.height)
-    plan = plan._replace(flight_step=1.0, flight_tolerance=RODS_TOLERANCE * scene.surface.height)
-    flight = integrate_flight(rods, state, start_s, plan, settings.max_steps, pieces)
+    limits = limits_of(settings, scene.surface.height)
+    limits = limits._replace(
+        flight_step=1.0, flight_tolerance=RODS_TOLERANCE * scene.surface.height
+    )
+    flight = integrate_flight(rods, state, start_s, limits, settings.max_steps, pieces)
     if flight.code != TOUCHED:
         return None
     rods = acting_between(rods, pieces, start_s, float(flight.time[-1]))
@@ -60,7 +62,7 @@ def rods_fall(scene: Scene) -> Fall | None:
     )
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
     time = float(flight.time[-1]) - start_s
-    return Fall(time, speed, first, last, largest, sunk, flight, plan, (rods, pieces))
+    return Fall(time, speed, first, last, largest, sunk, flight, limits, (rods, pieces))
 
 
 def bending_wave_stress(speed: float, phalanx: Phalanx) -> float:

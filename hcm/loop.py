@@ -22,14 +22,14 @@ from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
 from hcm.integrators.workspace import trapezoidal
 from hcm.record import Record, fill_frames, write_row
-from hcm.state import Clock, Motion, Plan, advance_clock
+from hcm.state import Motion, RunTotals, StepLimits, advance_totals
 
 # Why the loop came back.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5
 LOSES_HOLD = 6
-# After this many events without an advance in time, and one more where the tip sticks, a whole step
-# is taken in the current mode: chatter is then resolved to the step, and the loop always moves on.
-# A tip that sticks for a step may be held by far more than mu F_n, one that slides by no more.
+# After this many events without an advance in time a whole step is taken in the current mode, so
+# that the loop always moves on; chatter is then resolved to the step only. A tip that sticks has
+# one event more: held for a whole step it may transmit far more than mu F_n; a sliding one cannot.
 INSTANT_EVENTS = 8
 # Of the time: what is left to an end time that is no step any more.
 LAST_STEP = 1e-12
@@ -62,12 +62,12 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
 
 @kernel_with("contract", nogil=True)  # other threads run meanwhile: `hcm.batch`
 def advance(
-    old: Motion, new: Motion, contact: ContactState, clock: Clock, plan: Plan,
+    old: Motion, new: Motion, contact: ContactState, totals: RunTotals, limits: StepLimits,
     integrator: AnyIntegrator, probe: Probe, outline: Outline, record: Record,
 ) -> tuple[tuple[float, ...], tuple[float, ...], int, int, int]:  # fmt: skip
-    """Step on until the run ends, a table is full or `plan.iterations` are spent.
+    """Step on until the run ends, a table is full or `limits.iterations` are spent.
 
-    `old` holds the state and is overwritten. Returns the fields of the contact and of the clock,
+    `old` holds the state and is overwritten. Returns the fields of the contact and of the totals,
     the number of rows and of events written, and why the loop came back.
 
     Fields, not named tuples: numba makes a named tuple by calling its class, where an interrupt
@@ -78,51 +78,52 @@ def advance(
     rows, reactions, events, frames = record
     n_rows, n_events, code = 0, 0, RUNNING
     full = rows.shape[0] - rows_of_step(integrator)
-    while n_rows <= full and n_events < events.time.size and work.cost[0] < plan.iterations:
+    while n_rows <= full and n_events < events.time.size and work.cost[0] < limits.iterations:
         in_flight = contact.normal_mode == FLIGHT
-        remaining = plan.end_time - clock.time
-        if remaining <= LAST_STEP * clock.time:
+        remaining = limits.end_time - totals.time
+        if remaining <= LAST_STEP * totals.time:
             code = DONE
             break
-        elapsed = clock.time - clock.phase_start
-        if in_flight and elapsed > plan.max_flight_time:
+        elapsed = totals.time - totals.phase_start
+        if in_flight and elapsed > limits.max_flight_time:
             code = FLIGHT_TOO_LONG
             break
-        if not in_flight and elapsed > plan.max_contact_time:
+        if not in_flight and elapsed > limits.max_contact_time:
             code = CONTACT_TOO_LONG
             break
-        h = last = min(clock.step, remaining)
-        rebound = plan.undamped and in_flight and clock.taps > 0
+        h = last = min(totals.step, remaining)
+        rebound = limits.undamped and in_flight and totals.taps > 0
         method = with_coefficients(trapezoidal(co) if rebound else co, integrator)
-        tolerance = event_tolerances(contact, clock, plan, law)
-        chatter = clock.instant >= INSTANT_EVENTS + int(contact.tangential_mode == STICK)
+        tolerance = event_tolerances(contact, totals, limits, law)
+        chatter = totals.instant >= INSTANT_EVENTS + int(contact.tangential_mode == STICK)
         h, slot, trials, repeats, growth = accepted_step(
-            h, in_flight, rebound, chatter, clock.speed, tolerance, plan, contact, old, new, method
-        )
+            h, in_flight, rebound, chatter, totals.speed, tolerance, limits, contact, old, new,
+            method,
+        )  # fmt: skip
         if repeats > REPEATS:
             code = NEWTON_FAILED
             break
         if h > 0.0:
-            fill_frames(clock, h, old, new, frames)
+            fill_frames(totals, h, old, new, frames)
             lost = 0.0
             if depends_on_velocity(chain, law):
                 lost = loss_of_step(h, contact, old, new, method)
             n_rows += write_between(
-                h, contact, clock, old, method, probe, rows[n_rows:], reactions[n_rows:]
+                h, contact, totals, old, method, probe, rows[n_rows:], reactions[n_rows:]
             )
-            friction = friction_of_step(clock.friction_loss, h, old, new, contact, method)
-            clock = advance_clock(clock, h, friction, lost, old, new, chain, contact, law)
+            friction = friction_of_step(totals.friction_loss, h, old, new, contact, method)
+            totals = advance_totals(totals, h, friction, lost, old, new, chain, contact, law)
             copy_motion(new, old)
             commit_history(old.q, tip, contact, law)
         x, gap = contact_position(old.q, tip, contact, law)
         if math.isnan(gap):
             code = LOSES_HOLD
             break
-        phase_start, taps, instant = clock.phase_start, clock.taps, clock.instant
-        next_step, kind = clock.step, NO_EVENT
+        phase_start, taps, instant = totals.phase_start, totals.taps, totals.instant
+        next_step, kind = totals.step, NO_EVENT
         # a step cut by the end says nothing about the next one
         if slot == NO_EVENT and h > 0.0 and not h == last == remaining:
-            longest = plan.flight_step if in_flight else plan.contact_step
+            longest = limits.flight_step if in_flight else limits.contact_step
             next_step = min(longest, growth * h)
             # xi = 1 delays nothing: a differs from q.. by round-off, which changes would multiply
             anew = rebound and next_step != h
@@ -134,39 +135,34 @@ def advance(
             if math.isnan(contact_position(old.q, tip, contact, law)[1]):
                 code, contact, kind = LOSES_HOLD, before, NO_EVENT
         if kind != NO_EVENT:
-            events.time[n_events], events.kind[n_events] = clock.time, kind
+            events.time[n_events], events.kind[n_events] = totals.time, kind
             restart(old, events.q[n_events], events.v[n_events])
             n_events += 1
             instant += 1
             if kind in (TOUCH, LIFT_OFF):
-                phase_start = clock.time
-                next_step = plan.contact_step
+                phase_start = totals.time
+                next_step = limits.contact_step
             taps += int(kind == LIFT_OFF)
-        elif (
-            code == RUNNING
-            and contact.normal_mode == FLIGHT
-            and gap > 0.0
-            and contact.gap_ref < 0.0
-        ):
+        elif code == RUNNING and contact.normal_mode == FLIGHT and contact.gap_ref < 0.0 < gap:
             contact = ContactState(FLIGHT, contact.tangential_mode, 0.0, 0.0, 0.0, x)
-        clock = Clock(
-            clock.time, phase_start, next_step, taps, instant,
-            clock.rejected + repeats, clock.trials + trials, clock.chatter_steps + int(chatter),
-            clock.friction_loss, clock.restitution_loss, clock.material_loss, clock.drive_work,
-            clock.speed, clock.force,
+        totals = RunTotals(
+            totals.time, phase_start, next_step, taps, instant,
+            totals.rejected + repeats, totals.trials + trials, totals.chatter_steps + int(chatter),
+            totals.friction_loss, totals.restitution_loss, totals.material_loss, totals.drive_work,
+            totals.speed, totals.force,
         )  # fmt: skip
         if h > 0.0 or kind != NO_EVENT:
-            write_row(rows[n_rows], reactions[n_rows], old, clock, contact, integrator, probe)
+            write_row(rows[n_rows], reactions[n_rows], old, totals, contact, integrator, probe)
             n_rows += 1
         if code == LOSES_HOLD:
             break
         if h > 0.0 and depth(old.q, chain, outline)[1] >= 0:
             code = BODY_TOUCHES
             break
-        if kind in (TOUCH, LIFT_OFF) and taps >= plan.taps:
+        if kind in (TOUCH, LIFT_OFF) and taps >= limits.taps:
             code = DONE
             break
-    return contact[:], clock[:], n_rows, n_events, code
+    return contact[:], totals[:], n_rows, n_events, code
 
 
 # Its kind: the classes of the integrator and of its law.

@@ -31,8 +31,8 @@ from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip
 from hcm.record import FrameTable
-from hcm.state import Plan
-from hcm.tap import TapEnds, tap_ends
+from hcm.state import StepLimits
+from hcm.tap import TapEndRule, tap_ends
 
 
 @dataclass(frozen=True)
@@ -132,14 +132,14 @@ class Model(NamedTuple):
     outline: Outline
     drive: tuple[Piece, ...]
     generalized_alpha: Integrator
-    plan: Plan
+    limits: StepLimits
     frames: FrameTable
     start_s: float
     q: Floats
     v: Floats
     angles: Floats
     roundoff_J: float
-    tap_ends: TapEnds | None
+    tap_ends: TapEndRule | None
 
     def integrator(self) -> AnyIntegrator:
         """The run's, of which `generalized_alpha` is a part."""
@@ -195,7 +195,7 @@ def build_model(
         outline=outline,
         drive=torques_on_nodes(drive, len(finger.phalanges)),
         generalized_alpha=plain,
-        plan=plan_of(settings, surface.height),
+        limits=limits_of(settings, surface.height),
         frames=frames,
         start_s=start_s,
         q=q,
@@ -214,15 +214,15 @@ def until_touch(model: Model, finger: Finger, assumptions: Assumptions) -> Model
     return model._replace(
         chain=chain,
         generalized_alpha=model.generalized_alpha._replace(chain=chain),
-        plan=model.plan._replace(taps=0),
+        limits=model.limits._replace(taps=0),
         tap_ends=None,
     )
 
 
-def plan_of(settings: Settings, height: float) -> Plan:
+def limits_of(settings: Settings, height: float) -> StepLimits:
     """The settings as the compiled loop takes them; height : of the surface's depth, m."""
     endless = settings.end_time is not None
-    return Plan(
+    return StepLimits(
         float(settings.flight_step),
         float(settings.contact_step),
         np.iinfo(np.int64).max if endless else settings.taps,

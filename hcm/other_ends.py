@@ -1,9 +1,9 @@
-"""Other ends that a first tap may have, where the rule that parts taps (`hcm.tap`) decided nearly.
+"""Other ends of a first tap, where the rule that parts taps (`hcm.tap`) decided narrowly.
 
-An end is open where what the rule compared is within NEAR of its threshold, and within TIMES what
-the tap's duration is known to: four times enter a separation's, a touch's and their differences.
-The scene is solved once more with the touches of the other end (`Settings.tap_until`), and by what
-its numbers differ is an error.
+An end is open where what the rule compared is apart from its threshold by at most `THRESHOLD_SHARE`
+times the threshold plus `ERROR_FACTOR` times the estimated error of the tap's duration, as several
+times of touches and separations enter the comparison. The scene is then solved once more with the
+touches of that end (`Settings.tap_until`); the differences of its numbers count as errors.
 """
 
 import math
@@ -11,14 +11,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from hcm.companion import repeated
-from hcm.estimate import FROM_SPEED, WHOLE
+from hcm.companion import repetition_settings
+from hcm.estimate import FROM_SPEED, USABLE_STATUSES
 from hcm.result import OtherEnd, Status, TapResult
 from hcm.workload import most_steps
 
-NEAR, TIMES = 1e-4, 4.0
-# Ends that are looked at, the nearest first.
-MOST = 2
+THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0
+# Open ends that are solved, the nearest first.
+MOST_ENDS = 2
 NUMBERS = (*FROM_SPEED, "peak_stress_R_Pa")
 OPEN = (
     "it is open whether the first tap is over after {:.4g} us or after {:.4g} us, by a rule that"
@@ -37,14 +37,15 @@ Errors = Mapping[str, float | tuple[float, float]]
 
 
 def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
-    """Those of a completed run, the nearest first; none where its end is not known anyhow."""
+    """Open ends of a completed run, the nearest first; none if its duration is hardly known."""
     lasts, error = result.summary.contact_duration_s, errors.get("contact_duration_s")
     if lasts is None or not isinstance(error, float) or error > 0.1 * lasts:
         return ()
     if result.given["settings"].tap_until > 0.0:
         return ()
-    near = [e for e in result.other_ends if e.apart_s <= NEAR * e.threshold_s + TIMES * error]
-    return tuple(sorted(near, key=lambda end: end.apart_s)[:MOST])
+    within = ERROR_FACTOR * error
+    near = [e for e in result.other_ends if e.apart_s <= THRESHOLD_SHARE * e.threshold_s + within]
+    return tuple(sorted(near, key=lambda end: end.apart_s)[:MOST_ENDS])
 
 
 def with_other_ends(
@@ -62,7 +63,7 @@ def with_other_ends(
             return {}, (), other.status
         # the rule itself may go on after touches that it nearly had
         further = end.until_s > (result.summary.contact_duration_s or 0.0) and other.other_ends
-        known = other.status in WHOLE and not further
+        known = other.status in USABLE_STATUSES and not further
         for name in NUMBERS:
             own, its = getattr(result.summary, name), getattr(other.summary, name)
             apart = abs(own - its) if known and its is not None else math.inf
@@ -71,7 +72,7 @@ def with_other_ends(
             found[name] = max(error, apart)
         ends = [1e6 * (s.contact_duration_s or 0.0) for s in (result.summary, other.summary)]
         text = (OPEN if known else GOES_ON).format(*ends)
-        if other.status not in WHOLE:
+        if other.status not in USABLE_STATUSES:
             text = UNKNOWN.format(ends[0], 1e6 * end.until_s, other.status.value)
         doubts.append(text)
     return found, tuple(doubts), Status.COMPLETED
@@ -81,7 +82,7 @@ def held_touches(result: TapResult, until_s: float) -> dict[str, Any]:
     """What `hcm.simulate` was given for a run, for its first tap alone, of these touches."""
     given, settings = dict(result.given), result.given["settings"]
     given["settings"] = replace(
-        repeated(settings, result),
+        repetition_settings(settings, result),
         tap_until=until_s,
         # another end may take more than the run had
         max_steps=max(settings.max_steps, min(4 * settings.max_steps, most_steps(given["finger"]))),

@@ -21,7 +21,7 @@ from hcm.contact.events import TOUCH
 from hcm.contact.law import ContactState
 from hcm.integrators.step import AnyIntegrator
 from hcm.result import COLUMNS, EVENT_KINDS, Event
-from hcm.state import Clock, Motion
+from hcm.state import Motion, RunTotals
 
 # Energies held, then losses, lie between these two columns.
 KINETIC, DRIVE_WORK = COLUMNS.index("kinetic"), COLUMNS.index("drive_work")
@@ -69,7 +69,7 @@ def empty_record(rows: int, events: int, chain: Chain, frames: FrameTable) -> Re
 
 @kernel
 def write_row(
-    row: Floats, reactions: Floats, motion: Motion, clock: Clock, contact: ContactState,
+    row: Floats, reactions: Floats, motion: Motion, totals: RunTotals, contact: ContactState,
     integrator: AnyIntegrator, probe: Probe,
 ) -> None:  # fmt: skip
     """Fill one row of the history (in the order of COLUMNS) and of the hinge reactions."""
@@ -79,15 +79,15 @@ def write_row(
     vt, vn = contact_velocity(q, v, tip, contact, law)
     ft, fn = tip_force(q, v, tip, contact, law)
     kinetic, strain, gravity = energies(q, v, chain)
-    row[0], row[1], row[2] = clock.time, fn, ft
+    row[0], row[1], row[2] = totals.time, fn, ft
     row[3], row[4] = axis_end(q, tip, law)
     row[5], row[6] = axis_end(v, tip, law)
     row[7] = particle_velocity(gap, vt, vn, contact, law)
     row[8] = stress_at_probe(q, v, chain, probe)
     row[9], row[10], row[11] = kinetic, strain, gravity
     row[12] = stored_energy(x, gap, contact, law)
-    row[13], row[14] = clock.friction_loss, clock.restitution_loss
-    row[15], row[16] = clock.material_loss, clock.drive_work
+    row[13], row[14] = totals.friction_loss, totals.restitution_loss
+    row[15], row[16] = totals.material_loss, totals.drive_work
     row[17] = 3 * contact.normal_mode + contact.tangential_mode
     for w in range(chain.hinge.size):
         for c in range(2):
@@ -103,15 +103,15 @@ def hermite(s: float, h: float, q0: float, v0: float, q1: float, v1: float) -> f
 
 
 @kernel
-def fill_frames(clock: Clock, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
+def fill_frames(totals: RunTotals, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
     """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
     for m in range(frames.time.size):
-        if frames.time[m] <= clock.time:
+        if frames.time[m] <= totals.time:
             continue
         # as the next step's search will see its start: a time between is in one of the two
-        if frames.time[m] > clock.time + h:
+        if frames.time[m] > totals.time + h:
             return
-        s = min((frames.time[m] - clock.time) / h, 1.0)
+        s = min((frames.time[m] - totals.time) / h, 1.0)
         for i in range(old.q.size):
             frames.q[m, i] = hermite(s, h, old.q[i], old.v[i], new.q[i], new.v[i])
 
@@ -155,7 +155,7 @@ class Segment(NamedTuple):
     """
 
     contact: ContactState
-    clock: Clock
+    totals: RunTotals
     steps: int
     kinetic_J: float
     imbalance_J: float
@@ -167,19 +167,19 @@ class Segment(NamedTuple):
 
 
 def first_segment(
-    contact: ContactState, clock: Clock, rows: Floats, reactions: Floats, steps: int, touched: bool,
-    motion: Motion,
+    contact: ContactState, totals: RunTotals, rows: Floats, reactions: Floats, steps: int,
+    touched: bool, motion: Motion,
 ) -> Segment:  # fmt: skip
     """Where the beams start, at `motion`: at the first touch, or before any event."""
-    events = (Event(clock.time, EVENT_KINDS[TOUCH]),) if touched else ()
+    events = (Event(totals.time, EVENT_KINDS[TOUCH]),) if touched else ()
     q, v = np.empty((2, len(events), motion.q.size))
     q[:], v[:] = motion.q, motion.v
     kinetic, imbalance = largest_imbalance_by_kind(None, rows[0], rows)
-    return Segment(contact, clock, steps, kinetic, imbalance, rows, reactions, events, q, v)
+    return Segment(contact, totals, steps, kinetic, imbalance, rows, reactions, events, q, v)
 
 
 def next_segment(
-    before: Segment, first_row: Floats, contact: ContactState, clock: Clock, steps: int,
+    before: Segment, first_row: Floats, contact: ContactState, totals: RunTotals, steps: int,
     events: int, record: Record,
 ) -> Segment:  # fmt: skip
     """What a call of the loop returned and wrote; `first_row` is the run's."""
@@ -188,7 +188,7 @@ def next_segment(
     times, kinds = located.time[:events].tolist(), located.kind[:events].tolist()
     return Segment(
         contact,
-        clock,
+        totals,
         before.steps + steps,
         max(before.kinetic_J, kinetic),
         # a NaN compares false

@@ -19,16 +19,16 @@ from hcm.compiled import kernel_with
 from hcm.parameters import GAUSS, Settings
 from hcm.result import Event, History, Status, Summary
 
-# Longest step over the one beside it that is taken for h. Within a step that an event cuts short by
-# any factor F_n may jump, as another law begins (refined, with restitution: by 0.2 to 2 %), and
-# h^2 |F''| has the jump twice that factor times.
+# A step counts as at most this many times the one beside it. F_n may jump within a step that an
+# event cuts short, as another law begins (refined, with restitution: by 0.2 to 2 %), and h^2 |F''|
+# would contain the jump times twice the ratio of the steps, which may be any.
 LONGER = 2.0
 # Error of the time scale beyond which a run carries a caution, and is no result.
-NOTED, LARGEST = 0.01, 0.1
-# Steps of a phase whose error is `NOTED`.
-FEW = math.pi / math.sqrt(12 * NOTED)
-# Stages that leave less in a single step.
-ENOUGH = 3
+CAUTION_ERROR, LARGEST_TIME_ERROR = 0.01, 0.1
+# Steps of a phase whose error is `CAUTION_ERROR`.
+LEAST_PHASE_STEPS = math.pi / math.sqrt(12 * CAUTION_ERROR)
+# Least stages with which a phase of a single step has a smaller error.
+LEAST_STAGES = 3
 REVERSALS = ("compression_to_restitution", "restitution_to_compression")
 CHANGES = ("stick_to_slip", "slip_to_stick")
 
@@ -67,12 +67,12 @@ def over_phase(stages: int) -> int:
 
 
 def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, ...]) -> int:
-    """Phases between two events of `kinds` that take fewer than `FEW` steps."""
+    """Phases between two events of `kinds` that take fewer than `LEAST_PHASE_STEPS` steps."""
     times = [e.time_s for e in events if e.kind in kinds]
     if len(times) < 2:
         return 0
     rows = history.time_s.searchsorted(times)
-    return sum(int(b) - int(a) < FEW for a, b in pairwise(rows))
+    return sum(int(b) - int(a) < LEAST_PHASE_STEPS for a, b in pairwise(rows))
 
 
 def judge_steps(
@@ -90,17 +90,17 @@ def judge_steps(
     time, over = history.time_s, contact + duration
     first, end = int(time.searchsorted(contact)), int(time.searchsorted(over, side="right"))
     swing = second_difference(time, history.normal_force_N, first, end)
-    in_one = settings.contact_integrator == GAUSS and settings.stages >= ENOUGH
+    in_one = settings.contact_integrator == GAUSS and settings.stages >= LEAST_STAGES
     error = collocation_error(settings.stages, swing) if in_one else swing / 12
     controlled = settings.contact_tolerance > 0.0
     remedy = f"reduce solver.hcm.contact_{'tolerance' if controlled else 'step'}"
     cautions = []
-    if error > NOTED:
+    if error > CAUTION_ERROR:
         long = (
             f"the first tap takes {end - 1 - first} steps, which leaves an error of about"
             f" {100 * error:.2g} % in its forces and times"
         )
-        if error > LARGEST:
+        if error > LARGEST_TIME_ERROR:
             return Status.UNRESOLVED, f"; {long}", ()
         cautions.append(f"{long}; {remedy}")
     tap = tuple([e for e in events if e.time_s <= over])
@@ -109,6 +109,6 @@ def judge_steps(
             counts = ", ".join(f"{kind} {sum(e.kind == kind for e in tap)}" for kind in kinds)
             cautions.append(
                 f"transitions are not resolved ({counts}): {short} of them are fewer than"
-                f" {math.ceil(FEW)} steps after the one before; {remedy}"
+                f" {math.ceil(LEAST_PHASE_STEPS)} steps after the one before; {remedy}"
             )
     return Status.COMPLETED, "", tuple(cautions)

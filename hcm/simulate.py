@@ -23,10 +23,10 @@ from hcm.posture import Postures, node_places
 from hcm.resolution import judge_steps
 from hcm.result import Statistics, Status, TapResult, history_of
 from hcm.start import start_beams, start_divided
-from hcm.state import Clock
+from hcm.state import RunTotals
 from hcm.stepping import Progress, rows_between, take_steps
 from hcm.summary import summarize
-from hcm.tap import nearest, next_touch_s, returned, slow_end, taps_of
+from hcm.tap import near_ends_when_touched_again, nearest, next_touch_s, slow_end, taps_of
 from hcm.workload import check_size
 
 # What a rigid flight leaves out may change the tap by this share; the estimate is that of
@@ -89,7 +89,7 @@ def simulate(
         divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)
         begun = start_divided(model, flight, taken.segments, up.motion, taken.status, divide)
     segments, status, over_s, other_ends = take_steps(model, begun, progress)
-    last, clock = segments[-1], segments[-1].clock
+    last, totals = segments[-1], segments[-1].totals
     events = tuple([event for s in segments for event in s.events])
     q, v = np.concatenate([s.q for s in segments]), np.concatenate([s.v for s in segments])
     rows = np.concatenate([s.rows for s in segments])
@@ -114,7 +114,7 @@ def simulate(
             cautions += slow_end(history.time_s, history.normal_force_N, taps[0])
     if taps and model.tap_ends is not None:
         height = model.generalized_alpha.law.height
-        other_ends += returned(
+        other_ends += near_ends_when_touched_again(
             model.tap_ends, events, taps[0],
             lambda event: next_touch_s(q[event], v[event], model.chain, height),
         )  # fmt: skip
@@ -128,19 +128,19 @@ def simulate(
         steps=last.steps,
         newton_iterations=int(cost[0]),
         factorizations=int(cost[1]),
-        rejected_steps=clock.rejected,
-        event_trials=clock.trials,
-        chatter_steps=clock.chatter_steps,
+        rejected_steps=totals.rejected,
+        event_trials=totals.trials,
+        chatter_steps=totals.chatter_steps,
         wall_time_s=time.perf_counter() - started,
     )
     frames, places = model.frames, node_places(model.chain)
     first = end = 0
     if frames.time.size:
         first = int(frames.time.searchsorted(model.start_s))
-        end = int(frames.time.searchsorted(clock.time, "right"))
+        end = int(frames.time.searchsorted(totals.time, "right"))
     result = TapResult(
         status,
-        _message(status, clock, statistics) + doubt,
+        _message(status, totals, statistics) + doubt,
         history,
         events,
         statistics,
@@ -170,20 +170,20 @@ def simulate(
     return replace(
         result,
         status=status,
-        message=_message(status, clock, statistics) + doubt,
+        message=_message(status, totals, statistics) + doubt,
         errors=errors,
         cautions=(*cautions, *found.cautions, *open_ends),
     )
 
 
-def _message(status: Status, clock: Clock, statistics: Statistics) -> str:
+def _message(status: Status, totals: RunTotals, statistics: Statistics) -> str:
     if status is Status.COMPLETED:
         return ""
-    message = f"{status.value} at t = {clock.time:.9g} s after {statistics.steps} steps"
+    message = f"{status.value} at t = {totals.time:.9g} s after {statistics.steps} steps"
     if status is Status.WORK_LIMIT:
         message += (
-            f" ({statistics.newton_iterations} iterations, {clock.rejected} repeated steps,"
-            f" the last of {clock.step:.2g} s)"
+            f" ({statistics.newton_iterations} iterations, {totals.rejected} repeated steps,"
+            f" the last of {totals.step:.2g} s)"
         )
     return message
 

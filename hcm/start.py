@@ -24,7 +24,7 @@ from hcm.model import Model, fill_rigid_motion
 from hcm.parameters import Settings
 from hcm.record import FrameTable, Segment, empty_rows, first_segment, hermite, write_row
 from hcm.result import Status
-from hcm.state import Clock, Motion, build_motion, empty_motion, initial_clock
+from hcm.state import Motion, RunTotals, build_motion, empty_motion, initial_totals
 
 _STATUS = {
     rigid_flight.TOUCHED: Status.COMPLETED,
@@ -62,12 +62,12 @@ def first_contact(motion: Motion, tip: int, law: Law) -> ContactState:
 
 @kernel
 def write_first_row(
-    row: Floats, reactions: Floats, consistent: bool, old: Motion, clock: Clock,
+    row: Floats, reactions: Floats, consistent: bool, old: Motion, totals: RunTotals,
     contact: ContactState, integrator: Integrator, probe: Probe,
 ) -> bool:  # fmt: skip
     """Write the row that the beams start with; whether their first acceleration could be found."""
     solved = initial_acceleration(old, contact, integrator) if consistent else True
-    write_row(row, reactions, old, clock, contact, integrator, probe)
+    write_row(row, reactions, old, totals, contact, integrator, probe)
     return solved
 
 
@@ -81,16 +81,17 @@ def start_beams(
     if rods is None:
         return start_in_flight(model, _first_step(model.settings))
     try:
-        if fall is not None and fall.serves(model.plan):
+        if fall is not None and fall.serves(model.limits):
             flight = fall.flight
         else:
             flight = integrate_flight(
-                rods[0], model.angles, model.start_s, model.plan, model.settings.max_steps, rods[1]
-            )
+                rods[0], model.angles, model.start_s, model.limits, model.settings.max_steps,
+                rods[1],
+            )  # fmt: skip
         acting = acting_between(*rods, model.start_s, float(flight.time[-1]))
         return start_after_flight(model, acting, flight)
     except KeyboardInterrupt:
-        begun = start_in_flight(model, model.plan.flight_step)
+        begun = start_in_flight(model, model.limits.flight_step)
         return begun._replace(status=Status.INTERRUPTED)
 
 
@@ -103,19 +104,20 @@ def _first_step(settings: Settings) -> float:
 
 def start_in_flight(model: Model, step: float) -> BeamStart:
     """Start from the model's own state, with a first step of at most `step`, s."""
-    motion, clock = build_motion(model.chain, model.q, model.v), initial_clock(model.start_s, step)
+    motion = build_motion(model.chain, model.q, model.v)
+    totals = initial_totals(model.start_s, step)
     set_drive(model.start_s, piece_at(model.drive, model.start_s), motion.drive)
     rows, reactions = empty_rows(1, model.chain)
     solved = write_first_row(
-        rows[0], reactions[0], model.settings.consistent_start, motion, clock, IN_FLIGHT,
+        rows[0], reactions[0], model.settings.consistent_start, motion, totals, IN_FLIGHT,
         model.generalized_alpha, model.probe,
     )  # fmt: skip
-    segment = first_segment(IN_FLIGHT, clock, rows, reactions, 0, False, motion)
+    segment = first_segment(IN_FLIGHT, totals, rows, reactions, 0, False, motion)
     return BeamStart(motion, segment, Status.COMPLETED if solved else Status.NEWTON_FAILED)
 
 
 def enter_piece(model: Model, motion: Motion, contact: ContactState, time_s: float) -> None:
-    """Go on behind a kink of the drive: q.. may jump there, its rate of change does."""
+    """Go on after a kink of the drive, where the rate of q.. jumps, and q.. itself may."""
     set_drive(time_s, piece_at(model.drive, time_s), motion.drive)
     motion.jerk[:] = 0.0
     initial_acceleration(motion, contact, model.generalized_alpha)
@@ -128,11 +130,11 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     # one more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
     kind = model.generalized_alpha.law.__class__, flight.states.flags.c_contiguous
-    contact, clock, steps, code, solved, left_out = write_flight_by_kind(
-        kind, flight, model.plan.contact_step, model.settings.consistent_start, rods, motion,
+    contact, totals, steps, code, solved, left_out = write_flight_by_kind(
+        kind, flight, model.limits.contact_step, model.settings.consistent_start, rods, motion,
         model.generalized_alpha, model.probe, model.outline, rows, reactions, model.frames,
     )  # fmt: skip
-    at, rows, reactions = Clock(*clock), rows[: steps + 2], reactions[: steps + 2]
+    at, rows, reactions = RunTotals(*totals), rows[: steps + 2], reactions[: steps + 2]
     if code == BLOCKED:
         set_drive(at.time, piece_at(model.drive, at.time), motion.drive)
         solved = write_first_row(
@@ -158,7 +160,7 @@ def start_divided(
     last, start = segments[-1], empty_motion(model.chain)
     start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
     fill_chords(start.q, model.chain, start.chords)
-    set_drive(last.clock.time, piece_at(model.drive, last.clock.time), start.drive)
+    set_drive(last.totals.time, piece_at(model.drive, last.totals.time), start.drive)
     if flight.frames.time.size:
         reached = ~np.isnan(flight.frames.q[:, 0])
         model.frames.q[reached] = divide(flight.frames.q[reached])
@@ -172,10 +174,10 @@ def start_divided(
     if touched:
         contact = first_contact(start, model.chain.tip, model.generalized_alpha.law)
     solved = write_first_row(
-        rows[-1], reactions[-1], True, start, last.clock, contact, model.generalized_alpha,
+        rows[-1], reactions[-1], True, start, last.totals, contact, model.generalized_alpha,
         model.probe,
     )  # fmt: skip
-    segment = first_segment(contact, last.clock, rows, reactions, last.steps, touched, start)
+    segment = first_segment(contact, last.totals, rows, reactions, last.steps, touched, start)
     return BeamStart(start, segment, status if solved else Status.NEWTON_FAILED)
 
 
@@ -190,13 +192,13 @@ def write_flight(
     The last row is the beams' own, at the time of the one before; `step`, s, is their first. A
     flight ends, BLOCKED, where a body is below the surface first; that row is left to the caller
     there, as `old` has the drive of the whole flight's end. Returns the fields of the contact and
-    of the clock there, the steps to it, how the flight ended, whether the beams' first acceleration
-    could be found, and the largest speed that rods leave out, over the tip's of approach.
+    of the totals there, the steps to it, how the flight ended, whether the beams' first
+    acceleration could be found, and the largest speed that rods leave out, over the tip's approach.
     """
     beams, law = integrator.chain, integrator.law
     time, states = flight.time, flight.states
     links, tip, frame, code = rods.length.size, beams.tip, 0, flight.code
-    contact, clock, fastest, left_out = IN_FLIGHT, initial_clock(time[0], step), 0.0, 0.0
+    contact, totals, fastest, left_out = IN_FLIGHT, initial_totals(time[0], step), 0.0, 0.0
     for m in range(time.size):
         if m > 0:
             h = time[m] - time[m - 1]
@@ -222,23 +224,23 @@ def write_flight(
             work += flight.torques[m, w] * (states[m, w] - states[0, w])
         work -= flight.torque_change_work[m]
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
-        clock = Clock(
+        totals = RunTotals(
             time[m], time[0], step, 0, 0, flight.repeats, flight.trials, 0, 0.0, 0.0, 0.0, work,
             fastest, 0.0,
         )  # fmt: skip
-        write_row(rows[m], reactions[m], old, clock, contact, integrator, probe)
+        write_row(rows[m], reactions[m], old, totals, contact, integrator, probe)
         if depth(old.q, beams, outline)[1] >= 0:
             code = BLOCKED
             break
     if code == TOUCHED:
         contact = first_contact(old, tip, law)
-        clock = Clock(clock.time, clock.time, *clock[2:])
+        totals = RunTotals(totals.time, totals.time, *totals[2:])
     old.acceleration[:] = 0.0
     solved = code == BLOCKED or write_first_row(
-        rows[m + 1], reactions[m + 1], consistent, old, clock, contact, integrator, probe
+        rows[m + 1], reactions[m + 1], consistent, old, totals, contact, integrator, probe
     )
     approach = abs(clearance(states[m], rods)[1])
-    return contact[:], clock[:], m, code, solved, left_out / max(approach, 1e-300)
+    return contact[:], totals[:], m, code, solved, left_out / max(approach, 1e-300)
 
 
 # Its kind: the law's class, and whether a row of the flight follows the one before without a gap.

@@ -16,9 +16,10 @@ from hcm.contact.law import ContactState
 class Motion(NamedTuple):
     """State of the integrators: q, v, bordered acceleration (q.., lam) and a, each (n,).
 
-    chords : (N, 2) of the elements, summed up from the steps' increments. jerk : (n,) slope of the
-    acceleration over the step that led here, which only predicts the next acceleration; after a
-    step of collocation a is its mean acceleration, which does the same. drive : (2, T) torques now
+    a : generalized-alpha's auxiliary acceleration; after a step of collocation its mean one, from
+    which the next step's stages start. chords : (N, 2) of the elements, summed up from the steps'
+    increments. jerk : (n,) slope of the acceleration over the step that led here, which only
+    predicts the next acceleration. drive : (2, T) torques now
     (N m) and their rates (N m/s), until the drive's next kink.
     """
 
@@ -31,8 +32,8 @@ class Motion(NamedTuple):
     drive: Floats
 
 
-class Plan(NamedTuple):
-    """Step sizes and bounds of a run, from `Settings` (seconds, metres, counts).
+class StepLimits(NamedTuple):
+    """Step sizes and limits of a run, from `Settings` (seconds, metres, counts).
 
     taps : separations that end the run; 0: its first touch does. iterations : Newton iterations at
     which the loop returns, all those before included. undamped : whether generalized-alpha takes
@@ -51,8 +52,8 @@ class Plan(NamedTuple):
     undamped: bool = False
 
 
-class Clock(NamedTuple):
-    """Scalars that travel with the state.
+class RunTotals(NamedTuple):
+    """A run's totals, and the other scalars that travel with its state.
 
     time, phase_start : s. step : s, current step. taps : separations so far.
     instant : events in a row without an advance. rejected, trials, chatter_steps : counts.
@@ -92,17 +93,17 @@ def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
 
 
 @kernel
-def initial_clock(time: float, step: float) -> Clock:
-    """A clock that has counted nothing yet."""
-    return Clock(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+def initial_totals(time: float, step: float) -> RunTotals:
+    """Totals of a run that begins."""
+    return RunTotals(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
-def advance_clock(
-    clock: Clock, h: float, friction: float, material_loss: float, old: Motion, new: Motion,
+def advance_totals(
+    totals: RunTotals, h: float, friction: float, material_loss: float, old: Motion, new: Motion,
     chain: Chain, contact: ContactState, law: Law,
-) -> Clock:  # fmt: skip
-    """Advance the clock by an accepted step and add its losses and works.
+) -> RunTotals:  # fmt: skip
+    """Advance the time by an accepted step and add its losses and works.
 
     `friction` is all that it has taken so far, `material_loss` the step's own, J; restitution loss
     is exact, as is the drive's work but for torques that change, to order 4.
@@ -120,19 +121,19 @@ def advance_clock(
         gained = turn_rate(new.q[s], new.q[s + 1], new.v[s], new.v[s + 1])
         gained -= turn_rate(old.q[s], old.q[s + 1], old.v[s], old.v[s + 1])
         work += old.drive[1, t] * h * h / 12.0 * gained
-    return Clock(
-        clock.time + h,
-        clock.phase_start,
-        clock.step,
-        clock.taps,
-        clock.instant if h == 0.0 else 0,
-        clock.rejected,
-        clock.trials,
-        clock.chatter_steps,
+    return RunTotals(
+        totals.time + h,
+        totals.phase_start,
+        totals.step,
+        totals.taps,
+        totals.instant if h == 0.0 else 0,
+        totals.rejected,
+        totals.trials,
+        totals.chatter_steps,
         friction,
-        clock.restitution_loss + hysteresis_loss(y0, y1, contact, law),
-        clock.material_loss + material_loss,
-        clock.drive_work + work,
-        max(clock.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
-        max(clock.force, fn1),
+        totals.restitution_loss + hysteresis_loss(y0, y1, contact, law),
+        totals.material_loss + material_loss,
+        totals.drive_work + work,
+        max(totals.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
+        max(totals.force, fn1),
     )

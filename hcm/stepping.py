@@ -12,7 +12,7 @@ from hcm.parameters import GAUSS, Settings
 from hcm.record import Segment, empty_record, next_segment
 from hcm.result import OtherEnd, Status
 from hcm.start import BeamStart, enter_piece
-from hcm.state import Clock, Motion, Plan, empty_motion
+from hcm.state import Motion, RunTotals, StepLimits, empty_motion
 from hcm.tap import next_touch_s, taps_of
 
 Progress = Callable[[float, str], None]
@@ -39,8 +39,8 @@ _STATUS = {
 }
 
 
-class Taken(NamedTuple):
-    """What the calls left, and how they ended.
+class SteppingResult(NamedTuple):
+    """History and end of a run's steps.
 
     over_s : when taps were seen to be over, s. other_ends : those that the first tap nearly had.
     """
@@ -56,12 +56,12 @@ def rows_between(settings: Settings) -> int:
     return settings.stages if settings.contact_integrator == GAUSS else 0
 
 
-def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Taken:
+def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> SteppingResult:
     """Call the compiled loop until the run ends or is interrupted."""
     over_s, other_ends = list[float](), list[OtherEnd]()
     status: Status = begun.status
     if status is not Status.COMPLETED:
-        return Taken([begun.segment], status, over_s, other_ends)
+        return SteppingResult([begun.segment], status, over_s, other_ends)
     settings, motion = model.settings, begun.motion
     new = empty_motion(model.chain)
     segments, code = [begun.segment], loop.RUNNING
@@ -69,7 +69,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Tak
     between = rows_between(settings)
     stages = settings.stages if settings.flight_integrator == GAUSS else max(between, 1)
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
-    until = model.plan if model.tap_ends is None else model.plan._replace(taps=1)
+    until = model.limits if model.tap_ends is None else model.limits._replace(taps=1)
     try:
         integrator = model.integrator()
         kind = integrator.__class__, integrator.law.__class__
@@ -79,25 +79,22 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Tak
             if size <= 0 or spent >= most:
                 status = Status.WORK_LIMIT
                 break
-            over = piece_at(model.drive, last.clock.time).end_s
-            plan = until._replace(
+            over = piece_at(model.drive, last.totals.time).end_s
+            limits = until._replace(
                 iterations=min(most, spent + per_call), end_time=min(until.end_time, over)
             )
             record = empty_record(size + between, EVENT_ROWS, model.chain, model.frames)
-            contact, clock, rows, events, code = loop.advance_by_kind(
-                kind, motion, new, last.contact, last.clock, plan, integrator, model.probe,
+            contact, totals, rows, events, code = loop.advance_by_kind(
+                kind, motion, new, last.contact, last.totals, limits, integrator, model.probe,
                 model.outline, record,
             )  # fmt: skip
             first_row = begun.segment.rows[0]
-            segments.append(
-                next_segment(
-                    last, first_row, ContactState(*contact), Clock(*clock), rows, events, record
-                )
-            )
+            state, totals = ContactState(*contact), RunTotals(*totals)
+            segments.append(next_segment(last, first_row, state, totals, rows, events, record))
             last = segments[-1]
-            kink = code == loop.DONE and over < until.end_time and last.clock.taps < plan.taps
+            kink = code == loop.DONE and over < until.end_time and last.totals.taps < limits.taps
             if kink:
-                enter_piece(model, motion, last.contact, last.clock.time)
+                enter_piece(model, motion, last.contact, last.totals.time)
                 code = loop.RUNNING
             status = _STATUS.get(code, Status.COMPLETED)
             # a NaN compares false and is no balance
@@ -111,39 +108,39 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Tak
             ):
                 until, code = further, loop.RUNNING
             if progress is not None:
-                progress(*_fraction(last.clock, last.contact, settings))
+                progress(*_fraction(last.totals, last.contact, settings))
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    return Taken(segments, status, over_s, other_ends)
+    return SteppingResult(segments, status, over_s, other_ends)
 
 
 def _further(
     model: Model, segments: list[Segment], motion: Motion, over_s: list[float],
     other_ends: list[OtherEnd],
-) -> Plan | None:  # fmt: skip
-    """Until when a run goes on that stopped to look whether its tap is over; None: it is done.
+) -> StepLimits | None:  # fmt: skip
+    """Limits with which a run goes on that stopped to check whether its tap is over; None: done.
 
     over_s : gets the time of a tap that is. other_ends : those that the first nearly had.
     """
-    rule, clock = model.tap_ends, segments[-1].clock
-    if rule is None or model.plan.end_time - clock.time <= loop.LAST_STEP * clock.time:
+    rule, totals = model.tap_ends, segments[-1].totals
+    if rule is None or model.limits.end_time - totals.time <= loop.LAST_STEP * totals.time:
         return None
     taps = taps_of((event for s in segments for event in s.events), over_s)
-    tap, look = taps[-1], math.inf
+    tap, check_s = taps[-1], math.inf
     if tap[1] < math.inf:
-        look = rule.first_look_s(tap)
-        if look - clock.time <= loop.LAST_STEP * clock.time:
+        check_s = rule.first_check_s(tap)
+        if check_s - totals.time <= loop.LAST_STEP * totals.time:
             law = model.generalized_alpha.law
             touch = next_touch_s(motion.q, motion.v, model.chain, law.height)
             if len(taps) == 1:
                 tip_in_s = _tip_in_s(model, segments, motion)
-                other_ends += rule.looked(tap, clock.time, touch, tip_in_s)
-            look = rule.next_look_s(tap, clock.time, touch)
-        if look == math.inf:
-            over_s.append(clock.time)
-            if len(taps) >= model.plan.taps:
+                other_ends += rule.near_ends_when_checked(tap, totals.time, touch, tip_in_s)
+            check_s = rule.next_check_s(tap, totals.time, touch)
+        if check_s == math.inf:
+            over_s.append(totals.time)
+            if len(taps) >= model.limits.taps:
                 return None
-    return model.plan._replace(taps=clock.taps + 1, end_time=min(look, model.plan.end_time))
+    return model.limits._replace(taps=totals.taps + 1, end_time=min(check_s, model.limits.end_time))
 
 
 def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:
@@ -157,9 +154,9 @@ def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:
     return max(float(above / speed), 0.0) if speed > 0.0 else math.inf
 
 
-def _fraction(clock: Clock, contact: ContactState, settings: Settings) -> tuple[float, str]:
+def _fraction(totals: RunTotals, contact: ContactState, settings: Settings) -> tuple[float, str]:
     doing = "in flight" if contact.normal_mode == FLIGHT else "in contact"
-    label = f"{doing}, t = {clock.time:.4g} s"
+    label = f"{doing}, t = {totals.time:.4g} s"
     if settings.end_time is not None:
-        return clock.time / settings.end_time, label
-    return clock.taps / settings.taps, label
+        return totals.time / settings.end_time, label
+    return totals.taps / settings.taps, label

@@ -21,62 +21,66 @@ from hcm.beam.chain import Chain
 from hcm.parameters import Finger
 from hcm.result import Event, OtherEnd
 
-AWAY, AWAY_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
-# A force of less than the first, over the peak, for longer than the second, over the tap: where the
-# study's durations differ by more than 2 %.
+SEPARATION_SHARE, SEPARATION_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
+# A tap fades out where F_n stays below the first share of its peak for longer than the second share
+# of the tap: such durations differ by more than 2 % in the study.
 SLIGHT, LONG = 0.01, 0.03
-# of L/c, between two looks at a tip that is about to come back
-LOOK = 0.1
+# of L/c, between two checks of a tip that is about to come back
+CHECK_INTERVAL = 0.1
 
 Tap = tuple[float, float]
 """First touch and last separation, s; inf of one that lasts."""
 
 
 @dataclass(frozen=True)
-class TapEnds:
+class TapEndRule:
     """The rule for a last phalanx of wave transit L/c, s; until : of `Settings`, s."""
 
     transit: float
     until: float = 0.0
 
-    def first_look_s(self, tap: Tap) -> float:
-        """Until when the tip must stay away, s."""
+    def first_check_s(self, tap: Tap) -> float:
+        """When a tap is first checked, s: until then the tip must have stayed away."""
         if self.until > 0.0:
             return max(tap[1], tap[0] + self.until)
-        return tap[1] + max(AWAY * (tap[1] - tap[0]), AWAY_TRANSITS * self.transit)
+        lasted = tap[1] - tap[0]
+        return tap[1] + max(SEPARATION_SHARE * lasted, SEPARATION_TRANSITS * self.transit)
 
-    def soon_s(self, tap: Tap) -> float:
-        """Within which a touch is the same tap's, s."""
+    def retouch_window_s(self, tap: Tap) -> float:
+        """How soon after a check the next touch must come to be of the same tap, s."""
         return SAME_TAP * max(tap[1] - tap[0], self.transit)
 
-    def next_look_s(self, tap: Tap, now_s: float, touch_in_s: float) -> float:
-        """When to look again, s; inf where the tap is over. touch_in_s : of `next_touch_s`."""
-        over = self.until > 0.0 or touch_in_s > self.soon_s(tap)
-        return math.inf if over else now_s + LOOK * self.transit
+    def next_check_s(self, tap: Tap, now_s: float, touch_in_s: float) -> float:
+        """When to check again, s; inf where the tap is over. touch_in_s : of `next_touch_s`."""
+        over = self.until > 0.0 or touch_in_s > self.retouch_window_s(tap)
+        return math.inf if over else now_s + CHECK_INTERVAL * self.transit
 
-    def looked(self, tap: Tap, now_s: float, touch_in_s: float, tip_in_s: float) -> list[OtherEnd]:
-        """Ends that the tap nearly had as it was looked at.
+    def near_ends_when_checked(
+        self, tap: Tap, now_s: float, touch_in_s: float, tip_in_s: float
+    ) -> list[OtherEnd]:
+        """Other ends that the tap nearly had when it was checked.
 
-        tip_in_s : until the tip itself would touch at its speed, which may vibrate. Where it does
-        so just after a look that ended the tap, it would have been the tap's.
+        tip_in_s : until the tip itself touches if it keeps its speed, its vibration included, s. A
+        touch just after the check that ended the tap would have been the tap's a little earlier.
         """
         if self.until > 0.0:
             return []
-        soon, wait, since = self.soon_s(tap), self.first_look_s(tap) - tap[1], now_s - tap[0]
-        if touch_in_s <= soon:
-            ends = [OtherEnd(tap[1] - tap[0], soon - touch_in_s, soon)]
+        window, since = self.retouch_window_s(tap), now_s - tap[0]
+        wait = self.first_check_s(tap) - tap[1]
+        if touch_in_s <= window:
+            ends = [OtherEnd(tap[1] - tap[0], window - touch_in_s, window)]
         else:  # what comes down may be slowed: the next touch is before twice that time
-            times = (touch_in_s, touch_in_s - soon, soon), (tip_in_s, tip_in_s, wait)
+            times = (touch_in_s, touch_in_s - window, window), (tip_in_s, tip_in_s, wait)
             ends = [OtherEnd(since + 2.0 * t + wait, apart, of) for t, apart, of in times]
         return [end for end in ends if end.apart_s < math.inf]
 
 
-def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEnds | None:
+def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEndRule | None:
     """The rule; None where every separation ends a tap."""
     if not assumptions.has("whole_tap"):
         return None
     last = finger.phalanges[-1]
-    return TapEnds(last.length * math.sqrt(last.density / last.youngs_modulus), until)
+    return TapEndRule(last.length * math.sqrt(last.density / last.youngs_modulus), until)
 
 
 def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Tap, ...]:
@@ -95,11 +99,11 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
     return tuple(taps)
 
 
-def returned(
-    rule: TapEnds, events: Sequence[Event], tap: Tap, touch_in_s: Callable[[int], float]
+def near_ends_when_touched_again(
+    rule: TapEndRule, events: Sequence[Event], tap: Tap, touch_in_s: Callable[[int], float]
 ) -> list[OtherEnd]:
-    """Ends that a tap nearly had as its tip came back before it was looked at; of held touches an
-    endless one, where the rule would go on after them.
+    """Other ends that a tap nearly had as its tip touched again before it was checked; one without
+    end where the touches are given (`until`) and the rule would go on after them.
 
     touch_in_s : of `next_touch_s` as an event happens
     """
@@ -108,14 +112,14 @@ def returned(
         if event.kind != "separation" or event.time_s > tap[1]:
             continue
         so_far = tap[0], event.time_s
-        soon = rule.soon_s(so_far)
+        window = rule.retouch_window_s(so_far)
         if event.time_s < tap[1]:
-            wait = rule.first_look_s(so_far) - event.time_s
+            wait = rule.first_check_s(so_far) - event.time_s
             early = wait - (events[number + 1].time_s - event.time_s)
-            if rule.until == 0.0 and early >= 0.0 and touch_in_s(number + 1) > soon:
+            if rule.until == 0.0 and early >= 0.0 and touch_in_s(number + 1) > window:
                 ends.append(OtherEnd(event.time_s - tap[0], early, wait))
-        elif rule.until > 0.0 and touch_in_s(number) <= soon:
-            ends.append(OtherEnd(math.inf, 0.0, soon))
+        elif rule.until > 0.0 and touch_in_s(number) <= window:
+            ends.append(OtherEnd(math.inf, 0.0, window))
     return ends
 
 

@@ -17,7 +17,7 @@ COPIES = 2
 
 
 @dataclass(frozen=True)
-class Estimate:
+class RunSize:
     """Size of a run.
 
     elements : of all phalanges. least_steps : that `end_time` asks for at the longest steps (1
@@ -30,7 +30,7 @@ class Estimate:
     seconds: float
 
 
-def estimate(finger: Finger, settings: Settings) -> Estimate:
+def run_size(finger: Finger, settings: Settings) -> RunSize:
     """Size of a run, from the scene's numbers alone."""
     elements = sum(p.elements for p in finger.phalanges)
     steps = 1.0
@@ -39,13 +39,13 @@ def estimate(finger: Finger, settings: Settings) -> Estimate:
     row = 8 * (len(COLUMNS) + 2 * len(finger.phalanges)) * COPIES
     frame = 8 * 4 * (elements + len(finger.phalanges)) * COPIES
     memory = ELEMENT_BYTES * elements + row * settings.max_steps + frame * len(settings.frame_times)
-    return Estimate(elements, steps, float(memory), SECONDS_A_STEP * steps * elements)
+    return RunSize(elements, steps, float(memory), SECONDS_A_STEP * steps * elements)
 
 
 def most_steps(finger: Finger) -> int:
     """Largest `max_steps` that `check_size` accepts for a finger without frames or an end time."""
-    one = estimate(finger, Settings(max_steps=1)).memory_bytes
-    row = estimate(finger, Settings(max_steps=2)).memory_bytes - one
+    one = run_size(finger, Settings(max_steps=1)).memory_bytes
+    row = run_size(finger, Settings(max_steps=2)).memory_bytes - one
     return 1 + int(max(MEMORY_LIMIT - one, 0.0) / row)
 
 
@@ -57,7 +57,7 @@ def check_size(finger: Finger, settings: Settings) -> None:
     ParameterError
         The run may need more memory than `MEMORY_LIMIT`, or more steps than `max_steps` allows.
     """
-    size = estimate(finger, settings)
+    size = run_size(finger, settings)
     if size.memory_bytes > MEMORY_LIMIT:
         raise ParameterError(
             f"elements = {size.elements} in all, max_steps = {settings.max_steps} and"

@@ -97,12 +97,9 @@ def solve(rows: Floats, x: Floats) -> None:
 
 @kernel
 def solve_rank_one(
-    factors: Floats | Complexes,
-    unsymmetric_factor: complex,
-    y: int,
-    column: Floats,
+    factors: Floats | Complexes, unsymmetric_factor: complex, y: int, column: Floats,
     rank_one: Floats | Complexes,
-) -> bool:
+) -> bool:  # fmt: skip
     """Fill rank_one with S^-1 c of the column c, which may be the same array; whether the matrix
     S + u c e_y^T, u the unsymmetric factor, is regular.
     """

@@ -150,12 +150,9 @@ def fill_chain(
             chain.length[element], chain.axial_stiffness[element] = el, section_properties[w, 2]
             chain.relaxation[element] = section_properties[w, 5]
             fill_matrices(
-                per_length,
-                section_properties[w, 3],
-                el,
-                chain.mass[element],
+                per_length, section_properties[w, 3], el, chain.mass[element],
                 chain.bending[element],
-            )
+            )  # fmt: skip
             for end in (node, node + 4):
                 chain.weight[end] += force_x
                 chain.weight[end + 1] += force_y

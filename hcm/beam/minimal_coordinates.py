@@ -71,13 +71,9 @@ def expand(z: Floats, source: Ints) -> Floats:
 
 @allocating
 def acceleration(
-    q: Floats,
-    v: Floats,
-    coordinates: Coordinates,
-    chain: Chain,
-    contact: ContactState,
+    q: Floats, v: Floats, coordinates: Coordinates, chain: Chain, contact: ContactState,
     law: ContactLaw,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Independent accelerations z.. (m,) at the bordered coordinates q and velocities v (n,)."""
     source = coordinates.source
     still, out = np.zeros(q.size), np.empty(q.size)

@@ -110,10 +110,8 @@ def transition(
         )
     if contact.tangential_mode == STICK:
         sign = math.copysign(1.0, x - contact.particle)
-        return (
-            ContactState(contact.normal_mode, SLIP, sign, contact.force_ref, contact.gap_ref, x),
-            TO_SLIP,
-        )
+        mode = contact.normal_mode
+        return ContactState(mode, SLIP, sign, contact.force_ref, contact.gap_ref, x), TO_SLIP
     particle = particle_position(x, gap, contact, law)
     return (
         ContactState(contact.normal_mode, STICK, 0.0, contact.force_ref, contact.gap_ref, particle),

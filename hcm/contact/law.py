@@ -155,14 +155,9 @@ def margin_rates(
 
 @kernel
 def friction_loss(
-    loss: float,
-    x0: float,
-    gap0: float,
-    x1: float,
-    gap1: float,
-    contact: ContactState,
+    loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: ContactState,
     law: ContactLaw,
-) -> float:
+) -> float:  # fmt: skip
     """`loss` and -int F_t dX_P between two places of the tip within a mode (trapezoidal), J."""
     ft0, _ = contact_force(x0, gap0, contact, law)
     ft1, _ = contact_force(x1, gap1, contact, law)

@@ -253,14 +253,9 @@ def tip_slopes(
 
 @kernel
 def add_tangent(
-    q: Floats,
-    weight: float,
-    tip: int,
-    scale: Floats,
-    contact: ContactState,
-    law: RoundTipLaw,
+    q: Floats, weight: float, tip: int, scale: Floats, contact: ContactState, law: RoundTipLaw,
     rows: Floats,
-) -> float:
+) -> float:  # fmt: skip
     """Add -weight dF_c/dq to `rows`; returns the factor of its part that is not symmetric."""
     if contact.normal_mode == FLIGHT:
         return 0.0

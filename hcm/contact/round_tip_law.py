@@ -161,12 +161,9 @@ def force_and_slopes(
         return -share * fn, fn, 0.0, share * slope * rate, -slope * rate
     if contact.tangential_mode == STICK and law.springs.size == 0:
         return (
-            -law.tangential_stiffness * (x - contact.particle),
-            fn,
-            -law.tangential_stiffness,
-            0.0,
+            -law.tangential_stiffness * (x - contact.particle), fn, -law.tangential_stiffness, 0.0,
             -slope * rate,
-        )
+        )  # fmt: skip
     if contact.tangential_mode == STICK:
         total, by_way, by_depth, _ = spring_sums(x - law.memory[SPRING_X], d, law)
         size = 2.0 * law.effective_shear_modulus
@@ -256,14 +253,9 @@ def margin_rates(
 
 @kernel
 def friction_loss(
-    loss: float,
-    x0: float,
-    gap0: float,
-    x1: float,
-    gap1: float,
-    contact: ContactState,
+    loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: ContactState,
     law: RoundTipLaw,
-) -> float:
+) -> float:  # fmt: skip
     """`loss` and what slipping springs dissipate from the last accepted step to (x1, gap1), J."""
     if contact.tangential_mode != STICK or law.springs.size == 0:
         ft0, _ = contact_force(x0, gap0, contact, law)

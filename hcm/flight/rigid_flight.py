@@ -24,7 +24,7 @@ from hcm.integrators.event_search import (
     zero_of_cubic,
 )
 from hcm.integrators.step_size import REPEATS, SHRINK
-from hcm.state import Plan
+from hcm.state import StepLimits
 
 # How a flight, or a call of `take_steps`, ended; blocked by a body that reached the surface.
 TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
@@ -172,18 +172,18 @@ take_steps_by_kind = ByKind(take_steps)
 
 
 def integrate_flight(
-    rods: Rods, state: Floats, time: float, plan: Plan, most_steps: int,
+    rods: Rods, state: Floats, time: float, limits: StepLimits, most_steps: int,
     drive: Sequence[Piece] = (),
 ) -> RigidFlight:  # fmt: skip
-    """Let the rods fall from `state` (2 P,) at `time`, s, to the touch or to the plan's end.
+    """Let the rods fall from `state` (2 P,) at `time`, s, to the touch or to the end time.
 
     drive : torques on them over time; none: those that they have.
     """
     links, state, new = rods.length.size, state.copy(), np.empty_like(state)
     stages = np.empty((STAGES, state.size))
     drive = drive or (Piece(rods.since, math.inf, rods.torque),)
-    end = min(plan.end_time, time + plan.max_flight_time)
-    tolerance = plan.flight_tolerance
+    end = min(limits.end_time, time + limits.max_flight_time)
+    tolerance = limits.flight_tolerance
     if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
         tolerance = max(tolerance, LOCATED * sum(rods.length.tolist()))
     steps, repeats, trials, code, until = 0, 0, 0, ENDED, -math.inf
@@ -193,13 +193,13 @@ def integrate_flight(
         piece = piece_at(drive, time)
         if piece.torques is not rods.torque:  # a copy takes as long as a step
             rods = rods._replace(torque=piece.torques, since=piece.begin_s)
-        until, h, code = min(end, piece.end_s), plan.flight_step, FULL
+        until, h, code = min(end, piece.end_s), limits.flight_step, FULL
         flown: list[Floats] = []
         while code == FULL and steps < most_steps:
             rows = np.empty((1 + min(TABLE_ROWS, most_steps - steps), 1 + 3 * links))
             written, code, repeated, tried, h = take_steps_by_kind(
-                None, time, h, until, plan.flight_step, tolerance, state, new, stages, bool(flown),
-                rods, rows,
+                None, time, h, until, limits.flight_step, tolerance, state, new, stages,
+                bool(flown), rods, rows,
             )  # fmt: skip
             flown.append(rows[min(len(flown), 1) : 1 + written])
             time = float(rows[written, 0]) if written else time

@@ -23,7 +23,7 @@ from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.stages import stage_motion
 from hcm.integrators.step import AnyIntegrator
 from hcm.record import write_row
-from hcm.state import Clock, Motion, advance_clock
+from hcm.state import Motion, RunTotals, advance_totals
 
 
 @kernel
@@ -38,13 +38,9 @@ def friction_power(motion: Motion, contact: ContactState, integrator: GaussInteg
 
 @kernel
 def plain_friction(
-    loss: float,
-    h: float,
-    old: Motion,
-    new: Motion,
-    contact: ContactState,
+    loss: float, h: float, old: Motion, new: Motion, contact: ContactState,
     integrator: AnyIntegrator,
-) -> float:
+) -> float:  # fmt: skip
     """`loss` and the step's own, J, as the law has it."""
     tip, law = integrator.chain.tip, integrator.law
     x0, y0 = contact_position(old.q, tip, contact, law)
@@ -62,13 +58,9 @@ def plain_friction(
 
 @kernel
 def stage_friction(
-    loss: float,
-    h: float,
-    old: Motion,
-    new: Motion,
-    contact: ContactState,
+    loss: float, h: float, old: Motion, new: Motion, contact: ContactState,
     integrator: GaussIntegrator,
-) -> float:
+) -> float:  # fmt: skip
     """The same by the stages of a tip that slides."""
     if not integrator.contact or contact.tangential_mode != SLIP:
         return plain_friction(loss, h, old, new, contact, integrator)
@@ -80,7 +72,7 @@ def stage_friction(
 
 @kernel
 def write_stages(
-    h: float, contact: ContactState, clock: Clock, old: Motion, integrator: GaussIntegrator,
+    h: float, contact: ContactState, totals: RunTotals, old: Motion, integrator: GaussIntegrator,
     probe: Probe, rows: Floats, reactions: Floats,
 ) -> int:  # fmt: skip
     """Write a row for each stage of an accepted step in contact; returns how many."""
@@ -97,13 +89,13 @@ def write_stages(
             power[1, j] = dissipated_power(stage.q, stage.chords, stage.v, chain, contact, law)
     for i in range(table.c.size):
         stage = stage_motion(i, old, integrator)
-        friction, lost = clock.friction_loss, 0.0
+        friction, lost = totals.friction_loss, 0.0
         if not slides:
             friction = plain_friction(friction, h, old, stage, contact, integrator)
         for j in range(table.c.size):
             friction += h * table.a[i, j] * power[0, j]
             lost += h * table.a[i, j] * power[1, j]
-        at = advance_clock(clock, table.c[i] * h, friction, lost, old, stage, chain, contact, law)
+        at = advance_totals(totals, table.c[i] * h, friction, lost, old, stage, chain, contact, law)
         write_row(rows[i], reactions[i], stage, at, contact, integrator, probe)
     return int(table.c.size)
 

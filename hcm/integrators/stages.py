@@ -110,13 +110,9 @@ def value_inside(
 
 @kernel
 def shorten(
-    share: float,
-    h: float,
-    contact: ContactState,
-    old: Motion,
-    new: Motion,
+    share: float, h: float, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
-) -> bool:
+) -> bool:  # fmt: skip
     """End the latest step, h long, at `share` of it; whether all is finite.
 
     Its stages and its end are those of the collocation's polynomials, of degree s through the

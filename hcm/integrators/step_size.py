@@ -11,7 +11,7 @@ from hcm.contact.law import FLIGHT, STICK, ContactState
 from hcm.integrators.event_search import NO_EVENT, overshot
 from hcm.integrators.stages import find_event
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
-from hcm.state import Clock, Motion, Plan
+from hcm.state import Motion, RunTotals, StepLimits
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40
@@ -29,12 +29,14 @@ UNDAMPED_MARGIN = 2.0
 
 
 @kernel
-def event_tolerances(contact: ContactState, clock: Clock, plan: Plan, law: Law) -> SlotValues:
+def event_tolerances(
+    contact: ContactState, totals: RunTotals, limits: StepLimits, law: Law
+) -> SlotValues:
     """Round-off of each event function: metres or m/s, N, and m/s or N."""
-    ahead = contact.gap_ref - clock.speed * plan.contact_step
+    ahead = contact.gap_ref - totals.speed * limits.contact_step
     slope = normal_slope(ahead, contact, law)
-    force = max(clock.force, slope * clock.speed * plan.contact_step)
-    speed_tolerance, force_tolerance = 1e-12 * clock.speed, 1e-12 * force
+    force = max(totals.force, slope * totals.speed * limits.contact_step)
+    speed_tolerance, force_tolerance = 1e-12 * totals.speed, 1e-12 * force
     return (
         1e-16 if contact.normal_mode == FLIGHT else speed_tolerance,
         force_tolerance,
@@ -45,7 +47,7 @@ def event_tolerances(contact: ContactState, clock: Clock, plan: Plan, law: Law) 
 @kernel
 def accepted_step(
     h: float, in_flight: bool, rebound: bool, chatter: bool, speed: float, tolerance: SlotValues,
-    plan: Plan, contact: ContactState, old: Motion, new: Motion, integrator: AnyIntegrator,
+    limits: StepLimits, contact: ContactState, old: Motion, new: Motion, integrator: AnyIntegrator,
 ) -> tuple[float, int, int, int, float]:  # fmt: skip
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
@@ -63,10 +65,10 @@ def accepted_step(
             work.key[0] = np.nan
             h *= 0.5
             continue
-        bound = min(plan.contact_tolerance, TRAVEL_SHARE * speed * h)
+        bound = min(limits.contact_tolerance, TRAVEL_SHARE * speed * h)
         if in_flight:
-            near = bound + CLEARANCE_SHARE * clearance if bound > 0.0 else plan.flight_tolerance
-            bound = min(plan.flight_tolerance, near)
+            near = bound + CLEARANCE_SHARE * clearance if bound > 0.0 else limits.flight_tolerance
+            bound = min(limits.flight_tolerance, near)
         if bound > 0.0:
             error, order = error_of_step(h, contact, old, new, integrator)
             growth = 0.9 * (bound / max(error, 1e-3 * bound)) ** (1.0 / order)

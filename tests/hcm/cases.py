@@ -24,7 +24,7 @@ from hcm.parameters import STAGES
 from hcm.record import FrameTable, empty_record, write_row
 from hcm.reference_solution import ChainStart
 from hcm.result import COLUMNS, EVENT_KINDS, Event
-from hcm.state import Clock, Motion, Plan, build_motion, initial_clock
+from hcm.state import Motion, RunTotals, StepLimits, build_motion, initial_totals
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
@@ -122,7 +122,7 @@ class Run:
     events: tuple[Event, ...]
     motion: Motion
     contact: ContactState
-    clock: Clock
+    totals: RunTotals
     code: int
 
     def __getitem__(self, column: str) -> Floats:
@@ -158,16 +158,16 @@ def integrate(
     old, new = (build_motion(chain, start.coordinates, start.velocities) for _ in range(2))
     plain = Integrator(coefficients(xi, newton_tolerance), chain, law, workspace(n))
     integrator = with_collocation(plain, stages, True, in_contact) if collocation else plain
-    clock = initial_clock(start.time_s, step)
-    plan = Plan(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
+    totals = initial_totals(start.time_s, step)
+    limits = StepLimits(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
     probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0, 1.0)
     without_body = Outline(np.empty(0), 0, 0.0, 0.0, 1e6)
     assert initial_acceleration(old, start.contact, plain)
     record = empty_record(rows + 1, rows, chain, FrameTable(np.empty(0), np.empty((0, n))))
     table, reactions, located, _ = record
-    write_row(table[0], reactions[0], old, clock, start.contact, plain, probe)
-    contact, clock, n_rows, n_events, code = loop.advance(
-        old, new, start.contact, clock, plan, integrator, probe, without_body,
+    write_row(table[0], reactions[0], old, totals, start.contact, plain, probe)
+    contact, totals, n_rows, n_events, code = loop.advance(
+        old, new, start.contact, totals, limits, integrator, probe, without_body,
         record._replace(rows=table[1:], reactions=reactions[1:]),
     )  # fmt: skip
     events = tuple(
@@ -176,7 +176,7 @@ def integrate(
     )
     return Run(
         table[: n_rows + 1], reactions[: n_rows + 1], events, old, ContactState(*contact),
-        Clock(*clock), code,
+        RunTotals(*totals), code,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import hcm
 from hcm import accuracy as accuracy_module
-from hcm.accuracy import HELD, other_transitions, simulate_within
+from hcm.accuracy import ACCURACY_QUANTITIES, other_transitions, simulate_within
 from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
 from hcm.chosen import BESIDE, NEWTON, Chosen, contact_frequency, settings_for
@@ -51,7 +51,7 @@ def once(
 
 def numbers(result: hcm.TapResult) -> np.ndarray:
     assert result.status is hcm.Status.COMPLETED
-    return np.array([getattr(result.summary, name) for name in HELD])
+    return np.array([getattr(result.summary, name) for name in ACCURACY_QUANTITIES])
 
 
 @pytest.mark.parametrize("scene", [SOFT_SCENE, HARD_SCENE], ids=["soft", "hard"])
@@ -87,7 +87,9 @@ def test_a_single_stated_element_states_its_error(scene: hcm.Scene) -> None:
     asked = replace(scene, finger=single, settings=hcm.Settings())
     result, exact = simulate_within(1e-3, asked, {"elements": 1}), truth(scene)
     off = np.abs(numbers(result) / exact - 1.0)
-    stated = np.array([result.errors[name] / getattr(result.summary, name) for name in HELD])
+    stated = np.array(
+        [result.errors[name] / getattr(result.summary, name) for name in ACCURACY_QUANTITIES]
+    )
     assert off.max() > 0.01
     assert (off <= stated).all()
     assert result.accuracy is not None
@@ -231,14 +233,14 @@ def test_quiet_flights_take_steps_by_the_error_wanted() -> None:
     soft = hcm.Finger((replace(SOFT, diameter=0.01, youngs_modulus=5e7),) * 3)
     scene = replace(SOFT_SCENE, finger=soft)
     fall = rods_fall(scene)
-    rung = BY_WEIGHT[0] * fall.ringing / fall.speed
+    ringing_share = BY_WEIGHT[0] * fall.ringing / fall.speed
 
     def steps(accuracy: float, scene: hcm.Scene = scene) -> float:
         chosen = {c.setting: c.value for c in settings_for(accuracy, scene).choices}
         assert chosen["flight"] == "elastic"
         return fall.time / chosen["flight_step"]
 
-    least = 1.01 * rung / QUIET
+    least = 1.01 * ringing_share / QUIET
     assert steps(1e-2) == pytest.approx(steps(least) * (least / 1e-2) ** 0.25)
     assert steps(least) < FEW_STEPS - 1
     assert steps(0.98 * least) == pytest.approx(FEW_STEPS)
@@ -325,13 +327,16 @@ def test_a_vibration_that_shortens_no_step_is_followed_with_few_stages() -> None
     scene = replace(SOFT_SCENE, finger=limp)
     fall = rods_fall(scene)
     assert fall is not None
-    rung = BY_WEIGHT[0] * fall.ringing / fall.speed
-    few, many = chosen(0.9 * rung, scene), chosen(0.9 * rung, scene, stages=FOLLOWING_STAGES)
+    ringing_share = BY_WEIGHT[0] * fall.ringing / fall.speed
+    few, many = (
+        chosen(0.9 * ringing_share, scene),
+        chosen(0.9 * ringing_share, scene, stages=FOLLOWING_STAGES),
+    )
     assert few.followed
     assert few.scene.settings.stages == STAGES
     steps = (few.scene.settings.flight_step, many.scene.settings.flight_step)
     assert steps == (fall.time / FEW_STEPS,) * 2
-    assert chosen(0.1 * rung, scene).scene.settings.stages == FOLLOWING_STAGES
+    assert chosen(0.1 * ringing_share, scene).scene.settings.stages == FOLLOWING_STAGES
 
 
 # one phalanx that a sudden torque rings: its vibration changes the tap by a tenth
@@ -397,9 +402,9 @@ def test_a_sudden_torques_vibration_is_not_left_to_a_rigid_flight() -> None:
     )  # fmt: skip
     fall = rods_fall(scene)
     assert fall is not None
-    rung = fall.ringing / fall.speed
-    assert 0.25 * fall.bending / fall.speed < 1e-3 < rung
-    assert settings_for(1e-2, scene).flight_error == pytest.approx(rung)
+    ringing_share = fall.ringing / fall.speed
+    assert 0.25 * fall.bending / fall.speed < 1e-3 < ringing_share
+    assert settings_for(1e-2, scene).flight_error == pytest.approx(ringing_share)
     assert settings_for(1e-3, scene).followed
     exact = numbers(hcm.simulate(**settings_for(1e-4, scene).scene.arguments()))
     assert np.abs(numbers(simulate_within(1e-3, scene)) / exact - 1.0).max() < 1e-3

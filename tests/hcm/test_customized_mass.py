@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import hcm
-from hcm.accuracy import HELD
+from hcm.accuracy import ACCURACY_QUANTITIES
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain
@@ -125,7 +125,7 @@ def test_five_elements_in_flight_are_as_good_as_twenty() -> None:
     def tap(few: int) -> Floats:
         chosen = replace(settings, flight_elements=few)
         own = hcm.simulate(finger(SOFT, elements=20), SURFACE, SOFT_TIP, settings=chosen).summary
-        return np.array([getattr(own, name) for name in HELD])
+        return np.array([getattr(own, name) for name in ACCURACY_QUANTITIES])
 
     whole = tap(0)
     errors = {few: np.abs(tap(few) / whole - 1).max() for few in (2, 5)}

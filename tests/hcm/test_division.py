@@ -7,7 +7,7 @@ import pytest
 
 import hcm
 from hcm import loop
-from hcm.accuracy import HELD, _coarser
+from hcm.accuracy import ACCURACY_QUANTITIES, _coarser
 from hcm.beam.chain import build_chain
 from hcm.beam.division import divided
 from hcm.beam.energy import energies
@@ -110,7 +110,9 @@ def test_a_slowly_bending_flight_needs_few_elements(assumptions: hcm.Assumptions
         result = tap(few, scene)
         assert result.status is hcm.Status.COMPLETED
         own = result.summary
-        error.append(max(abs(getattr(own, n) / getattr(whole, n) - 1.0) for n in HELD))
+        error.append(
+            max(abs(getattr(own, n) / getattr(whole, n) - 1.0) for n in ACCURACY_QUANTITIES)
+        )
         assert own.energy_residual < 1e-4
     assert error[1] < 0.2 * error[0] < 2e-5
 

@@ -140,7 +140,7 @@ def test_events_take_no_trials(struck_link) -> None:
     run = collocated(chain, law, start, 4e-6)
     assert run.events[0].time_s == 0.0
     assert len(run.events) == 5
-    assert run.clock.trials == 0
+    assert run.totals.trials == 0
 
 
 @pytest.mark.parametrize("share", [0.02, 0.4, 0.93])

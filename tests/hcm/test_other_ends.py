@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 import hcm
-from hcm.other_ends import NEAR, NUMBERS, TIMES, open_ends, with_other_ends
+from hcm.other_ends import ERROR_FACTOR, NUMBERS, THRESHOLD_SHARE, open_ends, with_other_ends
 from hcm.result import Event, OtherEnd
-from hcm.tap import TapEnds, nearest, returned
+from hcm.tap import TapEndRule, near_ends_when_touched_again, nearest
 
-RULE = TapEnds(transit=1.0)
+RULE = TapEndRule(transit=1.0)
 TAP = (0.0, 10.0)  # it must stay away for 1, and not come back within 20
 
 
@@ -41,13 +41,13 @@ def nearly_parted(**settings: float) -> hcm.Scene:
 def test_a_look_that_was_near_to_another_end(
     touch_in: float, tip_in: float, until: float, apart: float, threshold: float
 ) -> None:
-    end = nearest(RULE.looked(TAP, 11.0, touch_in, tip_in))[0]
+    end = nearest(RULE.near_ends_when_checked(TAP, 11.0, touch_in, tip_in))[0]
     assert end == pytest.approx((until, apart, threshold))
 
 
 def test_what_never_comes_down_and_held_touches_have_no_other_end() -> None:
-    assert RULE.looked(TAP, 11.0, math.inf, math.inf) == []
-    assert replace(RULE, until=3.0).looked(TAP, 11.0, 19.0, 0.05) == []
+    assert RULE.near_ends_when_checked(TAP, 11.0, math.inf, math.inf) == []
+    assert replace(RULE, until=3.0).near_ends_when_checked(TAP, 11.0, 19.0, 0.05) == []
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_a_tip_that_comes_back_just_before_it_is_looked_at(
     """Where its phalanx does not come down, a look would have ended the tap."""
     kinds = ("contact", "separation", "contact", "separation")
     events = [Event(t, kind) for t, kind in zip((0.0, 10.0, 10.0 + away, 15.0), kinds, strict=True)]
-    ends = returned(RULE, events, (0.0, 15.0), lambda event: touch_in)
+    ends = near_ends_when_touched_again(RULE, events, (0.0, 15.0), lambda event: touch_in)
     assert ends == ([pytest.approx((10.0, 1.0 - away, 1.0))] if nearly else [])
 
 
@@ -70,7 +70,13 @@ def test_ends_are_open_within_what_the_duration_is_known_to() -> None:
     run = replace(run, other_ends=(far, near))
     assert open_ends(run, {"contact_duration_s": 1e-9}) == (near,)
     assert open_ends(run, {"contact_duration_s": 3e-9}) == (near, far)
-    assert open_ends(run, {"contact_duration_s": (near.apart_s - NEAR * 1e-6) / TIMES * 0.99}) == ()
+    assert (
+        open_ends(
+            run,
+            {"contact_duration_s": (near.apart_s - THRESHOLD_SHARE * 1e-6) / ERROR_FACTOR * 0.99},
+        )
+        == ()
+    )
     assert open_ends(run, {"contact_duration_s": math.inf}) == ()
     assert open_ends(run, {}) == ()
 
@@ -140,8 +146,10 @@ def test_touches_after_which_the_rule_goes_on_are_no_end() -> None:
     assert "goes on beyond" in doubt
     down = [Event(t, kind) for t, kind in ((0.0, "contact"), (10.0, "separation"))]
     held = replace(RULE, until=12.0)
-    assert returned(held, down, TAP, lambda event: 19.0) == [OtherEnd(math.inf, 0.0, 20.0)]
-    assert returned(held, down, TAP, lambda event: 21.0) == []
+    assert near_ends_when_touched_again(held, down, TAP, lambda event: 19.0) == [
+        OtherEnd(math.inf, 0.0, 20.0)
+    ]
+    assert near_ends_when_touched_again(held, down, TAP, lambda event: 21.0) == []
 
 
 def test_an_end_that_is_far_from_a_threshold_is_open_where_little_is_known() -> None:

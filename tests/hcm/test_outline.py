@@ -132,4 +132,4 @@ def test_rods_that_a_body_stops_have_the_drive_of_that_moment() -> None:
     assert begun.status is hcm.Status.BODY_TOUCHES
     torques, rates = begun.motion.drive
     assert rates.all()
-    np.testing.assert_allclose(torques, begun.segment.clock.time * rates, rtol=1e-12)
+    np.testing.assert_allclose(torques, begun.segment.totals.time * rates, rtol=1e-12)

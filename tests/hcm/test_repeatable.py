@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 import hcm
-from hcm.companion import folded, grazes, stretched
+from hcm.companion import folded, grazes, rescaled_settings
 from hcm.estimate import compare, relative_errors
 from hcm.workload import check_size, most_steps
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
@@ -117,7 +117,7 @@ def test_a_tap_that_barely_ends_says_so() -> None:
 
 def test_the_repetition_differs_in_any_case(one: hcm.TapResult) -> None:
     settings = hcm.Settings(flight_tolerance=0.0, end_time=1.0)
-    fixed = stretched(settings, one, 2.0, 10**6)
+    fixed = rescaled_settings(settings, one, 2.0, 10**6)
     assert fixed.flight_step == pytest.approx(2 * settings.flight_step)
     assert fixed.contact_tolerance == 8 * settings.contact_tolerance
     assert fixed.end_time is None
@@ -130,8 +130,8 @@ def test_a_completed_run_is_not_refused_for_its_repetition(one: hcm.TapResult) -
     check_size(FINGER, hcm.Settings(max_steps=most))
     with pytest.raises(hcm.ParameterError):
         check_size(FINGER, hcm.Settings(max_steps=most + 1))
-    assert stretched(hcm.Settings(max_steps=most), one, 0.5, most).max_steps == most
-    assert stretched(hcm.Settings(max_steps=10), one, 0.5, most).max_steps == 40
+    assert rescaled_settings(hcm.Settings(max_steps=most), one, 0.5, most).max_steps == most
+    assert rescaled_settings(hcm.Settings(max_steps=10), one, 0.5, most).max_steps == 40
     result = _driven(0.04, 1.2, estimate=True, max_steps=most)
     assert result.status is hcm.Status.COMPLETED
 

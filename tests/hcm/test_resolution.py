@@ -8,7 +8,13 @@ import pytest
 from scipy.interpolate import pade
 
 import hcm
-from hcm.resolution import LARGEST, NOTED, collocation_error, over_phase, second_difference
+from hcm.resolution import (
+    CAUTION_ERROR,
+    LARGEST_TIME_ERROR,
+    collocation_error,
+    over_phase,
+    second_difference,
+)
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, TRUTH, finger
 
 
@@ -61,7 +67,7 @@ def test_a_tap_in_few_long_steps_of_collocation_has_no_caution_of_their_number()
     assert result.summary.contact_duration_s == pytest.approx(exact, rel=2e-3)
     tap = result.history.normal_force_N.nonzero()[0]
     rows = second_difference(*_force(result), tap[0] - 1, tap[-1] + 2) / 12
-    assert rows > NOTED
+    assert rows > CAUTION_ERROR
     assert not [caution for caution in result.cautions if "steps" in caution]
 
 
@@ -81,10 +87,10 @@ def test_fixed_steps_state_the_error_that_they_leave(step: float) -> None:
         result.history.time_s, result.history.normal_force_N, first, end + 1
     ) / 12  # fmt: skip
     assert 0.5 < stated / error < 2.0
-    status = hcm.Status.UNRESOLVED if stated > LARGEST else hcm.Status.COMPLETED
+    status = hcm.Status.UNRESOLVED if stated > LARGEST_TIME_ERROR else hcm.Status.COMPLETED
     assert result.status is status
-    assert ("contact_step" in result.status.advice) == (stated > LARGEST)
-    assert bool(result.cautions) == (NOTED < stated <= LARGEST)
+    assert ("contact_step" in result.status.advice) == (stated > LARGEST_TIME_ERROR)
+    assert bool(result.cautions) == (CAUTION_ERROR < stated <= LARGEST_TIME_ERROR)
 
 
 def test_a_tap_of_four_steps_carries_a_caution() -> None:
@@ -117,7 +123,7 @@ def test_collocation_takes_a_phase_in_one_step(stages: int) -> None:
     assert result.status is hcm.Status.COMPLETED
     assert result.summary.compression_to_restitution > 1
     told = any("transitions are not resolved" in caution for caution in result.cautions)
-    assert told == (error > NOTED)
+    assert told == (error > CAUTION_ERROR)
 
 
 @pytest.mark.parametrize(("end_time", "whole"), [(0.13612, False), (0.1362, True)])

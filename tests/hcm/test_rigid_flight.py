@@ -16,15 +16,15 @@ from hcm.flight.rigid_chain import Rods, build_rods, clearance, rates, reactions
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.model import rigid_motion
 from hcm.simulate import LARGEST_LEFT_OUT
-from hcm.state import Plan, initial_clock
+from hcm.state import StepLimits, initial_totals
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 G = 9.8
 RIGID = hcm.Settings(flight="rigid", flight_step=0.01)
 
 
-def plan(tolerance: float, step: float = 0.01, end: float = math.inf) -> Plan:
-    return Plan(step, 1e-6, 1, end, tolerance, 0.0, 2.0, 1.0)
+def limits(tolerance: float, step: float = 0.01, end: float = math.inf) -> StepLimits:
+    return StepLimits(step, 1e-6, 1, end, tolerance, 0.0, 2.0, 1.0)
 
 
 def one_rod(
@@ -34,7 +34,7 @@ def one_rod(
     drive = hcm.Drive(incline=incline)
     chain = build_rods(finger(SOFT, 1), hcm.Surface(height, 0.5), drive)[0]
     start = np.array([-incline, 0.0])
-    return chain, integrate_flight(chain, start, 0.0, plan(tolerance, step), 10_000)
+    return chain, integrate_flight(chain, start, 0.0, limits(tolerance, step), 10_000)
 
 
 @pytest.mark.parametrize("incline", [0.0, 0.35, -0.35])
@@ -59,7 +59,7 @@ def test_a_touch_is_located_as_closely_as_its_flight_can_tell() -> None:
     """Two trials, by a cubic and by Newton: down to round-off it took four."""
     tolerance = 2e-4
     rods = build_rods(finger(SOFT), SURFACE, hcm.Drive())[0]
-    fall = integrate_flight(rods, np.zeros(6), 0.0, plan(tolerance, 0.03), 10_000)
+    fall = integrate_flight(rods, np.zeros(6), 0.0, limits(tolerance, 0.03), 10_000)
     assert fall.code == TOUCHED
     assert abs(clearance(fall.states[-1], rods)[0]) <= 1e-6 * tolerance
     assert fall.trials <= 2
@@ -68,7 +68,7 @@ def test_a_touch_is_located_as_closely_as_its_flight_can_tell() -> None:
 def test_fixed_steps_converge_with_order_five() -> None:
     chain = build_rods(finger(SOFT), hcm.Surface(0.1, 0.5), hcm.Drive())[0]
     end = [
-        integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 0.08 / n, 0.08), 999).states[-1]
+        integrate_flight(chain, np.zeros(6), 0.0, limits(0.0, 0.08 / n, 0.08), 999).states[-1]
         for n in (32, 64, 640)
     ]
     coarse, fine = (np.abs(state - end[2]).max() for state in end[:2])
@@ -109,7 +109,7 @@ def test_rods_move_as_beams_that_neither_bend_nor_stretch(reaction: bool) -> Non
 def test_reactions_carry_the_rods_beyond_them() -> None:
     drive = hcm.Drive((0.01, 0.0, 0.002), incline=0.3)
     chain = build_rods(finger(SOFT), SURFACE, drive)[0]
-    fall = integrate_flight(chain, np.zeros(6), 0.0, plan(0.0, 1e-4), 400)
+    fall = integrate_flight(chain, np.zeros(6), 0.0, limits(0.0, 1e-4), 400)
     pull = np.empty((3, 6))
     for row in range(3):
         reactions(fall.states[300 + row], fall.accelerations[300 + row], chain, pull[row])
@@ -237,7 +237,7 @@ def test_a_rod_that_no_load_slows_touches_in_its_first_turn(links: int, gravity:
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:
     whole = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=RIGID)
     chain = build_rods(finger(SOFT), SURFACE, hcm.Drive())[0]
-    part = integrate_flight(chain, np.zeros(6), 0.0, plan(1e-13, 0.01, 0.1), 999)
+    part = integrate_flight(chain, np.zeros(6), 0.0, limits(1e-13, 0.01, 0.1), 999)
     assert part.code == ENDED
     angles, spins = part.states[-1][:3], part.states[-1][3:]
     start = hcm.RigidStart(tuple(angles), tuple(spins), float(part.time[-1]))
@@ -253,6 +253,6 @@ def test_another_flight_is_refused_by_name() -> None:
 
 
 def test_a_clock_has_counted_nothing() -> None:
-    clock = initial_clock(1.0, 2.0)
-    assert (clock.time, clock.phase_start, clock.step) == (1.0, 1.0, 2.0)
-    assert not any(clock[3:])
+    totals = initial_totals(1.0, 2.0)
+    assert (totals.time, totals.phase_start, totals.step) == (1.0, 1.0, 2.0)
+    assert not any(totals[3:])

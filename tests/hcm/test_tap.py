@@ -9,7 +9,7 @@ import hcm
 from hcm.beam.chain import build_chain
 from hcm.model import RigidStart, rigid_motion
 from hcm.result import Event
-from hcm.tap import TapEnds, next_touch_s, taps_of
+from hcm.tap import TapEndRule, next_touch_s, taps_of
 
 TOUCHES = [
     Event(time, kind)
@@ -27,16 +27,16 @@ def test_each_separation_ends_a_tap_unless_taps_are_whole() -> None:
 
 
 def test_a_tip_must_stay_away_and_stay_off() -> None:
-    rule = TapEnds(transit=0.1)
-    assert rule.first_look_s((1.0, 2.0)) == pytest.approx(2.1)  # a tenth of the contact
-    assert rule.first_look_s((1.0, 1.01)) == pytest.approx(1.01 + 0.025)  # a quarter of a transit
-    assert rule.next_look_s((1.0, 2.0), 2.1, 2.01) == math.inf
-    assert rule.next_look_s((1.0, 2.0), 2.1, 1.99) == pytest.approx(2.11)
-    assert rule.next_look_s((1.0, 1.01), 1.1, 0.19) < math.inf  # two transits at least
-    given = TapEnds(transit=0.1, until=1.5)
-    assert given.first_look_s((1.0, 2.0)) == 2.5
-    assert given.first_look_s((1.0, 4.0)) == 4.0
-    assert given.next_look_s((1.0, 2.0), 2.5, 0.01) == math.inf
+    rule = TapEndRule(transit=0.1)
+    assert rule.first_check_s((1.0, 2.0)) == pytest.approx(2.1)  # a tenth of the contact
+    assert rule.first_check_s((1.0, 1.01)) == pytest.approx(1.01 + 0.025)  # a quarter of a transit
+    assert rule.next_check_s((1.0, 2.0), 2.1, 2.01) == math.inf
+    assert rule.next_check_s((1.0, 2.0), 2.1, 1.99) == pytest.approx(2.11)
+    assert rule.next_check_s((1.0, 1.01), 1.1, 0.19) < math.inf  # two transits at least
+    given = TapEndRule(transit=0.1, until=1.5)
+    assert given.first_check_s((1.0, 2.0)) == 2.5
+    assert given.first_check_s((1.0, 4.0)) == 4.0
+    assert given.next_check_s((1.0, 2.0), 2.5, 0.01) == math.inf
 
 
 @pytest.mark.parametrize("rates", [(3.0,), (3.0, -1.0), (-3.0, 1.0)])

@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import hcm
-from hcm.accuracy import HELD
+from hcm.accuracy import ACCURACY_QUANTITIES
 from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.models import default_accuracy, solid, solid_mesh
@@ -90,7 +90,7 @@ def test_by_default_a_run_keeps_an_accuracy(as_json: Callable[..., dict[str, Any
     assert own["accuracy"]["wanted"] == DEFAULT_ACCURACY["hcm"] == 1e-3
     tight = as_json("soft", quick, *FIXED, "solver.hcm.contact_tolerance=1e-8")
     assert "accuracy" not in tight
-    for name in HELD:
+    for name in ACCURACY_QUANTITIES:
         assert own[name] == pytest.approx(tight[name], rel=1e-3)
         assert own[name] != tight[name]
     kept = as_json("soft", quick, "finger.elements=9", "solver.hcm.contact_step=2e-6")

@@ -1,8 +1,8 @@
 """Reduced model of a soft finger that taps a rough surface (Yang and Shen 2019).
 
 Planar ANCF beams, hinges by Lagrange multipliers, a lumped-parameter contact with located
-compression-restitution and stick-slip events, generalized-alpha in time, in flight also Gauss
-collocation.
+compression-restitution and stick-slip events; generalized-alpha or Gauss collocation in time, in
+flight and in contact.
 """
 
 from hcm.accuracy import simulate_within

@@ -9,7 +9,8 @@ from typing import Literal
 from hcm.bounds import ParameterError, check_fields
 
 TIP = ("hertz", "lowest_point", "tip_compliance")
-# Each needs the other: what it says of the patch is Hertz's, or C a tip that ends in a sphere.
+# (switch, one that it needs): the switch refines what the other brings in, Hertz's patch, a
+# spherical tip or the tip's compliance.
 NEEDS = (
     ("partial_slip", "hertz"),
     ("tip_compliance", "hertz"),
@@ -28,7 +29,7 @@ class Assumptions:
     """All of the paper's or all of the refined model's, but for the switches that are given."""
 
     assumptions: Literal["paper", "refined"] = "paper"
-    """What every switch is that is left out: off (the paper) or on (refined)."""
+    """What switches that are not given are: off (the paper) or on (refined)."""
     rotary_inertia: bool | None = None
     """Sections resist turning, in flight and in contact."""
     half_ball: bool | None = None
@@ -43,15 +44,15 @@ class Assumptions:
     shear: bool | None = None
     """Sections turn against the axis (Timoshenko)."""
     tip_compliance: bool | None = None
-    """What the tip yields between the beam's end and the patch."""
+    """The tip is elastic between the beam's end and the patch."""
     deforming_tip: bool | None = None
-    """It yields as St. Venant-Kirchhoff's law does at finite strain, and its parts lag."""
+    """The tip's compliance includes finite strain (St. Venant-Kirchhoff) and its parts' inertia."""
     growing_patch: bool | None = None
-    """It yields the more, the larger its patch is."""
+    """The tip's compliance grows with the radius of the patch."""
     radiating_tip: bool | None = None
-    """F_n changes with a lag: waves that leave the patch take energy with them."""
+    """F_n has a part -D k^2 g. of the approach's speed: waves carry energy away from the patch."""
     whole_tap: bool | None = None
-    """A touch that soon follows a separation is of the same tap (`hcm.tap`)."""
+    """A touch that soon follows a separation belongs to the same tap (`hcm.tap`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,8 +1,8 @@
 """Many scenes over all cores: a scene belongs to one process, from its start to its end.
 
-What Python does for a scene before and after its steps, a third of a tap held to 1e-3, threads
-would do by turns. The processes are forked from this one once it has solved a first scene, with
-whose kernels they begin.
+Processes, not threads: before and after a scene's steps Python works, a third of the time of a tap
+held to 1e-3, and threads would do that one after the other. The processes are forked from this one
+once it has solved a first scene, so that they begin with its compiled kernels.
 """
 
 from __future__ import annotations

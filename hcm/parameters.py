@@ -197,10 +197,10 @@ class Settings:
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4
     """Longest step out of contact."""
     flight_elements: Annotated[int, Bound(integer=True, at_least=0, at_most=10_000)] = 0
-    """Of each phalanx in an elastic flight up to the first touch, which divides them into those of
-    the finger (`hcm.beam.division`), the most there can be. Their masses, also of as many as the
-    finger's, keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's own elements
-    and masses throughout."""
+    """Elements of each phalanx, at most the finger's own, in an elastic flight up to the first
+    touch, which divides them into those of the finger (`hcm.beam.division`). However many they are,
+    their masses keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's own
+    elements and masses throughout."""
     flight_tolerance: Annotated[float, Bound(at_least=0, at_most=1)] = 1e-6
     """Bound on a flight step's local error over the surface's depth (surface.height), which
     shortens the steps where vibrations matter; 0 keeps all flight steps at `flight_step`. The depth
@@ -248,8 +248,8 @@ class Settings:
     """Generalized-alpha, or Gauss: collocation in contact too, in far longer steps, each of which
     has a row of the history at each stage (`hcm.integrators.stage_rows`)."""
     stages: Annotated[int, Bound(integer=True, at_least=2, at_most=12)] = STAGES
-    """Of a step of collocation, whose order is twice as many: a vibration that is kept in phase
-    allows steps that grow faster with them than their cost."""
+    """Stages of a step of collocation; its order is twice their number. A step that keeps a
+    vibration in phase grows faster with their number than its cost."""
     frame_times: Annotated[tuple[float, ...], Bound("s", at_least=0)] = ()
     """Rising; the posture is kept at these times (interpolated, steps unchanged)."""
     estimate: bool = True

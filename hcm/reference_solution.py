@@ -1,4 +1,4 @@
-"""A truth to measure the integrator against: the same semi-discrete equations, solved otherwise.
+"""An accurate solution of the same semi-discrete equations, by which hcm's integrators are judged.
 
 Beams, torques, contact law and event functions are hcm's own kernels; the hinges are eliminated
 (`minimal_coordinates`) and time is SciPy's: an explicit Runge-Kutta pair of order 8 (DOP853) with

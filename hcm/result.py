@@ -152,10 +152,11 @@ def history_of(table: Floats, reactions: Floats) -> History:
 class Statistics:
     """What a run cost.
 
-    steps accepted, Newton iterations, factorizations, steps halved after a failed iteration,
-    trial steps of the event search, steps taken through chatter, and seconds of solving. In flight
-    by collocation an iteration is one of all stages, and its three systems' factorizations count as
-    three. The repetitions that estimate its errors (`hcm.estimate`) count nowhere.
+    steps : accepted. newton_iterations, factorizations : of the beams; a collocation step iterates
+    on all s stages together, and one of its factorizations counts (s + 1)//2 systems.
+    rejected_steps : repeated because Newton's method failed, an error bound was exceeded or an
+    event search failed. event_trials : trial steps of the event search. chatter_steps : whole steps
+    taken through chatter. wall_time_s : of the solve, without the runs that estimate its errors.
     """
 
     steps: int

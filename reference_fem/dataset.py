@@ -28,9 +28,9 @@ def run_dataset(
 ) -> "xarray.Dataset":
     """The run's curves and numbers.
 
-    curves : arrays by the dimension they run over; but for those over "time" it begins their name.
-    numbers : scalars and pairs; None is nan. errors : of the numbers, named ``NAME_error``.
-    attributes : what is no text becomes JSON, under a name that says so.
+    curves : arrays by name, under the dimension that they run over: "time", or one that is put
+        before their names. numbers : scalars and pairs; None becomes nan. errors : of the numbers,
+        named ``NAME_error``. attributes : those that are not text become JSON, ``NAME_json``.
     """
     import xarray
 

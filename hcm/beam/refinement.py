@@ -42,7 +42,7 @@ def beams_of(finger: Finger, assumptions: Assumptions) -> Finger:
     Raises
     ------
     ParameterError
-        The last phalanx is no longer than its end is round, or a ratio of Poisson's is missing.
+        The last phalanx is not longer than its round end, or a Poisson's ratio is missing.
     """
     if not assumptions.any:
         return finger

@@ -168,6 +168,6 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
 def with_collocation(
     plain: Integrator, stages: int, flight: bool = True, contact: bool = False
 ) -> GaussIntegrator:
-    """The same run with collocation in flight or in contact."""
+    """The same run with collocation in flight, in contact or both."""
     own = gauss_work(stages, plain.chain, plain.law)
     return GaussIntegrator(*plain, tableau(stages), own, flight, contact)

@@ -1,4 +1,4 @@
-"""The events of a step of collocation in contact, by its stages.
+"""The events of a step of collocation, by its stages: in contact, and in flight where it does both.
 
 The stages hold the step's motion to order s + 1 at c_i h. An event lies where its function first
 changes sign from one of them to the next (an end of the step among them), and is located there on
@@ -210,7 +210,7 @@ def first_event(
     h: float, tolerance: SlotValues, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[float, int, int]:  # fmt: skip
-    """`event_search.first_event`; where collocation steps contacts, only `end_early` has trials."""
+    """As `event_search.first_event`; by the stages only `end_early` takes trial steps."""
     if not integrator.contact or (contact.normal_mode == FLIGHT and not integrator.flight):
         return event_search.first_event(h, tolerance, contact, old, new, integrator)
     found, trials = NO_EVENT, 0

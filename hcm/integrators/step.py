@@ -1,8 +1,8 @@
 """Which integrator takes a step: the one for the contact's mode that the run was set up with.
 
-An `Integrator` takes all steps by generalized-alpha; a `GaussIntegrator` takes those in flight by
-Gauss collocation. The choice is made by the type, while the loop is compiled: a run that does not
-use collocation neither compiles it nor hands its arrays around.
+An `Integrator` takes all steps by generalized-alpha; a `GaussIntegrator` takes those in flight, in
+contact or both by Gauss collocation (its fields `flight`, `contact`). The choice is made by type,
+while the loop is compiled: runs without collocation neither compile it nor pass its arrays.
 """
 
 from hcm.compiled import by_type, kernel
@@ -23,7 +23,7 @@ def collocated(contact: ContactState, integrator: GaussIntegrator) -> bool:
 
 @kernel
 def plain(of: GaussIntegrator) -> Integrator:
-    """Of the other modes."""
+    """The integrator of the other modes."""
     return Integrator(of.co, of.chain, of.law, of.work)
 
 

@@ -51,8 +51,8 @@ def accepted_step(
 ) -> tuple[float, int, int, int, float]:  # fmt: skip
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
-    Through chatter the step is whole, and what it has passed fires at its end, but for a tip that
-    leaves: held until then, the surface would pull.
+    Through chatter the step is whole, and an event that it has passed fires at its end. Separation
+    alone is located all the same: the surface would pull until then.
 
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.

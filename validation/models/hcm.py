@@ -85,7 +85,7 @@ def _assumptions(stated: dict[str, Any]) -> Any:
 
 
 def refusal(scene: NamedScene) -> str:
-    """What it can't take its own package says, when the scene is translated."""
+    """Empty: hcm itself refuses what it can't compute, when the scene is translated."""
     del scene
     return ""
 
@@ -97,9 +97,9 @@ def warm_up() -> None:
 
 
 class Kernels(NamedTuple):
-    """What has compiled code of its own.
+    """The choices of a run for which kernels of their own are compiled.
 
-    within : whether by way of `hcm.simulate_within`, which hands on the fall of its rods.
+    within : whether `hcm.simulate_within` makes it, which passes the fall of its rods on.
     """
 
     flight: str = "elastic"

@@ -104,7 +104,9 @@ def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s:
 @kernel
 def rates(time: float, state: Floats, rods: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) at `time`, s, to `out` (2 P,)."""
-    length, mass, beyond, torque, since, first, second, _, _, _, _, fall, _, inertia, along, _ = rods
+    length, mass, beyond, torque, since, first, second, _, _, _, _, fall, _, inertia, along, _ = (
+        rods
+    )
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])

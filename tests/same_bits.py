@@ -38,6 +38,7 @@ def reduced(
     torques: Sequence[float] = (),
     reaction: bool = False,
     start: bool = False,
+    refined: bool = False,
     **settings: Any,
 ) -> Case:
     """A run of the reduced model, by default of the paper's soft finger."""
@@ -45,7 +46,9 @@ def reduced(
     def run() -> Any:
         import hcm
 
-        phalanx = hcm.Phalanx(0.04, diameter, modulus, density, elements)
+        assumptions = hcm.Assumptions("refined" if refined else "paper")
+        ratio = {"poisson_ratio": 0.4} if refined else {}
+        phalanx = hcm.Phalanx(0.04, diameter, modulus, density, elements, **ratio)
         return hcm.simulate(
             hcm.Finger((phalanx,) * phalanges),
             hcm.Surface(height, friction),
@@ -53,6 +56,7 @@ def reduced(
             hcm.Drive(tuple(torques), reaction=reaction),
             hcm.Settings(**settings),
             start=hcm.RigidStart((0.2, 0.5, 0.66), (3.0, 9.0, 14.0), 0.1) if start else None,
+            assumptions=assumptions,
         )
 
     return run
@@ -122,6 +126,10 @@ CASES: dict[str, Case] = {
     "hcm gauss": reduced(flight_integrator="gauss", elements=5),
     "hcm gauss rebounds": reduced(flight_integrator="gauss", elements=5, taps=2),
     "hcm start": reduced(start=True),
+    "hcm refined": reduced(refined=True),
+    "hcm refined restitution": reduced(
+        refined=True, friction=1.1, modulus=1e8, tip={"restitution": 0.6}, flight="rigid"
+    ),
     "hcm not reached": reduced(max_flight_time=0.05),
     "fem3d penalty": solid(),
     "fem3d hard": solid(**HARD),

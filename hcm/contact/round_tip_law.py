@@ -3,7 +3,7 @@
 Normal: with the elastic indentation d that the loading history leaves (d. = -u_Y. in compression,
 -u_Y./e*^2 in restitution; the loop of the lumped law, of d in the place of F/k),
 
-    F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d,
+    F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d.
 
 A tip that yields by s d^2, as its patch grows, and by C_YY F_n counts as part of the contact: the
 history then gives d + s d^2 + C_YY F_n, not d, and the loss 1 - e*^2 is that of the whole.

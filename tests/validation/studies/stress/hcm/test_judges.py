@@ -9,13 +9,18 @@ from tests.validation.studies.stress.taps import SOFT, TAP
 from validation.studies.stress.hcm.judge import judge_by_dop853, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed_form
-from validation.studies.stress.stability_map import Answer, Verdict
+from validation.studies.stress.stability_map import Answer, Map, Verdict
 
 
 @pytest.fixture(scope="module", autouse=True)
 def warm() -> None:
     """Compile before any test counts seconds."""
-    hcm.simulate(**TAP.arguments())
+    for scene in (TAP, refined_map().scene(1.2, 1e7, 0.5)):
+        hcm.simulate(**scene.arguments())
+
+
+def refined_map() -> Map:
+    return next(m for m in hcm_maps(quick=True) if m.name == "refined-restitution")
 
 
 def test_cells_are_judged() -> None:
@@ -33,7 +38,7 @@ def test_cells_are_judged() -> None:
 
 
 def test_refined_taps_are_judged_by_what_holds_for_them() -> None:
-    wanted = next(m for m in hcm_maps(quick=True) if m.name == "refined-restitution")
+    wanted = refined_map()
     expected = {0.1: Answer.STOPPED, 0.5: Answer.RIGHT}
     for restitution, answer in expected.items():
         verdict = wanted.judge(wanted.scene(1.2, 1e7, restitution))

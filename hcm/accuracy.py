@@ -149,15 +149,16 @@ def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> Ta
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:
-    """A scene whose run errs by `COMPANION_ERROR_RATIO` times as much as `own`, over as many taps.
+    """The scene of the run beside `own`, over as many taps: in contact, and in a vibration that is
+    followed, it errs by `COMPANION_ERROR_RATIO` times as much.
 
-    A single element becomes two; a vibration that a flight does not follow arrives in another
-    phase.
+    A single element becomes two. Gauss' few steps in flight leave next to nothing but the phase of
+    a vibration that they do not follow, which is another one here.
     """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept, ratio = 1.0, settings.flight_elements, 1, COMPANION_ERROR_RATIO
     if settings.flight == "elastic":
-        longer = OTHER_PHASE
+        longer = OTHER_PHASE if settings.flight_integrator == GAUSS else math.sqrt(ratio)
     if chosen.followed:
         longer = ratio ** (2 / 3)
         most = max(p.elements for p in scene.finger.phalanges)

@@ -81,7 +81,7 @@ def choose_flight(
 ) -> FlightChoice:
     """The flight for an accuracy.
 
-    frequency : w_c of the contact, rad/s. driven : whether torques drive the finger.
+    frequency : w_c of the contact, rad/s. driven : whether torques act by then.
     """
     one = (1,) * len(scene.finger.phalanges)
     if fall is None:

@@ -103,13 +103,14 @@ def elastic_response(
         return bent / stiffness, (0.5 * along * lengths**2 + pull * lengths) / (modulus * area)
 
     kinks = joints.times[(joints.times > begin) & (joints.times < touch)]
-    bent, drawn = zip(*map(deformed, (*np.linspace(begin, touch, SAMPLES), *kinks)), strict=True)
+    times = (*np.linspace(begin, touch, SAMPLES), *kinks)
+    bent, drawn = zip(*map(deformed, times), strict=True)
     turned, drawing = (np.minimum(w * (touch - begin), math.pi / 2.0) for w in (first, axial))
     depth, stretch = np.max(bent, axis=0), drawn[0]
     bending_speed = float((depth * first * np.sin(turned)).max())
     stretching_speed = float((stretch * axial * np.sin(drawing)).max())
     depth, stretch = depth * (1.0 - np.cos(turned)), stretch * (1.0 - np.cos(drawing))
-    share = TORQUE_SHARE if joints.values.any() else WEIGHT_SHARE
+    share = TORQUE_SHARE if any(joints.at(time).any() for time in times) else WEIGHT_SHARE
     at_touch = bent[SAMPLES - 1] * first + drawn[SAMPLES - 1] * axial
     return ElasticResponse(
         float((depth / lengths).max()),

@@ -2,8 +2,8 @@
 
 Arrival and speed, and what the speed's error makes of forces and times: `flight_error`. The tap:
 its companion, a mesh of coarser or finer edges, taps from the run's own impact state
-(`mesh_error`). What a flight leaves out and what a mesh does are independent: their squares add up
-(JCGM 100, 5.1.2).
+(`mesh_error`). What a flight leaves out of the tap's numbers and what a mesh does are independent:
+their squares add up (JCGM 100, 5.1.2).
 """
 
 import math

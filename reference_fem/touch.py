@@ -52,9 +52,9 @@ def impact_state(
 ) -> ChainState | None:
     """State of the true body's rigid flight with `clearance_m` left below its lowest point.
 
-    From `start`, or from rest along -X. Runs on several meshes that start from it hit with the same
-    angles and rates: the clearance must exceed what their lowest nodes lie above the round end,
-    h²/8R for edges h on a radius R.
+    From `start`, or from rest along -X; a start that is nearer is that state itself. Runs on
+    several meshes that start from it hit with the same angles and rates: the clearance must exceed
+    what nodes stand out by where it touches.
 
     Parameters
     ----------
@@ -72,6 +72,8 @@ def impact_state(
     check_materials(materials, geometry.phalanges)
     chain, first = chain_and_start(true_chain(geometry, materials, drive, dim), start)
     gap = true_gap(geometry, surface.height - clearance_m)
+    if gap(first.angles) <= 0.0:
+        return first
     state_at, time_s = fly(chain, first, gap, first.time_s + max_flight_time_s)
     return None if time_s is None else state_at(time_s)
 

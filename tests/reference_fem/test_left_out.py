@@ -194,6 +194,18 @@ def test_what_a_rigid_flight_leaves_out_is_known_before(
     assert lasts == pytest.approx(of.touch.time_s, rel=1e-3)
 
 
+@pytest.mark.parametrize(("time", "first", "last"), [(0.3, 0.0, -2.0), (0.0, -2.0, 0.0)])
+def test_torques_that_act_after_the_touch_or_never_leave_out_nothing(
+    time: float, first: float, last: float
+) -> None:
+    drive = rf.Drive(table=rf.TorqueTable((time, time), ((first,) * 3, (last,) * 3)))
+    free, later = (
+        rf.rod_flight(FINGER, (RUBBER,) * 3, SURFACE, of, rf.Settings()).left_out
+        for of in (rf.Drive(), drive)
+    )
+    assert later == pytest.approx(free, rel=1e-6)
+
+
 def test_where_a_rigid_flight_leads_elsewhere_or_nowhere() -> None:
     three = (SOFT,) * 3
     assert rf.rod_flight(FINGER, three, SURFACE, WHIRL, rf.Settings()).left_out == math.inf

@@ -99,6 +99,16 @@ def test_an_end_that_points_up_touches_with_the_rim_at_its_hinge(tilt: float) ->
     assert touch.mass == pytest.approx(mass, rel=1e-9)
 
 
+def test_a_start_that_is_nearer_than_the_clearance_is_the_impact_state() -> None:
+    """It flew through the raised plane and came to it again on its next swing."""
+    near = rf.impact_state(GEOMETRY, SOFT, SURFACE, rf.Drive(), 5e-5)
+    assert near is not None
+    again = rf.impact_state(GEOMETRY, SOFT, SURFACE, rf.Drive(), 1e-4, start=near)
+    assert again is not None
+    assert again.time_s == near.time_s
+    assert np.array_equal(again.angles, near.angles)
+
+
 def test_a_rims_tap_converges_where_it_is_meshed_finely() -> None:
     """The last phalanx points up by 6 degrees. Edges of 0.16 mm: 86.2 N, 22.25 mN s, 538 us."""
     start = rf.ChainState(np.array([0.5, 0.7, -0.1]), np.array([14.0, 14.0, 14.0]), 0.1)

@@ -16,7 +16,7 @@ PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are mea
 COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
 FEW = 600  # elements
 FLIGHT_EDGE = 0.25  # of the smallest diameter, on the mesh of a coarse flight
-CLEARANCE = 0.01  # of the tip's radius, below an impact state; covers what meshes differ by
+CLEARANCE = 0.01  # of the tip's radius, below an impact state; nodes stand out by less
 
 
 def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:

@@ -1,6 +1,7 @@
 """One run: warm up, solve, measure, keep. In this process, or alone in a fresh one."""
 
 import contextlib
+import os
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -40,6 +41,17 @@ class Job:
     def folder_name(self) -> str:
         """Of the folder that its run is written to."""
         return safe_name(self.name.replace(" ", "-"))
+
+
+@contextlib.contextmanager
+def _folder_kept() -> Iterator[None]:
+    """The current folder stays what it is, also where a model works in one of its own."""
+    here = os.open(".", os.O_RDONLY)
+    try:
+        yield
+    finally:
+        os.fchdir(here)
+        os.close(here)
 
 
 @contextlib.contextmanager
@@ -90,15 +102,15 @@ def solve(
         ``folder``.
     """
     try:
-        module = adapter(model)
-        if refused := module.refusal(scene):
-            raise UserError(f"scene {scene.name}: {refused}")
-        if progress is not None:
-            progress(0.0, "loading compiled code")
-        with compiling_reported(progress):
-            if not warm:
-                module.warm_up()
-            with contextlib.chdir(Path.cwd()):  # a model may work in a folder of its own
+        with _folder_kept():
+            module = adapter(model)
+            if refused := module.refusal(scene):
+                raise UserError(f"scene {scene.name}: {refused}")
+            if progress is not None:
+                progress(0.0, "loading compiled code")
+            with compiling_reported(progress):
+                if not warm:
+                    module.warm_up()
                 outcome = module.run(scene, progress, checkpoint)
         if not isinstance(outcome, Outcome):
             raise TypeError(f"its run gave a {type(outcome).__name__}, not an Outcome")
@@ -115,8 +127,8 @@ def solve(
         raise RunFailedError(
             f"scene {scene.name}, model {model}: {type(error).__name__}: {text}{where}"
         ) from error
-    # one that runs another model hands on a record with that model's name
-    record = replace(outcome.record, scene=scene.name, model=model)
+    # one that runs another model, or scene, hands on a record with their names
+    record = replace(relabelled(outcome.record, scene.name, None, scene.document), model=model)
     return replace(outcome, record=record.with_summary(peak_memory_MB=peak_memory_MB()))
 
 

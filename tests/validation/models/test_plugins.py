@@ -5,6 +5,7 @@ import json
 import math
 import os
 import sys
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +21,7 @@ from validation.harness.identity import program
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
 from validation.peers import exudyn_finger
-from validation.scenes.load import load_scene
+from validation.scenes.load import changed_scene, load_scene
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example"
 
@@ -162,14 +163,19 @@ def test_a_model_that_runs_another_elsewhere_keeps_its_name_and_the_folder(
     """`validate` took its record for the other's, and its files lay where it worked."""
 
     def run(scene: Any, progress: Any = None, checkpoint: Any = None) -> Outcome:
-        os.chdir("/")
-        return models.adapter("hcm").run(replace(scene, name="other"), progress)
+        other = changed_scene("other", scene.document, ["surface.friction=0.9"], "other")
+        return models.adapter("hcm").run(other, progress)
 
-    install(lambda: SimpleNamespace(**{**vars(example), "run": run}))
+    def moves() -> None:
+        os.chdir("/")
+
+    install(lambda: SimpleNamespace(**{**vars(example), "run": run, "warm_up": moves}))
     monkeypatch.chdir(tmp_path)
     assert fingertap("run", "soft", "--model", "mine", "--out", "here").code == 0
     summary = json.loads((tmp_path / "here/run/soft-mine/summary.json").read_text())
     assert (summary["scene"], summary["model"]) == ("soft", "mine")
+    made_of = tomllib.loads(summary["provenance"]["scene_toml"])
+    assert made_of["surface"]["friction"] == 0.5
 
 
 def test_model_that_cannot_be_loaded_or_is_none_is_named(

@@ -330,7 +330,7 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
         assert len(pd.read_csv(folder / f"{name}.csv")) > 0, name
 
 
-def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
+def test_assumptions_matter_that_move_numbers_by_their_lack(make_record: Make) -> None:
     peaks = {"without shear": 103.0, "without half_ball": 80.0}
     variants = [
         make_record("soft", "hcm", v.name, peak=peaks.get(v.name, 100.5)) for v in leave_one_out()
@@ -347,7 +347,9 @@ def test_what_matters_is_what_moves_without_it(make_record: Make) -> None:
     assert cumulative_differences(runs, "soft") == []  # where it leads from is not compared
 
 
-def test_the_staircase_leads_from_the_papers_assumptions_to_the_refined(make_record: Make) -> None:
+def test_cumulative_differences_lead_from_the_papers_assumptions_to_the_refined(
+    make_record: Make,
+) -> None:
     peaks = (60.0, 61.0, 70.0, 75.0, 80.0, 81.0, 82.0, 79.0, 77.0, 78.0, 80.0)
     steps = [
         make_record("soft", "hcm", v.name, peak=peak)

@@ -157,13 +157,13 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
     """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept, ratio = 1.0, settings.flight_elements, 1, COMPANION_ERROR_RATIO
-    if settings.flight == "elastic":
-        longer = OTHER_PHASE if settings.flight_integrator == GAUSS else math.sqrt(ratio)
     if chosen.followed:
         longer = ratio ** (2 / 3)
         most = max(p.elements for p in scene.finger.phalanges)
         flown = _fewer(min(flown, most), ratio**0.25)
         kept = flown  # no phalanx flies on more than it touches with
+    elif settings.flight == "elastic":
+        longer = OTHER_PHASE if settings.flight_integrator == GAUSS else math.sqrt(ratio)
     fewer = [
         replace(p, elements=max(_fewer(p.elements, math.sqrt(ratio)), min(p.elements, kept)))
         for p in scene.finger.phalanges

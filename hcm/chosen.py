@@ -135,7 +135,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
         hertz = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions).k
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
     has_torques = acting_joints(scene.drive, len(phalanges))[0].size > 0
-    driven = has_torques and fall is not None and bool(fall.rods[0].moment.any())
+    driven = fall is not None and bool(fall.rods[0].moment.any())
     flight = choose_flight(accuracy, scene, fall, frequency, driven, stated)
     lumped = not scene.assumptions.any
     in_contact = accuracy / BESIDE if flight.followed else accuracy

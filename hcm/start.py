@@ -80,15 +80,15 @@ def start_beams(
     """
     if rods is None:
         return start_in_flight(model, _first_step(model.settings))
+    acting, pieces = rods
     try:
         if fall is not None and fall.serves(model.limits):
             flight = fall.flight
         else:
             flight = integrate_flight(
-                rods[0], model.angles, model.start_s, model.limits, model.settings.max_steps,
-                rods[1],
-            )  # fmt: skip
-        acting = acting_between(*rods, model.start_s, float(flight.time[-1]))
+                acting, model.angles, model.start_s, model.limits, model.settings.max_steps, pieces
+            )
+            acting = acting_between(acting, pieces, model.start_s, float(flight.time[-1]))
         return start_after_flight(model, acting, flight)
     except KeyboardInterrupt:
         begun = start_in_flight(model, model.limits.flight_step)

@@ -93,9 +93,9 @@ def elastic_response(
     first = (math.pi / lengths) ** 2 * np.sqrt(stiffness / line)
     axial = 0.5 * math.pi / lengths * np.array([m.bar_speed for m in materials])
 
-    def deformed(time_s: float) -> tuple[Array, Array]:
-        """δ and ε under the loads of a time, (P,) m."""
-        ends = np.abs(joints.at(time_s))
+    def deformed(time_s: float, of_joints: Array) -> tuple[Array, Array]:
+        """δ and ε under the loads and the joints' torques of a time, (P,) m."""
+        ends = np.abs(of_joints)
         if drive.reaction:
             ends[:-1] += ends[1:]
         across, along, pull = loads(chain, flown.state_at(time_s), lengths, line)
@@ -104,13 +104,14 @@ def elastic_response(
 
     kinks = joints.times[(joints.times > begin) & (joints.times < touch)]
     times = (*np.linspace(begin, touch, SAMPLES), *kinks)
-    bent, drawn = zip(*map(deformed, times), strict=True)
+    torques = np.array([joints.at(time) for time in times])
+    bent, drawn = zip(*map(deformed, times, torques), strict=True)
     turned, drawing = (np.minimum(w * (touch - begin), math.pi / 2.0) for w in (first, axial))
     depth, stretch = np.max(bent, axis=0), drawn[0]
     bending_speed = float((depth * first * np.sin(turned)).max())
     stretching_speed = float((stretch * axial * np.sin(drawing)).max())
     depth, stretch = depth * (1.0 - np.cos(turned)), stretch * (1.0 - np.cos(drawing))
-    share = TORQUE_SHARE if any(joints.at(time).any() for time in times) else WEIGHT_SHARE
+    share = TORQUE_SHARE if torques.any() else WEIGHT_SHARE
     at_touch = bent[SAMPLES - 1] * first + drawn[SAMPLES - 1] * axial
     return ElasticResponse(
         float((depth / lengths).max()),

@@ -91,18 +91,17 @@ def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s:
     if len(pieces) == 1 and not pieces[0].torques.any():  # saves a twentieth of a tap
         return rods
     found = [np.zeros(rods.length.size)]
-    slowest = (math.pi / rods.length) ** 2 * np.sqrt(rods.bending * rods.length / rods.mass)
+    first_frequency = (math.pi / rods.length) ** 2 * np.sqrt(rods.bending * rods.length / rods.mass)
     for piece in pieces:
         first, last = max(piece.begin_s, begin_s), min(piece.end_s, end_s)
         if first < last:
             passed = np.array([[first], [last]]) - piece.begin_s
-            of_joints = piece.torques[0] + passed * piece.torques[1]
+            ends = piece.torques[0] + passed * piece.torques[1]
             if rods.reaction:
-                of_joints = of_joints[:, ::-1].cumsum(axis=1)[:, ::-1]
-            ends = np.abs(of_joints)
-            if rods.reaction:
+                ends = np.abs(ends[:, ::-1].cumsum(axis=1)[:, ::-1])
                 ends[:, :-1] += ends[:, 1:].copy()
-            found.append(ends.max(axis=0) * np.minimum(slowest * (end_s - first), 1.0))
+            turned = np.minimum(first_frequency * (end_s - first), 1.0)
+            found.append(np.abs(ends).max(axis=0) * turned)
     return rods._replace(moment=np.maximum.reduce(found))
 
 

@@ -166,19 +166,14 @@ def _task(job: Job, folder: Path, store: Store, first: bool) -> Task:
     return Task(job, run_folder, store, inputs)
 
 
-def _named(record: RunRecord, job: Job) -> RunRecord:
-    """The record under the job's names: one stored result may serve several jobs."""
-    scene = load_scene(job.scene, job.overrides)
-    return relabelled(record, scene.name, job.variant, scene.document)
-
-
 def _read_back(task: Task) -> RunRecord | None:
     """The stored result of a task, put into its folder."""
     if task.inputs is None:
         return None
     record = restore_run(task.store, task.inputs, task.folder, task.job.keep_fields)
     if record is not None:
-        record = _named(record, task.job)
+        scene = load_scene(task.job.scene, task.job.overrides)
+        record = relabelled(record, scene.name, task.job.variant, scene.document)
         write_run(task.folder, record)
     return record
 
@@ -199,7 +194,9 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
                 continue
             if task.inputs is not None:
                 keep_run(task.store, task.inputs, outcome.record, outcome.fields)
-            record = _named(outcome.record, job)
+            record = outcome.record
+            if job.variant is not None:
+                record = replace(record, variant=job.variant)
             keep(task.folder, Outcome(record, outcome.fields if job.keep_fields else None))
             records.append(record)
             if record.status == "INTERRUPTED":

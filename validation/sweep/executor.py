@@ -6,6 +6,7 @@ kills its worker by itself is a row that says so. Batches that a lost connection
 sent again.
 """
 
+import logging
 import time
 import warnings
 from collections import deque
@@ -67,6 +68,9 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         raise UserError(
             f"--dask {address}: needs Dask, which is not installed: pip install 'fingertap[dask]'"
         ) from error
+    # Tornado tells a lost connection by tracebacks of its own callbacks, now and then, beside the
+    # error that the futures have and `_lost` says.
+    logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:  # a wrong address is a ValueError

@@ -26,7 +26,7 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models import solid_inputs
 from validation.models.adapter import Progress
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene
 
@@ -198,9 +198,9 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     """
     import hcm
 
-    arguments = translate(scene, estimate=False)
-    arguments["tip"] = replace(arguments["tip"], normal_stiffness=stiffness)
-    result = unless_interrupted(hcm.simulate(**arguments))
+    given = hcm_scene(scene, estimate=False)
+    given = replace(given, tip=replace(given.tip, normal_stiffness=stiffness))
+    result = unless_interrupted(hcm.simulate(**given.arguments()))
     peak = result.summary.peak_normal_force_N
     if peak is None:
         raise RunFailedError(

@@ -3,13 +3,16 @@
 import time
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
+
+if TYPE_CHECKING:
+    import hcm
 
 name = "hcm"
 kind: Kind = "reduced"
@@ -27,8 +30,8 @@ WARM_UP = (
 REFINED = "solver.hcm.assumptions='refined'"
 
 
-def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
-    """The scene as keyword arguments of ``hcm.simulate``.
+def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
+    """The scene as the solver takes it.
 
     estimate : whether errors are estimated, where the scene does not switch that off.
 
@@ -49,10 +52,10 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 *sizes, *elastic, *further
             )
         )
-        return {
-            "finger": hcm.Finger(phalanges=phalanges),
-            "surface": hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
-            "tip": hcm.Tip(
+        return hcm.Scene(
+            finger=hcm.Finger(phalanges=phalanges),
+            surface=hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
+            tip=hcm.Tip(
                 normal_stiffness=tables.tip.normal_stiffness,
                 restitution=tables.tip.restitution,
                 tangential_ratio=tables.tangential_ratio,
@@ -60,21 +63,21 @@ def translate(scene: NamedScene, *, estimate: bool) -> dict[str, Any]:
                 compliance_nt=tables.tip.compliance_nt,
                 compliance_tt=tables.tip.compliance_tt,
             ),
-            "start": None if start is None else hcm.RigidStart(*start),
-            "drive": hcm.Drive(
+            start=None if start is None else hcm.RigidStart(*start),
+            drive=hcm.Drive(
                 **torques_of(tables, hcm.TorqueTable),
                 gravity=tables.drive.gravity,
                 reaction=tables.drive.reaction,
                 incline=tables.surface.incline,
             ),
-            "settings": hcm.Settings(**stated),
-            "assumptions": _assumptions(tables.solver.hcm.stated(hcm.Assumptions)),
-        }
+            settings=hcm.Settings(**stated),
+            assumptions=_assumptions(tables.solver.hcm.stated(hcm.Assumptions)),
+        )
     except hcm.ParameterError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
 
 
-def _assumptions(stated: dict[str, Any]) -> Any:
+def _assumptions(stated: dict[str, Any]) -> "hcm.Assumptions":
     """The solver's, whose refusals name the scene's keys."""
     import hcm
 
@@ -120,10 +123,10 @@ def warm_up_kernels(of: Kernels) -> None:
     keys = {key: getattr(of, key) for key in COMPILED}
     chosen = [f"solver.hcm.{key}={value!r}" for key, value in keys.items()]
     scene = load_scene("soft", (*WARM_UP, *chosen, *([REFINED] if of.refined else [])))
-    arguments = translate(scene, estimate=False)
-    simulate = partial(hcm.simulate, **arguments)
+    given = hcm_scene(scene, estimate=False)
+    simulate = partial(hcm.simulate, **given.arguments())
     if of.within:
-        simulate = partial(hcm.simulate_within, 1e-2, hcm.Scene(**arguments), keys)
+        simulate = partial(hcm.simulate_within, 1e-2, given, keys)
     unless_interrupted(simulate())
 
 
@@ -134,7 +137,7 @@ def warm_up_choices() -> None:
     warm_up_kernels(Kernels(flight="rigid"))
     warm_up_kernels(Kernels(flight_integrator="gauss"))
     warm_up_kernels(Kernels(contact_integrator="gauss"))
-    hcm.simulate_within(1e-2, hcm.Scene(**translate(load_scene("soft", WARM_UP), estimate=False)))
+    hcm.simulate_within(1e-2, hcm_scene(load_scene("soft", WARM_UP), estimate=False))
 
 
 def _stated(scene: NamedScene) -> dict[str, Any]:
@@ -154,10 +157,10 @@ def run(
     from hcm.chosen import choose
 
     del checkpoint
-    arguments = translate(scene, estimate=True)
-    simulate, settings = partial(hcm.simulate, **arguments), arguments["settings"]
+    given = hcm_scene(scene, estimate=True)
+    simulate, settings = partial(hcm.simulate, **given.arguments()), given.settings
     accuracy = scene.tables.solver.accuracy_of(name)
-    refined = arguments["assumptions"].any
+    refined = given.assumptions.any
 
     def compiled(settings: Any) -> bool:
         """Whether they are by now, and were not before."""
@@ -168,14 +171,16 @@ def run(
 
     try:
         if accuracy is not None:
-            given, stated = hcm.Scene(**arguments), _stated(scene)
+            stated = _stated(scene)
             simulate = partial(hcm.simulate_within, accuracy, given, stated)
             settings = choose(accuracy, given, stated).scene.settings
         compiled(settings)
         start = time.perf_counter()
         result = simulate(progress=progress)
         # who was solved again for a smaller error may have compiled another flight meanwhile
-        took = {c.setting: c.value for c in result.accuracy.choices} if result.accuracy else {}
+        took: dict[str, Any] = {}
+        if result.accuracy:
+            took = {c.setting: c.value for c in result.accuracy.choices}
         if took and compiled(replace(settings, **{k: took[k] for k in COMPILED if k in took})):
             start = time.perf_counter()
             result = simulate(progress=progress)

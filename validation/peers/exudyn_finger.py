@@ -27,12 +27,15 @@ import math
 import sys
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from validation.compare.tap_errors import TapQuantities
+
+if TYPE_CHECKING:
+    import hcm
 
 RELATIVE, ABSOLUTE = 1e-5, 1e-8  # Newton; tighter ones fail to converge at round-off
 CONTACT_RELATIVE = 1e-6
@@ -66,7 +69,7 @@ class _Finger:
     """Exudyn's system of the scene, and stepping it from where it is."""
 
     def __init__(
-        self, given: dict[str, Any], adaptive: bool, spectral_radius: float, jacobian_a_step: bool
+        self, scene: "hcm.Scene", adaptive: bool, spectral_radius: float, jacobian_a_step: bool
     ) -> None:
         sys.exudynFast = True  # type: ignore[attr-defined]  # before the import: no range checks
         with contextlib.redirect_stdout(sys.stderr if sys.stderr.isatty() else io.StringIO()):
@@ -76,7 +79,7 @@ class _Finger:
         self.exu = exudyn
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()
-        self.given, self.steps, self.touched = given, 0, False
+        self.scene, self.steps, self.touched = scene, 0, False
         self.adaptive, self.jacobian_a_step = adaptive, jacobian_a_step
         self.spectral_radius = spectral_radius
         self.tip = self._add_chain(items)
@@ -93,10 +96,10 @@ class _Finger:
 
     def _add_chain(self, items: Any) -> int:
         """Phalanges along -X, hinged in a row; the tip's node."""
-        system, gravity = self.system, self.given["drive"].gravity
+        system, gravity = self.system, self.scene.drive.gravity
         node = system.AddNode(items.NodePointGround())
         hinge_x = 0.0
-        for phalanx in self.given["finger"].phalanges:
+        for phalanx in self.scene.finger.phalanges:
             length, relaxation = phalanx.length / phalanx.elements, phalanx.relaxation_time
             nodes = [
                 system.AddNode(
@@ -135,15 +138,15 @@ class _Finger:
         """The tip's height above the surface, m, and its velocity, m/s."""
         kind = self.exu.OutputVariableType
         place = self.system.GetNodeOutput(self.tip, kind.Position)[1]
-        return float(place) + self.given["surface"].height, self.velocity()[1]
+        return float(place) + self.scene.surface.height, self.velocity()[1]
 
     def touch(self) -> None:
         """Switch the contact on, as linear terms in the tip's displacement from rest."""
         self.touched = True
-        stiffness, mu = self.given["tip"].normal_stiffness, self.given["surface"].friction
+        stiffness, mu = self.scene.tip.normal_stiffness, self.scene.surface.friction
         matrix = np.zeros((4, 4))
         matrix[0, 1], matrix[1, 1] = -mu * stiffness, stiffness
-        force = matrix @ np.array([0.0, -self.given["surface"].height, 0.0, 0.0])
+        force = matrix @ np.array([0.0, -self.scene.surface.height, 0.0, 0.0])
         self.system.SetObjectParameter(self.contact, "stiffnessMatrix", matrix)
         self.system.SetObjectParameter(self.contact, "forceVector", force)
 
@@ -156,7 +159,7 @@ class _Finger:
         settings = self.exu.SimulationSettings()
         settings.solution.file.write = False
         solvers = self.exu.LinearSolverType
-        elements = sum(phalanx.elements for phalanx in self.given["finger"].phalanges)
+        elements = sum(phalanx.elements for phalanx in self.scene.finger.phalanges)
         dense = elements <= DENSE
         settings.linearSolver.solverType = solvers.EigenDense if dense else solvers.EigenSparse
         settings.linearSolver.reuseAnalyzedPattern = True
@@ -200,13 +203,13 @@ class _Finger:
 
 
 def tap(
-    given: dict[str, Any], flight_step: float, contact_step: float, located: bool, until: float,
+    scene: "hcm.Scene", flight_step: float, contact_step: float, located: bool, until: float,
     adaptive: bool = False, window: float = CONTACT_WINDOW_S, spectral_radius: float = 0.8,
     jacobian_a_step: bool = False,
 ) -> PeerTap:  # fmt: skip
     """Fall from rest and tap.
 
-    given : finger, surface, tip and drive, as for `hcm.simulate`; undriven, sliding in +X.
+    scene : undriven, from rest, sliding in +X; its settings and assumptions are hcm's alone.
     flight_step, contact_step : s.
     located : see the module.
     until : s, a time shortly before contact.
@@ -217,7 +220,7 @@ def tap(
 
     Raises PeerFailedError: Exudyn stopped, or the tap is not complete.
     """
-    finger = _Finger(given, adaptive, spectral_radius, jacobian_a_step)
+    finger = _Finger(scene, adaptive, spectral_radius, jacobian_a_step)
     contact = finger.fly(flight_step, contact_step, located, until)
     velocity = finger.velocity()
     finger.touch()
@@ -226,7 +229,7 @@ def tap(
     rows = finger.system.GetSensorStoredData(finger.sensor)
     rows = rows[-(steps + 1) :]  # the contact's own, its start included
     time = rows[:, 0] - contact
-    force = -given["tip"].normal_stiffness * (rows[:, 2] + given["surface"].height)
+    force = -scene.tip.normal_stiffness * (rows[:, 2] + scene.surface.height)
     quantities = _quantities(contact, time, force, located)
     tap_rows = time <= quantities.duration_s  # beyond it the linear terms pull the tip back
     if (np.diff(rows[tap_rows, 1]) < 0.0).any():

@@ -9,7 +9,7 @@ import time
 from validation.errors import RunFailedError
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress
 from validation.models.curves import Curves, record_of
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
 from validation.peers.exudyn_finger import PeerFailedError, available, tap
 from validation.scenes.load import NamedScene, load_scene
@@ -54,7 +54,7 @@ def run(
 ) -> Outcome:
     """Fall and tap; nothing of it can be resumed, and Exudyn tells no progress."""
     del progress, checkpoint
-    given = translate(scene, estimate=False)
+    given = hcm_scene(scene, estimate=False)
     until = SHORTLY_BEFORE * impact_of(scene).time_s
     start = time.perf_counter()
     try:

@@ -22,16 +22,13 @@ MOST_PHASES = 200
 LONGEST_FLIGHT_S = 2.0
 
 
-def solve_first_tap(
-    finger: hcm.Finger, surface: hcm.Surface, tip: hcm.Tip, drive: hcm.Drive,
-    seconds: float,
-) -> tuple[str, tuple[float, float] | None]:  # fmt: skip
-    """How the first tap ended; its peak F_n, N, and normal impulse, N s, if it did.
+def solve_first_tap(scene: hcm.Scene, seconds: float) -> tuple[str, tuple[float, float] | None]:
+    """How the first tap from rest ended; its peak F_n, N, and normal impulse, N s, if it did.
 
     seconds : wall time allowed.
     """
-    chain, rest = build_chain(finger, drive)
-    law, mapping = contact_law(surface, tip), minimal_coordinates(chain)
+    chain, rest = build_chain(scene.finger, scene.drive)
+    law, mapping = contact_law(scene.surface, scene.tip), minimal_coordinates(chain)
     m = mapping.place.size
     x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's, in the state
     nothing = np.zeros(m)

@@ -18,7 +18,7 @@ from validation.validate.check import outcome, plan_of, told, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
 from validation.validate.page import draw_differences, draw_fields, draw_figures, page_context
-from validation.validate.plan import PAPER, REDUCED, REFINED, Plan, Runs, work
+from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, Runs, validation_jobs
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
     EFFICIENCY_COLUMNS,
@@ -31,7 +31,7 @@ def run_all(
     folder: Path, plan: Plan, progress: Progress, store: Store, estimate: bool = True
 ) -> Runs:
     """Run every job that is not stored, one process at a time: each has the machine to itself."""
-    jobs = work(plan, estimate)
+    jobs = validation_jobs(plan, estimate)
     records = []
     if not all(stored(group, store) for group in jobs):
         models = dict.fromkeys(job.model for group in jobs for job in group)
@@ -57,7 +57,7 @@ def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) 
     accuracy = [
         row
         for scene in runs.scenes
-        for run, references in runs.beside(scene)
+        for run, references in runs.comparisons(scene)
         for row in accuracy_rows(run, references, runs.spread_over(scene), runs.plan.tolerances)
     ]
     title = "Reduced model against the references (the paper's Table 2)"
@@ -78,7 +78,7 @@ def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) 
 
 def run_validation(
     *scenes: str,
-    models: str = f"{REDUCED[0]},{REFINED}",
+    models: str = f"{PAPER_REDUCED[0]},{REFINED}",
     reference: str = PAPER.reference,
     tolerance: str = "",
     out: Path = Path("out"),

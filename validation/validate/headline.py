@@ -6,10 +6,10 @@ from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
-from validation.validate.plan import REDUCED, REFINED, Runs
+from validation.validate.plan import PAPER_REDUCED, REFINED, Runs
 
 MATTERS = 1.0  # percent of peak, impulse or duration
-NAMES = {REDUCED[0]: "the reduced model", REFINED: "the refined reduced model"}
+NAMES = {PAPER_REDUCED[0]: "the reduced model", REFINED: "the refined reduced model"}
 
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
@@ -31,12 +31,12 @@ def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
     Empty where the two models between which it leads are not both compared.
     """
     reference = runs.reference(scene)
-    if not {REDUCED[0], REFINED} <= set(runs.plan.models):
+    if not {PAPER_REDUCED[0], REFINED} <= set(runs.plan.models):
         return []
     return [
         [difference(scene, variant.name, entry, run, reference) for entry in OF_A_TAP]
         for variant in cumulative()
-        for run in [runs.find(scene, (REDUCED[0], variant.name))]
+        for run in [runs.find(scene, (PAPER_REDUCED[0], variant.name))]
     ]
 
 
@@ -104,7 +104,7 @@ def assumption_effects(runs: Runs) -> list[str]:
         whole = runs.of_model(scene, REFINED)
         moved = {}
         for variant in leave_one_out():
-            run = runs.find(scene, (REDUCED[0], variant.name))
+            run = runs.find(scene, (PAPER_REDUCED[0], variant.name))
             if whole is None or run is None:
                 continue
             rows = [difference(scene, REFINED, entry, run, whole) for entry in OF_A_TAP]

@@ -17,10 +17,10 @@ from validation.validate.headline import (
     sentences,
     unit_notes,
 )
-from validation.validate.plan import MESHES, PENALTIES, REFERENCE, REFINED, Runs, own_jobs
+from validation.validate.plan import MESHES, PAPER_REFERENCE, PENALTIES, REFINED, Runs, first_jobs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
-PAPERS = " ".join(REFERENCE)  # the reference whose tables hold what the paper prints
+PAPERS = " ".join(PAPER_REFERENCE)  # the reference whose tables hold what the paper prints
 HIDDEN = ("reference_model", "scene")  # said once above the page's table
 CAPTION = (
     "Points: each model's difference from the reference; bars: what both runs state as numerical "
@@ -49,7 +49,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     """Figs. 7 and 9; returns paths and captions."""
     forces, meshes = folder / "forces.png", folder / "elements.png"
-    lines = [r for s in runs.scenes for r in runs.lines(s)]
+    lines = [r for s in runs.scenes for r in runs.drawn_runs(s)]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
     compared = {
         scene: [(reference, run) for run in runs.compared(scene)]
@@ -78,7 +78,7 @@ def draw_fields(
     folder: Path, runs_folder: Path, runs: Runs, interactive: bool = False
 ) -> dict[str, Renders]:
     """Renders of the reference on every scene that it completed."""
-    result, jobs = {}, own_jobs(runs.plan)
+    result, jobs = {}, first_jobs(runs.plan)
     for scene in runs.scenes:
         if scene in runs.plan.data or adapter(runs.plan.reference).kind == "reduced":
             continue  # forces alone

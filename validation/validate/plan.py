@@ -14,14 +14,15 @@ from validation.scenes.load import load_scene
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import NO_ACCURACY
 
-DEFAULT = ("fem3d", "contact")  # the reference by default: the first screen's
-REFERENCE = ("fem3d", "ls-dyna-like")  # in the place of the paper's
+DEFAULT_REFERENCE = ("fem3d", "contact")  # the reference by default: the first screen's
+PAPER_REFERENCE = ("fem3d", "ls-dyna-like")  # in the place of the paper's
 FAST = ("fem3d", "fast")
 HOLES = ("fem3d", "ls-dyna-like shaft holes")
 PLANE = ("fem2d", "fast")
-REDUCED = ("hcm", "N=60")  # the paper's: 20 elements a phalanx, whatever accuracy is the default
+PAPER_REDUCED = ("hcm", "N=60")  # 20 elements a phalanx, whatever accuracy is the default
 REFINED = "hcm-refined"
-ALONE = (REDUCED, DEFAULT, REFERENCE, FAST, PLANE)  # first in their process: its memory is theirs
+# First in their process: its memory is theirs.
+OWN_PROCESS = (PAPER_REDUCED, DEFAULT_REFERENCE, PAPER_REFERENCE, FAST, PLANE)
 MESHES = {f"N={n}": f"N = {n}" for n in (60, 30, 15)}  # variants of hcm, the paper's fig. 7
 SHAFT_SHARE = 1 / 6  # radius over the smallest diameter; the paper draws holes, without a size
 PENALTY = "solver.fem.penalty_factor"
@@ -45,8 +46,8 @@ class Plan:
     """
 
     scenes: Mapping[str, str] = field(default_factory=lambda: {"hard": "hard", "soft": "soft"})
-    models: tuple[str, ...] = (REDUCED[0],)
-    reference: str = REFERENCE[0]
+    models: tuple[str, ...] = (PAPER_REDUCED[0],)
+    reference: str = PAPER_REFERENCE[0]
     data: Mapping[str, Reference] = field(default_factory=dict)
     tolerances: Mapping[str, float] = field(default_factory=dict)
 
@@ -68,7 +69,11 @@ class Plan:
 
     @property
     def _asked_in_full(self) -> bool:
-        return self.reference == REFERENCE[0] and REDUCED[0] in self.models and not self.data
+        return (
+            self.reference == PAPER_REFERENCE[0]
+            and PAPER_REDUCED[0] in self.models
+            and not self.data
+        )
 
     @property
     def in_full(self) -> bool:
@@ -89,67 +94,71 @@ def decisive_keys(tables: Scene) -> list[str]:
     return [f"solver.fem.{key}" for key in solid] + [f"solver.hcm.{key}" for key in beams]
 
 
-def work(plan: Plan, estimate: bool = True) -> list[list[Job]]:
+def validation_jobs(plan: Plan, estimate: bool = True) -> list[list[Job]]:
     """Jobs of all scenes; each group shares a process, whose memory is its first job's."""
     jobs = []
     for source in plan.scenes.values():
         if plan.in_full:
-            jobs += groups(source, estimate)
+            jobs += paper_jobs(source, estimate)
         done = {job.model for group in jobs for job in group if job.scene == source}
         wanted = [*plan.models, *([] if plan.data else [plan.reference])]
         jobs += [
-            [Job(source, model, by_default(source, model, estimate), None, True)]
+            [Job(source, model, default_overrides(source, model, estimate), None, True)]
             for model in dict.fromkeys(wanted)
             if model not in done
         ]
         if REFINED in plan.models:
-            jobs += [by_assumption(source)]
+            jobs += [assumption_jobs(source)]
     return jobs
 
 
-def own_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
+def first_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
     """A model's own job of a scene's source: the first of them (`Runs.of_model`)."""
-    return {(j.scene, j.model): j for group in reversed(work(plan)) for j in reversed(group)}
+    return {
+        (j.scene, j.model): j for group in reversed(validation_jobs(plan)) for j in reversed(group)
+    }
 
 
-def by_default(scene: str, model: str, estimate: bool) -> tuple[str, ...]:
+def default_overrides(scene: str, model: str, estimate: bool) -> tuple[str, ...]:
     """Overrides of a model's own run: its default accuracy, and whether it states its errors."""
     accuracy = default_accuracy(model, load_scene(scene).tables)
     return (*accuracy, *without_estimate(model, not estimate))
 
 
-def by_assumption(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
+def assumption_jobs(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
     """The reduced model between the paper's assumptions and the refined ones."""
-    beams = without_estimate(REDUCED[0])
+    beams = without_estimate(PAPER_REDUCED[0])
     return [
-        Job(scene, REDUCED[0], (*overrides, *beams, *v.overrides), v.name) for v in all_variants()
+        Job(scene, PAPER_REDUCED[0], (*overrides, *beams, *v.overrides), v.name)
+        for v in all_variants()
     ]
 
 
-def groups(scene: str, estimate: bool = True) -> list[list[Job]]:
+def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
     """Jobs of one scene in the paper's comparison; the first of a group is measured.
 
     estimate : whether the runs that the page's tables compare state their errors; others don't.
     """
     beams, solid = without_estimate("hcm"), without_estimate("fem3d")
     own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
+    solid_default = default_overrides(scene, "fem3d", estimate)
     fixed = f"solver.hcm.accuracy={NO_ACCURACY}"
     preset, fast = (
-        (NO_FEM_ACCURACY, f"solver.fem.preset={name}") for name in (REFERENCE[1], FAST[1])
+        (NO_FEM_ACCURACY, f"solver.fem.preset={name}") for name in (PAPER_REFERENCE[1], FAST[1])
     )
     tables = load_scene(scene).tables
     radius = SHAFT_SHARE * tables.smallest_diameter
     holes = f"solver.fem.shaft_radius={radius:g}"
     return [
-        [Job(scene, "hcm", by_default(scene, "hcm", estimate))],
+        [Job(scene, "hcm", default_overrides(scene, "hcm", estimate))],
         [
-            Job(scene, "hcm", (fixed, "finger.elements=20", *own), REDUCED[1]),
+            Job(scene, "hcm", (fixed, "finger.elements=20", *own), PAPER_REDUCED[1]),
             Job(scene, "hcm", (fixed, "finger.elements=10", *beams), "N=30"),
             Job(scene, "hcm", (fixed, "finger.elements=5", *beams), "N=15"),
         ],
-        [Job(scene, "fem3d", by_default(scene, "fem3d", estimate), DEFAULT[1], True)],
+        [Job(scene, "fem3d", solid_default, DEFAULT_REFERENCE[1], True)],
         [
-            Job(scene, "fem3d", (*preset, *reference), REFERENCE[1]),
+            Job(scene, "fem3d", (*preset, *reference), PAPER_REFERENCE[1]),
             Job(scene, "fem3d", (*preset, holes, *solid), HOLES[1]),
         ],
         [
@@ -182,7 +191,7 @@ class Runs:
             None,
         )
 
-    def several(self, scene: str, which: Sequence[tuple[str, str]]) -> list[RunRecord]:
+    def find_all(self, scene: str, which: Sequence[tuple[str, str]]) -> list[RunRecord]:
         """Those of the named runs that completed."""
         return [run for one in which if (run := self.find(scene, one)) is not None]
 
@@ -204,16 +213,16 @@ class Runs:
     def references(self, scene: str) -> list[RunRecord]:
         """The runs that the models are compared with, the first screen's first."""
         first = self.reference(scene)
-        others = self.several(scene, ALONE[1:]) if self.plan.in_full else []
+        others = self.find_all(scene, OWN_PROCESS[1:]) if self.plan.in_full else []
         return ([] if first is None else [first]) + [run for run in others if run is not first]
 
-    def beside(self, scene: str) -> list[tuple[RunRecord, list[RunRecord]]]:
+    def comparisons(self, scene: str) -> list[tuple[RunRecord, list[RunRecord]]]:
         """The compared runs and their references; then the paper's elements beside its rung."""
-        own, rung = self.find(scene, REDUCED), self.find(scene, REFERENCE)
+        own, rung = self.find(scene, PAPER_REDUCED), self.find(scene, PAPER_REFERENCE)
         papers = [] if own is None or rung is None else [(own, [rung])]
         return [(run, self.references(scene)) for run in self.compared(scene)] + papers
 
-    def lines(self, scene: str) -> list[RunRecord]:
+    def drawn_runs(self, scene: str) -> list[RunRecord]:
         """The runs whose forces are drawn."""
         return self.compared(scene) + self.references(scene)
 
@@ -226,7 +235,7 @@ class Runs:
         """The runs that had a process to themselves when their memory was read."""
         first = {(run.scene, run.model): run for run in reversed(self.records)}
         of = (*self.plan.models, self.plan.reference)
-        alone = ALONE if self.plan.in_full else ()
+        alone = OWN_PROCESS if self.plan.in_full else ()
         return [
             run
             for run in self.records
@@ -235,6 +244,6 @@ class Runs:
         ]
 
     def failures(self) -> list[RunRecord]:
-        """The runs that did not complete; but for those that only say what matters."""
+        """The runs that did not complete, without those of `assumption_jobs`."""
         own = {v.name for v in all_variants()}
         return [run for run in self.records if not run.ok and run.variant not in own]

@@ -14,7 +14,7 @@ from validation.compare.sprague_geers import compare_forces
 from validation.compare.verdict import error_percent
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
-from validation.validate.plan import REDUCED, REFERENCE, Runs
+from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, Runs
 
 SELF = "self"  # computed by the model under validation
 OTHER = "other model"  # computed by the independent model
@@ -111,7 +111,7 @@ def accuracy_rows(
 def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str, Any]:
     """What Table 2 prints of a quantity, beside the reference that stands in for LS-DYNA."""
     pair = (reduced.model, reduced.variant, reference.model, reference.variant)
-    if key not in TABLE_2 or pair != (*REDUCED, *REFERENCE):
+    if key not in TABLE_2 or pair != (*PAPER_REDUCED, *PAPER_REFERENCE):
         return {}
     claims = printed(reference.scene, key)
     if not claims:
@@ -123,7 +123,7 @@ def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str,
 
 
 def efficiency_rows(
-    runs: Sequence[RunRecord], models: Sequence[str] = (REDUCED[0],)
+    runs: Sequence[RunRecord], models: Sequence[str] = (PAPER_REDUCED[0],)
 ) -> list[dict[str, Any]]:
     """One row per run, each measured alone in a fresh process with its compiled code warm.
 
@@ -146,7 +146,7 @@ def efficiency_rows(
 
 def _of_table_3(run: RunRecord) -> dict[str, Any]:
     """What Table 3 prints, beside the models that stand in for the paper's."""
-    who = {REDUCED: "hcm", REFERENCE: "reference"}.get((run.model, run.variant))
+    who = {PAPER_REDUCED: "hcm", PAPER_REFERENCE: "reference"}.get((run.model, run.variant))
     if who is None:
         return {}
     time, memory = (printed(run.scene, key).get(who) for key in TABLE_3)
@@ -163,7 +163,10 @@ def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
     """Rows of Table 2 or 3, by its quantities; the paper's error is a magnitude, ours is signed."""
     rows = []
     for scene in runs.scenes:
-        ran = {"hcm": runs.find(scene, REDUCED), "reference": runs.find(scene, REFERENCE)}
+        ran = {
+            "hcm": runs.find(scene, PAPER_REDUCED),
+            "reference": runs.find(scene, PAPER_REFERENCE),
+        }
         for key in names:
             entry = quantity(key)
             ours = {who: None if run is None else entry.read(run) for who, run in ran.items()}

@@ -17,7 +17,7 @@ from validation.compare import command as compare_command
 from validation.harness.interrupts import PATIENCE_S, heard_interrupts
 from validation.harness.timing import shortest
 from validation.models.adapter import Outcome
-from validation.models.hcm import translate, warm_up
+from validation.models.hcm import hcm_scene, warm_up
 from validation.render import command as render_command
 from validation.scenes.load import load_scene
 from validation.validate.ladder import runs
@@ -116,7 +116,9 @@ def test_an_interrupted_run_is_neither_warmth_nor_measurement(
         raise KeyboardInterrupt
 
     simulate = partial(
-        hcm.simulate, **translate(load_scene("soft"), estimate=False), progress=interrupt
+        hcm.simulate,
+        **hcm_scene(load_scene("soft"), estimate=False).arguments(),
+        progress=interrupt,
     )
     assert simulate().status is hcm.Status.INTERRUPTED
     with pytest.raises(KeyboardInterrupt):

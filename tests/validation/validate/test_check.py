@@ -22,7 +22,7 @@ from validation.validate import command as validate_command
 from validation.validate.check import plan_of, read_tolerances
 from validation.validate.headline import sentences, unit_notes
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.plan import REDUCED, Plan, Runs, groups, work
+from validation.validate.plan import PAPER_REDUCED, Plan, Runs, paper_jobs, validation_jobs
 
 
 @pytest.mark.parametrize(
@@ -126,10 +126,10 @@ def test_tolerances_take_short_names_and_keys() -> None:
 
 
 def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
-    paper = work(plan_of((), "hcm", "fem3d", ""))
+    paper = validation_jobs(plan_of((), "hcm", "fem3d", ""))
     assert {job.scene for group in paper for job in group} == {"hard", "soft"}
     assert sum(len(group) for group in paper) == 22
-    alone = work(plan_of(("soft",), "hcm", "fem2d", ""))
+    alone = validation_jobs(plan_of(("soft",), "hcm", "fem2d", ""))
     assert [(job.model, job.variant) for group in alone for job in group] == [
         ("hcm", None),
         ("fem2d", None),
@@ -137,7 +137,7 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
     wanted = [load_scene("soft", group[0].overrides).tables.solver for group in alone]
     asked = [wanted[0].accuracy_of("hcm"), wanted[1].accuracy_of("fem")]
     assert asked == [DEFAULT_ACCURACY["hcm"], DEFAULT_ACCURACY["fem"]]
-    refined = work(plan_of(("soft",), "hcm-refined", "fem2d", ""))
+    refined = validation_jobs(plan_of(("soft",), "hcm-refined", "fem2d", ""))
     assert [len(group) for group in refined] == [1, 1, 11 + 10]  # step by step, and each left out
 
 
@@ -159,7 +159,7 @@ def test_what_the_papers_comparison_varies_stands_alone(stated: str, tmp_path: P
     a ladder's spring is none of a refined tip's."""
     path = replaced_scene(tmp_path / "mine.toml", stated)
     plan = plan_of((str(path),), "hcm", "fem3d", "")
-    assert [(job.model, job.variant) for group in work(plan) for job in group] == [
+    assert [(job.model, job.variant) for group in validation_jobs(plan) for job in group] == [
         ("hcm", None),
         ("fem3d", None),
     ]
@@ -177,19 +177,19 @@ def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
     """
     document = replaced_scene(tmp_path / "held.toml", "solver.accuracy=5e-3")
     for source in ("soft", str(document)):
-        jobs = {job.variant: job for group in groups(source) for job in group}
+        jobs = {job.variant: job for group in paper_jobs(source) for job in group}
         for count, variant in ((20, "N=60"), (10, "N=30"), (5, "N=15")):
             scene = load_scene(source, jobs[variant].overrides)
             assert scene.tables.solver.accuracy_of("hcm") is None
             alone = load_scene("soft", [f"finger.elements={count}"])
-            estimate = variant == REDUCED[1]
+            estimate = variant == PAPER_REDUCED[1]
             assert translate(scene, estimate=True) == translate(alone, estimate=estimate)
         for variant in ("ls-dyna-like", "ls-dyna-like shaft holes", "fast", "fast penalty 1.6"):
             tables = load_scene(source, jobs[variant].overrides).tables
             assert sizes_of(tables) is None
     for source, asked in (("soft", DEFAULT_ACCURACY), (str(document), {"hcm": 5e-3, "fem": 5e-3})):
         for model in asked:  # what the scene states wins
-            own = [group[0] for group in groups(source) if group[0].model.startswith(model)]
+            own = [group[0] for group in paper_jobs(source) if group[0].model.startswith(model)]
             solver = load_scene(source, own[0].overrides).tables.solver
             assert solver.accuracy_of(model) == asked[model]
 

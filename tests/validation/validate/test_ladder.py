@@ -43,7 +43,7 @@ from validation.validate.ladder.rungs import (
 )
 from validation.validate.ladder.runs import full_contact, reduced, scene_contact, touching_mesh
 from validation.validate.ladder.stored_runs import LadderRuns
-from validation.validate.plan import Runs, groups
+from validation.validate.plan import Runs, paper_jobs
 from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
 
 
@@ -207,7 +207,7 @@ def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make)
     (said,) = check_sentences([row])
     assert "with shaft holes instead of plain hinges: peak force +1.25 %" in said
     assert runs.spread_over("soft") == [plain]
-    jobs = [job for group in groups("soft") for job in group]
+    jobs = [job for group in paper_jobs("soft") for job in group]
     (job,) = [job for job in jobs if job.variant == holed.variant]
     assert any(text.startswith("solver.fem.shaft_radius") for text in job.overrides)
 

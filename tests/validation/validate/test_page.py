@@ -30,7 +30,7 @@ from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
 from validation.validate.ladder.rungs import CAUSE_COLUMNS
-from validation.validate.plan import Plan, Runs, groups, work
+from validation.validate.plan import Plan, Runs, paper_jobs, validation_jobs
 from validation.validate.tables import efficiency_rows
 
 NO_LADDER = Ladder(False)
@@ -191,7 +191,7 @@ def test_a_failing_run_is_shown_and_loses_no_other(
 
 
 def test_all_runs_failing_still_gives_a_page(validated: Callable[..., Path]) -> None:
-    every = [job.name for s in ("hard", "soft") for g in groups(s) for job in g]
+    every = [job.name for s in ("hard", "soft") for g in paper_jobs(s) for job in g]
     assert page(validated(failing=every, code=1)).count("the energy balance is lost") == 22
 
 
@@ -217,7 +217,9 @@ def test_fields_are_drawn_from_the_folders_that_runs_are_written_to(
 
     monkeypatch.setattr(validate_page, "render_run", render_run)
     validate_page.draw_fields(tmp_path, tmp_path / "runs", runs)
-    written = {tmp_path / "runs" / job.folder_name for group in work(plan) for job in group}
+    written = {
+        tmp_path / "runs" / job.folder_name for group in validation_jobs(plan) for job in group
+    }
     assert len(drawn) == 2
     assert set(drawn) <= written
 

@@ -19,7 +19,7 @@ from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, all_variants, cumulative
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
-from validation.validate.plan import by_assumption
+from validation.validate.plan import assumption_jobs
 
 REFERENCE = "fem3d"
 
@@ -36,7 +36,7 @@ def waterfall(
     named = load_scene(scene, overrides)
     folder = output_folder(out / "waterfall" / safe_name(named.name))
     store = Store(out / "store", fresh)
-    variants, jobs = all_variants(), by_assumption(scene, overrides)
+    variants, jobs = all_variants(), assumption_jobs(scene, overrides)
     with progress_bar(f"waterfall {named.name}") as progress:
         progress(0.0, REFERENCE)
         job = Job(scene, REFERENCE, tuple(overrides))

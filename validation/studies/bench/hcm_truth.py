@@ -8,7 +8,7 @@ from hcm import reference_solution
 from hcm.beam.chain import build_chain
 from hcm.model import rigid_motion
 from validation.compare.tap_errors import TapQuantities
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.scenes.load import load_scene
 
 # A rigid state like the one at impact: the paper's posture, the tip just above the surface.
@@ -26,24 +26,28 @@ def impact_start(surface_height: float, length: float) -> Any:
 
 def solve_tap(elements: int, rtol: float) -> TapQuantities:
     """The tap from rest: minutes."""
-    given = soft_arguments(elements)
-    return _quantities(reference_solution.solve(**given, rtol=rtol, atol=1e-4 * rtol))
+    s = soft_scene(elements)
+    solved = reference_solution.solve(
+        s.finger, s.surface, s.tip, s.drive, rtol=rtol, atol=1e-4 * rtol
+    )
+    return _quantities(solved)
 
 
 def solve_impact(elements: int, rtol: float) -> TapQuantities:
     """The contact alone, from `impact_start`: a second at 5 elements, a half minute at 20."""
-    given = soft_arguments(elements)
-    finger = given["finger"]
-    chain, _ = build_chain(finger, given["drive"])
-    state = impact_start(given["surface"].height, finger.phalanges[0].length)
-    start = reference_solution.ChainStart(*rigid_motion(finger, chain, state))
-    return _quantities(reference_solution.solve(**given, start=start, rtol=rtol, atol=1e-4 * rtol))
+    s = soft_scene(elements)
+    chain, _ = build_chain(s.finger, s.drive)
+    state = impact_start(s.surface.height, s.finger.phalanges[0].length)
+    start = reference_solution.ChainStart(*rigid_motion(s.finger, chain, state))
+    solved = reference_solution.solve(
+        s.finger, s.surface, s.tip, s.drive, rtol=rtol, atol=1e-4 * rtol, start=start
+    )
+    return _quantities(solved)
 
 
-def soft_arguments(elements: int) -> dict[str, Any]:
-    """The soft scene for `hcm.reference_solution.solve`."""
-    given = translate(load_scene("soft", (f"finger.elements={elements}",)), estimate=False)
-    return {name: given[name] for name in ("finger", "surface", "tip", "drive")}
+def soft_scene(elements: int) -> hcm.Scene:
+    """The soft scene with that many elements a phalanx."""
+    return hcm_scene(load_scene("soft", (f"finger.elements={elements}",)), estimate=False)
 
 
 def _quantities(solved: Any) -> TapQuantities:

@@ -10,7 +10,7 @@ from validation.harness.timing import Timed
 from validation.models.adapter import Progress
 from validation.peers import exudyn_finger
 from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
-from validation.studies.bench.hcm_truth import soft_arguments
+from validation.studies.bench.hcm_truth import soft_scene
 from validation.studies.bench.truths import TAP, TAP_ELEMENTS
 from validation.studies.bench.work_precision import (
     Options,
@@ -97,7 +97,7 @@ def absent() -> list[str]:
 
 def _prepare(setting: Setting) -> Callable[[], Any]:
     options: dict[str, Any] = dict(setting.options)
-    given = soft_arguments(options.pop("elements"))
+    given = soft_scene(options.pop("elements"))
     # a helping hand: it is told when to look for contact
     look = TAP.values.contact_time_s - LOOK_BEFORE_S
     return partial(exudyn_finger.tap, given, until=look, **options)

@@ -18,7 +18,7 @@ from validation.harness.store import Store
 from validation.harness.timing import LEAST_RUNS, Timed, shortest
 from validation.models import adapter
 from validation.models.adapter import Progress
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.solid_inputs import DIMENSIONS, inputs
 from validation.models.solid_mesh import build_mesh, flight_mesh
 from validation.scenes.load import load_scene
@@ -99,7 +99,7 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
     """A model's solve of the soft scene, with all that comes before it done (mesh, translation)."""
     scene = load_scene("soft", overrides)
     if model == "hcm":
-        return partial(hcm.simulate, **translate(scene, estimate=False))
+        return partial(hcm.simulate, **hcm_scene(scene, estimate=False).arguments())
 
     mesh, light = (make(scene.tables, DIMENSIONS[model]) for make in (build_mesh, flight_mesh))
     return partial(reference_fem.simulate, mesh, *inputs(scene.tables), flight_mesh=light)

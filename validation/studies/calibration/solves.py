@@ -15,7 +15,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
 from validation.models import adapter, solid_inputs, solid_mesh, without_estimate
 from validation.models.adapter import to_record
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
@@ -109,7 +109,7 @@ def _tight_solid(case: Case) -> Solve | None:
 
 
 def _tight_beams(scene: NamedScene, case: Case) -> Solve | None:
-    given = hcm.Scene(**translate(scene, estimate=False))
+    given = hcm_scene(scene, estimate=False)
     tight = _tighter(given) if case.accuracy is None else _within(scene, given, case.accuracy)
 
     def solve() -> RunRecord:

@@ -15,7 +15,7 @@ from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import read_record, relabelled, write_record
 from validation.models.adapter import Progress, to_record
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.inputs import run_inputs
 from validation.scenes.load import load_scene
 from validation.studies.paper.cases import Case
@@ -36,9 +36,9 @@ class CaseRun:
 def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
     """Run one case and store it."""
     scene = load_scene(case.scene, case.overrides)
-    arguments = translate(scene, estimate=True)
-    arguments["settings"] = replace(arguments["settings"], frame_times=case.frame_times)
-    result = hcm.simulate(**arguments)
+    given = hcm_scene(scene, estimate=True)
+    settings = replace(given.settings, frame_times=case.frame_times)
+    result = hcm.simulate(**replace(given, settings=settings).arguments())
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
     run = CaseRun(case, record, result.event_postures, result.frames)
     keep_case(store, run)

@@ -13,17 +13,17 @@ from validation.scenes.load import load_scene, validate
 from validation.validate.ladder.runs import full_contact
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import (
-    DEFAULT,
+    DEFAULT_REFERENCE,
     FAST,
     HOLES,
     NO_FEM_ACCURACY,
+    PAPER_REDUCED,
+    PAPER_REFERENCE,
     PLANE,
-    REDUCED,
-    REFERENCE,
     Runs,
 )
 
-NAMES = {REDUCED: "hcm, the paper's k"}
+NAMES = {PAPER_REDUCED: "hcm, the paper's k"}
 PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
 CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
                  "contact_time_percent")  # fmt: skip
@@ -59,9 +59,11 @@ def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
     """Joints of nodes on shaft holes' surfaces, as in the paper, against the plain hinge."""
     rows = []
     for scene in scenes:
-        plain, holed = runs.find(scene, REFERENCE), runs.find(scene, HOLES)
+        plain, holed = runs.find(scene, PAPER_REFERENCE), runs.find(scene, HOLES)
         if plain is not None and holed is not None:
-            rows.append(_check("shaft holes instead of plain hinges", REFERENCE[1], plain, holed))
+            rows.append(
+                _check("shaft holes instead of plain hinges", PAPER_REFERENCE[1], plain, holed)
+            )
     return rows
 
 
@@ -88,7 +90,7 @@ def accuracy_against_cost(
         scene = reference.scene
         several = [
             (NAMES.get(which, " ".join(which)), run)
-            for which in (REDUCED, PLANE, FAST, REFERENCE, DEFAULT)
+            for which in (PAPER_REDUCED, PLANE, FAST, PAPER_REFERENCE, DEFAULT_REFERENCE)
             if (run := runs.find(scene, which)) is not None
         ]
         several += [("hcm, identified k", run) for run in predictions if run.scene == scene]
@@ -138,7 +140,7 @@ def contact_patches(runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]
     """Of the three-dimensional presets and of rung 3's finest run, by scene."""
     rows = []
     for scene in scenes:
-        several = runs.several(scene, (FAST, REFERENCE, DEFAULT))
+        several = runs.find_all(scene, (FAST, PAPER_REFERENCE, DEFAULT_REFERENCE))
         several += [run for run in best if run.scene == scene]
         rows += [found for run in several if (found := contact_patch(run)) is not None]
     return rows

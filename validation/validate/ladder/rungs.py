@@ -20,7 +20,7 @@ from validation.validate.ladder.runs import (
     scene_contact,
 )
 from validation.validate.ladder.stored_runs import LadderRuns
-from validation.validate.plan import NO_FEM_ACCURACY, REDUCED, REFERENCE, Runs
+from validation.validate.plan import NO_FEM_ACCURACY, PAPER_REDUCED, PAPER_REFERENCE, Runs
 
 # Edges of section and axis over the diameter, coarse to fine: 15 mm gives 2.25, 1.5, 1.2 mm.
 STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))
@@ -158,7 +158,7 @@ def paper_rung(runs: Runs, scenes: Sequence[str]) -> list[Comparison]:
     """
     rows = []
     for scene in scenes:
-        beams, reference = runs.find(scene, REDUCED), runs.find(scene, REFERENCE)
+        beams, reference = runs.find(scene, PAPER_REDUCED), runs.find(scene, PAPER_REFERENCE)
         if beams is None or reference is None:
             continue
         share = {}

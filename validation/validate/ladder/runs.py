@@ -10,7 +10,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import to_record
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.impact import Impact, chain_state
 from validation.scenes.load import NamedScene
 
@@ -37,16 +37,15 @@ def _completed(record: RunRecord) -> RunRecord:
 
 def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
     """The reduced model; start None: its own flight."""
-    arguments = translate(scene, estimate=False)
-    arguments["tip"] = dataclasses.replace(
-        arguments["tip"],
-        normal_stiffness=contact.stiffness,
-        tangential_ratio=contact.tangential_ratio,
-    )
+    given = hcm_scene(scene, estimate=False)
+    k, ratio = contact.stiffness, contact.tangential_ratio
+    tip = dataclasses.replace(given.tip, normal_stiffness=k, tangential_ratio=ratio)
+    given = dataclasses.replace(given, tip=tip)
     began = time.perf_counter()
     if start is not None:
-        arguments["start"] = hcm.RigidStart(start.angles, start.rates, start.time_s)
-    result = hcm.simulate(**arguments)
+        state = hcm.RigidStart(start.angles, start.rates, start.time_s)
+        given = dataclasses.replace(given, start=state)
+    result = hcm.simulate(**given.arguments())
     record = to_record(result, scene, "hcm", "", time.perf_counter() - began)
     return _completed(record)
 

@@ -88,11 +88,6 @@ def _hcm(scene: hcm.Scene) -> hcm.TapResult:
     return unless_interrupted(hcm.simulate(**scene.arguments()))
 
 
-def _given(scene: hcm.Scene) -> dict[str, Any]:
-    """Finger, surface, tip and drive."""
-    return {name: value for name, value in scene.arguments().items() if name != "settings"}
-
-
 def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
     """In a process of its own, whose start and imports are not charged."""
     with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
@@ -102,7 +97,7 @@ def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
     def solve() -> tuple[str, Tap | None]:
         try:
             found = exudyn_finger.tap(
-                _given(scene), FLIGHT_STEP_S, window_s / CONTACT_STEPS, True,
+                scene, FLIGHT_STEP_S, window_s / CONTACT_STEPS, True,
                 (1 - BEFORE) * contact_s, adaptive=True, window=window_s,
             ).quantities  # fmt: skip
         except exudyn_finger.PeerFailedError as error:
@@ -146,7 +141,7 @@ def peers_table(progress: Progress) -> list[dict[str, Any]]:
         tight = replace(scene, settings=tighter(scene.settings, 5.0, 100.0))
         truth = peak_and_impulse(_hcm(tight))
         own = result.status.value, peak_and_impulse(result), seconds
-        scipy = _timed(partial(solve_first_tap, **_given(scene), seconds=SECONDS))
+        scipy = _timed(partial(solve_first_tap, scene, SECONDS))
         row = {
             "cell": name,
             "hcm": _described(own, truth),

@@ -220,8 +220,8 @@ def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
     both = result.summary, coarse.summary
     counts = [(name, *(getattr(of, name) for of in both)) for name in TRANSITION_COUNTS]
     apart = ", ".join(f"{name} {own} and {its}" for name, own, its in counts if own != its)
-    told = f"transitions are not resolved ({apart} in coarser steps); ask for a smaller accuracy"
-    return (told,) if apart else ()
+    caution = f"transitions are not resolved ({apart} in coarser steps); ask for a smaller accuracy"
+    return (caution,) if apart else ()
 
 
 def _short(result: TapResult, expected: float, accuracy: float, chance: bool) -> TapResult:

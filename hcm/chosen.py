@@ -169,8 +169,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     if made.pop("elements", None) is not None:
         pairs = zip(phalanges, counts, strict=True)
         finger = Finger(tuple([replace(p, elements=n) for p, n in pairs]))
-    told = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
-    kept = (*(c for c in choices if c.setting not in stated), *told)
+    stated_choices = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
+    kept = (*(c for c in choices if c.setting not in stated), *stated_choices)
     made_of = replace(scene, finger=finger, settings=replace(scene.settings, **made))
     return Chosen(made_of, kept, flight.error, flight.followed, fall)
 

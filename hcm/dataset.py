@@ -44,11 +44,11 @@ def run_dataset(
     for over, arrays in curves.items():
         named = {name if over == "time" else f"{over}_{name}": a for name, a in arrays.items()}
         found |= {name: variable(name, array, over) for name, array in named.items()}
-    told = {name: value for name, value in attributes.items() if isinstance(value, str)}
-    for name in attributes.keys() - told:
-        told[f"{name}_json"] = json.dumps(attributes[name], default=_members)
+    attrs = {name: value for name, value in attributes.items() if isinstance(value, str)}
+    for name in attributes.keys() - attrs:
+        attrs[f"{name}_json"] = json.dumps(attributes[name], default=_members)
     times = [name for name in found if name.endswith("time_s") and found[name][0]]
-    return xarray.Dataset(found, attrs=dict(sorted(told.items()))).set_coords(times)
+    return xarray.Dataset(found, attrs=dict(sorted(attrs.items()))).set_coords(times)
 
 
 def versions(*packages: str) -> dict[str, str]:

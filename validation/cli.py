@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import cyclopts
 
-from validation.errors import OutsideToleranceError, RunFailedError, UserError, reason
+from validation.errors import OutsideToleranceError, RunFailedError, UserError, file_reason
 
 KEPT = "files that were finished are kept"
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
@@ -95,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        say_error(f"{reason(error)}; {KEPT}: when that is mended, the same command goes on")
+        say_error(f"{file_reason(error)}; {KEPT}: when that is mended, the same command goes on")
         sys.exit(RunFailedError.exit_code)
     except MemoryError:
         say_error(f"out of memory; {KEPT}: use a smaller scene or a larger limit")

@@ -19,7 +19,12 @@ class OutsideToleranceError(Exception):
     exit_code = 3
 
 
-def reason(error: OSError) -> str:
+def reason(error: Exception) -> str:
+    """Why, in the system's words where it was the system that refused, else in the error's."""
+    return getattr(error, "strerror", None) or str(error)
+
+
+def file_reason(error: OSError) -> str:
     """What the system refused, after the file's name where it has one."""
     where = f"{error.filename}: " if error.filename else ""
-    return f"{where}{error.strerror or error}"
+    return where + reason(error)

@@ -28,7 +28,7 @@ from reference_fem.elements.stress import damping_stress, field_gradients, von_m
 Stresses = Callable[[Blocks, Array, Array, Array, Array, Index, Array], None]
 
 
-class Kind(NamedTuple):
+class ElementKind(NamedTuple):
     """A class of `Blocks`, the rows of its kernels' workspace and its compiled stresses."""
 
     blocks: type[Blocks]
@@ -50,7 +50,7 @@ class ElementKernel:
     blocks : what the kernels store of each element, and workspaces that calls overwrite
     """
 
-    kind: Kind
+    kind: ElementKind
     points: Array
     cells: Index
     mu: Array

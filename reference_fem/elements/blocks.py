@@ -46,12 +46,12 @@ class Blocks(NamedTuple):
     buffers: Array
 
 
-Kind = TypeVar("Kind", bound=Blocks)
+AnyBlocks = TypeVar("AnyBlocks", bound=Blocks)
 
 
 def make_blocks(
-    kind: type[Kind], points: Array, cells: Index, rows: Array, scratch_rows: int
-) -> Kind:
+    kind: type[AnyBlocks], points: Array, cells: Index, rows: Array, scratch_rows: int
+) -> AnyBlocks:
     """Blocks of `cells` (n_cells, corners) in their order; `rows` (n_cells, rows) to be stored."""
     padded = np.vstack((cells, np.repeat(cells[-1:], -len(cells) % LANES, axis=0)))
     nodes = padded.reshape(-1, LANES, cells.shape[1])

@@ -3,18 +3,18 @@
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.elements.base import ElementKernel, Kind, lame_constants
+from reference_fem.elements.base import ElementKernel, ElementKind, lame_constants
 from reference_fem.elements.blocks import make_blocks
 from reference_fem.elements.geometry import by_element, check_mesh, geometries
 from reference_fem.elements.hexahedron import eight_point_kernel, eight_point_outputs
 from reference_fem.elements.hexahedron import one_point_kernel as one_point
 from reference_fem.elements.quadrilateral import kernel as quad4
 
-EIGHT_POINT = Kind(
+EIGHT_POINT = ElementKind(
     eight_point_outputs.Hex8Blocks, eight_point_kernel.SCRATCH_ROWS, eight_point_outputs.stresses
 )
-ONE_POINT = Kind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS, one_point.stresses)
-PLANE_STRESS = Kind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS, quad4.stresses)
+ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS, one_point.stresses)
+PLANE_STRESS = ElementKind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS, quad4.stresses)
 
 HOURGLASS = 1.0  # c of 1-point hexahedra: exact bending of a cube
 
@@ -62,7 +62,7 @@ def quad4_plane_stress(
 
 
 def _at_all_points(
-    kind: Kind, mesh: tuple[Array, Index], constants: tuple[Array, Array], density: Array,
+    kind: ElementKind, mesh: tuple[Array, Index], constants: tuple[Array, Array], density: Array,
     relaxation: Array | None, thickness: Array | None = None,
 ) -> ElementKernel:  # fmt: skip
     """Elements with 2^dim Gauss points each; constants are mu and the second one of the kind."""
@@ -112,7 +112,7 @@ def hex8_one_point(
 
 
 def _kernel(
-    kind: Kind, mesh: tuple[Array, Index], constants: tuple[Array, Array],
+    kind: ElementKind, mesh: tuple[Array, Index], constants: tuple[Array, Array],
     integrals: tuple[Array, Array, Array], relaxation: Array, rows: Array,
 ) -> ElementKernel:  # fmt: skip
     """Volumes (n_cells,), the corners' masses (n_cells, a) and gradients; `rows` of the blocks."""

@@ -26,7 +26,7 @@ from validation.render.interactive import write_interactive
 from validation.studies.bench import files as bench
 from validation.studies.calibration.report import write_report as write_calibration
 from validation.studies.evidence.report import Shown, write_evidence
-from validation.studies.evidence.rows import Piece, Row
+from validation.studies.evidence.rows import EvidenceRow, Piece
 from validation.studies.paper.ledger import Finding, by_place, counts, ledger
 from validation.studies.stress.report import write_stress_page
 from validation.studies.stress.stability_map import Answer
@@ -101,7 +101,7 @@ def evidence_page(folder: Path, request: pytest.FixtureRequest) -> Path:
     for name in ("taps", "tap-soft", "tap-hard"):
         figure(folder / f"{name}.png")
     ball = Piece("ball", "A ball on a wall", "contact", "a book", "Hertz", (), lambda *given: [])
-    rows = (Row("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, 30 * "stiffer "),)
+    rows = (EvidenceRow("peak force", "N", "fem3d", 10.0, 0.1, 10.5, 0.2, 30 * "stiffer "),)
     write_evidence(folder, [Shown(ball, rows), Shown(replace(ball, name="b"), (), "left out")])
     return folder / "index.html"
 

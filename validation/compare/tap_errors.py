@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class TapQuantities:
-    """What errors are taken of. Event times count from first contact, s; an impact's are all of it.
+    """What errors are taken of.
 
-    contact_time_s : since the start of the motion. turn_s : compression to restitution.
+    contact_time_s : since the start of the motion. turn_s : compression to restitution, and
+    duration_s : separation, both since first contact. Peak and impulse are those of F_n.
     """
 
     contact_time_s: float

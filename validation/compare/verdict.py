@@ -11,7 +11,8 @@ from typing import Literal
 
 Judgement = Literal["resolved", "within uncertainty", "cannot tell"]
 Check = Literal["inside", "outside", "cannot tell"]
-SLIP = 0.3  # of the ratio's decimal logarithm: models differ by less than a factor of two
+# Of a ratio's decimal logarithm: models differ by less than a factor of two.
+DECADE_TOLERANCE = 0.3
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,10 @@ def judge(
     return Verdict(percent, u, tolerance)
 
 
-def unit_slip(value: float, target: float) -> int:
+def thousands_apart(value: float, target: float) -> int:
     """The power of 1000 by which a number seems to be in another unit; 0 for none."""
     if value == 0.0 or target == 0.0:
         return 0
     decades = math.log10(abs(value / target))
     power = round(decades / 3.0)
-    return power if power and abs(decades - 3.0 * power) < SLIP else 0
+    return power if power and abs(decades - 3.0 * power) < DECADE_TOLERANCE else 0

@@ -130,7 +130,7 @@ def run_converge(
     wide = max(len(refinement.name) for refinement in wanted)
     for (refined, entry), found in verdicts.items():
         known = abs(found.finest) * found.uncertainty
-        finest, limit = (_told(entry, value, known) for value in (found.finest, found.limit))
+        finest, limit = (_with_error(entry, value, known) for value in (found.finest, found.limit))
         output(
             f"  {refined:<{wide}}  {entry.title:<16}  finest {finest:<24}"
             f"  limit {limit.partition(' ')[0]:<8}  {found.verdict}"
@@ -139,7 +139,7 @@ def run_converge(
         entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
         known = abs(row["finest"]) * percent / 100
         output(
-            f"  {PRESET:<{wide}}  {entry.title:<16}  {_told(entry, row['finest'], known):<24}"
+            f"  {PRESET:<{wide}}  {entry.title:<16}  {_with_error(entry, row['finest'], known):<24}"
             f"  {row['from_limit_percent']:+.2f} % from the tip's limit,"
             f" known to {percent:.1f} % in all"
         )
@@ -148,6 +148,6 @@ def run_converge(
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
 
 
-def _told(entry: Quantity, value: float, error: float) -> str:
+def _with_error(entry: Quantity, value: float, error: float) -> str:
     """In the shown unit, with the digits that its error leaves."""
     return f"{with_error(entry.factor * value, entry.factor * error)} {entry.unit}"

@@ -17,7 +17,7 @@ from validation.scenes.scene import Scene
 
 PRESET = "preset"
 STUDIED = "scene.json"  # what the study's scene is, beside its tables
-Verdicts = Mapping[tuple[str, Quantity], Convergence]  # by name of the refinement, and quantity
+Convergences = Mapping[tuple[str, Quantity], Convergence]  # by name of the refinement, and quantity
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
     ]
 
 
-def judged(results: Sequence[RefinedRuns]) -> Verdicts:
+def judged(results: Sequence[RefinedRuns]) -> Convergences:
     """Verdict on each refinement and quantity that has three levels."""
     return {
         (found.refinement.name, entry): convergence(found.sizes, numbers, found.refinement.order)
@@ -58,7 +58,7 @@ def judged(results: Sequence[RefinedRuns]) -> Verdicts:
     }
 
 
-def verdict_rows(verdicts: Verdicts) -> list[dict[str, Any]]:
+def verdict_rows(verdicts: Convergences) -> list[dict[str, Any]]:
     """One row per refinement and quantity."""
     return [
         {
@@ -76,7 +76,7 @@ def verdict_rows(verdicts: Verdicts) -> list[dict[str, Any]]:
     ]
 
 
-def preset_rows(preset: Values, verdicts: Verdicts) -> list[dict[str, Any]]:
+def preset_rows(preset: Values, verdicts: Convergences) -> list[dict[str, Any]]:
     """The preset `converged` against the limit of the tip's refinement.
 
     Its uncertainty is what it is off by, and the uncertainties of all meshes and of the step: a

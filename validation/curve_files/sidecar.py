@@ -13,7 +13,7 @@ from validation.harness.record_schema import LARGEST, SIGNED
 from validation.models.curves import TIMES
 from validation.scenes.load import read_toml
 from validation.scenes.messages import one_line
-from validation.scenes.quantity import Quantity
+from validation.scenes.scene_number import SceneNumber
 
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 
@@ -22,16 +22,16 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-def _scalar(key: str) -> Quantity:
+def _scalar(key: str) -> SceneNumber:
     """What a tap's number may be: all but the signed ones are positive where there is a tap."""
     if key in (TIP_VELOCITY, *SIGNED):
-        return Quantity(at_least=-LARGEST, at_most=LARGEST)
+        return SceneNumber(at_least=-LARGEST, at_most=LARGEST)
     if key in TIMES:
-        return Quantity(at_least=0.0, at_most=LARGEST)
-    return Quantity(above=0.0, at_most=LARGEST)
+        return SceneNumber(at_least=0.0, at_most=LARGEST)
+    return SceneNumber(above=0.0, at_most=LARGEST)
 
 
-def _numbers(bounds: Callable[[str], Quantity]) -> Any:
+def _numbers(bounds: Callable[[str], SceneNumber]) -> Any:
     """A table of a tap's numbers by their keys, SI units."""
     fields: Any = {}
     for key in ESTIMATED:
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     Errors = BaseModel
 else:
     Scalars = _numbers(_scalar)
-    Errors = _numbers(lambda _: Quantity(at_least=0.0, at_most=LARGEST))
+    Errors = _numbers(lambda _: SceneNumber(at_least=0.0, at_most=LARGEST))
 
 
 class Sidecar(_Table):
@@ -54,9 +54,9 @@ class Sidecar(_Table):
 
     scene: str | None = None  # that the curves belong to
     source: str = ""  # whose they are, in words
-    time_offset_s: Annotated[float, Quantity("s")] = 0.0  # the file's time as the motion starts
+    time_offset_s: Annotated[float, SceneNumber("s")] = 0.0  # the file's time as the motion starts
     half_model: bool = False  # the forces are those of half a symmetric body
-    threshold_N: Annotated[float, Quantity("N", at_least=0.0)] = 0.0  # of the file: no contact
+    threshold_N: Annotated[float, SceneNumber("N", at_least=0.0)] = 0.0  # of the file: no contact
     time_unit: Literal["s", "ms", "us"] = "s"  # of a solver's output; a CSV's header says it
     force_unit: Literal["N", "kN", "mN"] = "N"
     normal: Axis = "y"  # in a CSV its sign alone counts

@@ -101,12 +101,12 @@ def summary_text(record: "RunRecord") -> str:
 
 def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
     """What was asked of the run, what it expects, and what was chosen for it."""
-    if not (held := record.accuracy):
+    if not (accuracy := record.accuracy):
         return
-    expected = held["expected"]
+    expected = accuracy["expected"]
     text = "not estimated" if expected is None else f"expected {expected:.2g}"
-    yield f"  {'relative error':<{WIDTH}}{text}, wanted {held['wanted']:g}"
-    for choice in held["choices"]:
+    yield f"  {'relative error':<{WIDTH}}{text}, wanted {accuracy['wanted']:g}"
+    for choice in accuracy["choices"]:
         yield f"    {choice['setting']:<{WIDTH - 2}}{choice['value']} ({choice['reason']})"
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.errors import UserError, reason
+from validation.errors import UserError, file_reason, reason
 from validation.harness.quantities import ESTIMATED
 from validation.harness.record import FORCE_COLUMNS, RunRecord, plain
 
@@ -104,7 +104,7 @@ def output_folder(path: Path) -> Path:
             pass
     except (OSError, ValueError) as error:  # a path with a null byte is a ValueError
         raise UserError(
-            f"--out {path}: cannot write there ({getattr(error, 'strerror', None) or error}); "
+            f"--out {path}: cannot write there ({reason(error)}); "
             "choose a folder that you may write to"
         ) from error
     return path
@@ -143,7 +143,7 @@ def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> 
             write_fields(folder / "fields", fields)
         write_history(folder, record)
     except OSError as error:
-        lacking = f"history and fields could not all be written: {reason(error)}"
+        lacking = f"history and fields could not all be written: {file_reason(error)}"
         message = "; ".join(filter(None, (record.message, lacking)))
         with contextlib.suppress(OSError):
             _write_summary(folder, replace(record, message=message))

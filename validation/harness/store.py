@@ -32,6 +32,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from validation.errors import reason
 from validation.harness.console import say
 
 Value = TypeVar("Value")
@@ -143,7 +144,7 @@ class Store:
             finally:
                 shutil.rmtree(partial, ignore_errors=True)
         except OSError as error:
-            say(f"{self.folder}: a result cannot be stored ({error.strerror or error})")
+            say(f"{self.folder}: a result cannot be stored ({reason(error)})")
             return False
         return True
 

@@ -43,7 +43,7 @@ CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 
 @dataclass(frozen=True)
 class Level:
-    """One mesh: edge at the contact (m), elements, k (N/m), eta^2, contact radius (m)."""
+    """One mesh: its edge at the contact and its elements; what pressing it gives."""
 
     edge_m: float
     elements: int

@@ -106,11 +106,11 @@ def _arrays(source: object) -> dict[str, NDArray[Any]]:
 
 
 def _accuracy(result: object) -> dict[str, Any]:
-    held = getattr(result, "accuracy", None)
-    if held is None:
+    accuracy = getattr(result, "accuracy", None)
+    if accuracy is None:
         return {}
-    choices = [{**vars(choice), "value": shown(choice.value)} for choice in held.choices]
-    return {"wanted": held.wanted, "expected": held.expected, "choices": choices}
+    choices = [{**vars(choice), "value": shown(choice.value)} for choice in accuracy.choices]
+    return {"wanted": accuracy.wanted, "expected": accuracy.expected, "choices": choices}
 
 
 def shown(value: Any) -> str:

@@ -95,8 +95,8 @@ def refusal(scene: NamedScene) -> str:
 
 def warm_up() -> None:
     """Tap once with one phalanx of two elements, with the kernels of the default accuracy."""
-    held = f"solver.hcm.accuracy={DEFAULT_ACCURACY[settings]}"
-    unless_interrupted(run(load_scene("soft", (*WARM_UP, held))).record)
+    accuracy = f"solver.hcm.accuracy={DEFAULT_ACCURACY[settings]}"
+    unless_interrupted(run(load_scene("soft", (*WARM_UP, accuracy))).record)
 
 
 class Kernels(NamedTuple):
@@ -117,7 +117,7 @@ COMPILED = Kernels._fields[:3]
 
 @cache
 def warm_up_kernels(of: Kernels) -> None:
-    """The same with these kernels, once a process."""
+    """Compile these kernels by a tiny tap, once a process."""
     import hcm
 
     keys = {key: getattr(of, key) for key in COMPILED}
@@ -131,7 +131,7 @@ def warm_up_kernels(of: Kernels) -> None:
 
 
 def warm_up_choices() -> None:
-    """The same with what an accuracy may choose for the paper's assumptions, and its choice."""
+    """Compile what an accuracy may choose for the paper's assumptions, and choosing itself."""
     import hcm
 
     warm_up_kernels(Kernels(flight="rigid"))
@@ -163,7 +163,7 @@ def run(
     refined = given.assumptions.any
 
     def compiled(settings: Any) -> bool:
-        """Whether they are by now, and were not before."""
+        """Compile the kernels of these settings; whether that had to be done."""
         known = warm_up_kernels.cache_info().misses
         chosen = {key: getattr(settings, key) for key in COMPILED}
         warm_up_kernels(Kernels(**chosen, refined=refined, within=accuracy is not None))

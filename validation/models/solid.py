@@ -10,7 +10,7 @@ from validation.errors import UserError
 from validation.harness.files import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
-from validation.models.solid_accuracy import held, largest_share, solved_within
+from validation.models.solid_accuracy import accuracy_record, largest_share, solved_within
 from validation.models.solid_inputs import DIMENSIONS, Dimension, inputs, start_of
 from validation.models.solid_mesh import (
     build_mesh,
@@ -144,7 +144,7 @@ class Solid:
             record,
             message="; ".join(filter(None, (record.message, returns))),
             statistics={**record.statistics, **times},
-            accuracy=held(tables, sizing, (settings, materials), record),
+            accuracy=accuracy_record(tables, sizing, (settings, materials), record),
         )
         fields = Fields(mesh.points, mesh.cells, tuple(result.snapshots))
         left = largest_share(result.mesh_errors, record)

@@ -20,17 +20,17 @@ from validation.scenes.scene import Scene
 # Share of the wanted error that the first mesh is sized for, if the run states its errors: of 20
 # taps held to 1e-2 half state that they keep it there, and all on the second, in 0.43 of the time
 # that the mesh for 1e-2 and its repeats took (0.54 with 1, 0.71 with 0.5).
-FIRST = 0.7
+FIRST_TARGET_SHARE = 0.7
 # Factor by which each further mesh lowers the target, least and most (unless the finest mesh known
 # is next), and how many meshes. A smaller factor is lost in the errors' scatter; at most 3 in place
 # of 4 does 0.8 of the work, at least 1.5 in place of 2 does 0.7 of it.
-LEAST, MOST, SOLVES = 1.5, 3.0, 3
+LEAST_FACTOR, MOST_FACTOR, SOLVES = 1.5, 3.0, 3
 # Share of the wanted error that must remain for the mesh, and that a rigid flight may leave out.
-ROOM = 0.5
+REMAINING_SHARE = 0.5
 # Longest time of a flight that nobody asked for, by the count of its element updates.
 LONGEST_FLIGHT_S = 60.0
-COARSE = "a rigid one leaves out {} of the tap"
-FINER = "on a finer mesh the run ends as {}"
+FLIGHT_REASON = "a rigid one leaves out {} of the tap"
+FINER_ENDS = "on a finer mesh the run ends as {}"
 
 
 def solved_within(
@@ -53,19 +53,14 @@ def solved_within(
         return solve(scene)
     try:  # as it is stated, before a share of it is asked for
         sizes_of(scene.tables)
-        left_out, flight = 0.0, list[str]()
-        if "flight" not in fem.model_fields_set:
-            left_out, lasts_s = rod_flight(scene.tables, dimension)
-            much = left_out > ROOM * wanted
-            if much and coarse_flight_s(scene.tables, dimension, lasts_s) < LONGEST_FLIGHT_S:
-                flight = ["solver.fem.flight=coarse"]
+        left_out, flight = _flight_override(scene.tables, dimension, wanted)
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     once = fem.estimate is False or fem.mesh is not None
     smallest = min(wanted, reference_fem.SMALLEST)
-    target, runs, targets, finer = FIRST * wanted, list[Outcome](), list[float](), ""
+    target, runs, targets, finer = FIRST_TARGET_SHARE * wanted, list[Outcome](), list[float](), ""
     while True:
-        if target < LEAST * smallest:  # after which no mesh would be another
+        if target < LEAST_FACTOR * smallest:  # after which no mesh would be another
             target = smallest
         asked = [] if once else [f"solver.fem.accuracy={target:.3g}"]
         try:
@@ -89,35 +84,49 @@ def solved_within(
             break
         # what no mesh lessens takes its part of what is wanted, where there is room for both
         room = math.sqrt(max(wanted**2 - (expects**2 - left**2), 0.0))
-        room = room if room >= ROOM * wanted else wanted
+        room = room if room >= REMAINING_SHARE * wanted else wanted
         if left <= room:
             break
-        by = min(max(left / room, LEAST), MOST)
+        by = min(max(left / room, LEAST_FACTOR), MOST_FACTOR)
         target = min(target, reference_fem.COARSEST) / by
-    told = [run.record.accuracy["expected"] for run in runs]
-    kept = max(0, len(runs) - (2 if told[-1] is None else 1))
+    expected = [run.record.accuracy["expected"] for run in runs]
+    kept = max(0, len(runs) - (2 if expected[-1] is None else 1))
     if not runs[-1].record.ok:
-        finer = FINER.format(runs[-1].record.status.lower().replace("_", " "))
+        finer = FINER_ENDS.format(runs[-1].record.status.lower().replace("_", " "))
     reason = "of the mesh, which states more than it leaves"
     if len(runs) > 1:
-        reason = f"solved {len(runs)} times: {told[0]:.2g} was expected of the first run"
+        reason = f"solved {len(runs)} times: {expected[0]:.2g} was expected of the first run"
     tried = {"setting": "accuracy", "value": shown(targets[kept]), "reason": reason}
     time = sum(run.record.summary["wall_time_s"] for run in runs)
     record = runs[kept].record.with_summary(wall_time_s=time)
     choices = [*record.accuracy["choices"], *([] if once else [tried])]
     if flight:
         share = f"{left_out:.2g}" if left_out < math.inf else "an unknown share"
-        flown = COARSE.format(share)
+        flown = FLIGHT_REASON.format(share)
         choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
     record = replace(
         record,
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
-    return replace(runs[kept], record=_told(record, wanted, finer))
+    return replace(runs[kept], record=_with_caution(record, wanted, finer))
 
 
-def _told(record: RunRecord, wanted: float, finer: str = "") -> RunRecord:
+def _flight_override(tables: Scene, dimension: Dimension, wanted: float) -> tuple[float, list[str]]:
+    """What a rigid flight would leave out, as a share of the tap, and the key of a coarse one.
+
+    No key where the scene states a flight, a rigid one leaves out little, or a coarse one takes
+    long.
+    """
+    if "flight" in tables.solver.fem.model_fields_set:
+        return 0.0, []
+    left_out, lasts_s = rod_flight(tables, dimension)
+    much = left_out > REMAINING_SHARE * wanted
+    short = much and coarse_flight_s(tables, dimension, lasts_s) < LONGEST_FLIGHT_S
+    return left_out, ["solver.fem.flight=coarse"] if short else []
+
+
+def _with_caution(record: RunRecord, wanted: float, finer: str = "") -> RunRecord:
     """The record, a caution before its own where it expects more than is wanted.
 
     finer : why no finer mesh has it
@@ -142,15 +151,17 @@ def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:
             own, its = record.value(name), other.value(name)
             if own is not None and its is not None:
                 errors[name] = max(errors[name], abs(own - its) - other.errors.get(name, math.inf))
-    told, left = record.accuracy["expected"], run.mesh_error
-    expected = told and max(told, largest_share(errors, record) or 0.0)
+    stated, left = record.accuracy["expected"], run.mesh_error
+    expected = stated and max(stated, largest_share(errors, record) or 0.0)
     # where other ends of the tap are open too, it is those that differ
-    left = expected if left is not None and left == told else left
+    left = expected if left is not None and left == stated else left
     accuracy = {**record.accuracy, "expected": expected}
     return replace(run, record=replace(record, errors=errors, accuracy=accuracy), mesh_error=left)
 
 
-def held(tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord) -> dict[str, Any]:
+def accuracy_record(
+    tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord
+) -> dict[str, Any]:
     """`RunRecord.accuracy` of a run on a mesh of these sizes; empty where none was asked for.
 
     sizing : None of a mesh that is read. solved : the reference's settings and materials

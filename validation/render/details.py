@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from validation.harness.files import atomic
 from validation.render.views import (
@@ -71,9 +72,8 @@ def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
         of_body = bodies == body
         before, after = rest[of_body], now[of_body]
         arms, turned = before - before.mean(axis=0), after - after.mean(axis=0)
-        u, _, v = np.linalg.svd(arms.T @ turned)
-        flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-        beyond[of_body] = turned - arms @ (u @ flip @ v)
+        rotation, _ = Rotation.align_vectors(turned, arms)
+        beyond[of_body] = turned - rotation.apply(arms)
     return beyond
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from validation.errors import RunFailedError, UserError, reason
+from validation.errors import RunFailedError, UserError, file_reason
 from validation.harness.command_line import (
     Accuracy,
     AsJson,
@@ -136,7 +136,7 @@ def _stored_or_solved(
     try:
         record = restore_run(store, inputs, folder, fields=True)
     except OSError as error:  # its fields have no room; the record may be read all the same
-        record, unwritten = load_run(store, inputs), reason(error)
+        record, unwritten = load_run(store, inputs), file_reason(error)
     if record is not None:
         record = relabelled(record, scene.name, None, scene.document)
         unwritten = unwritten or _unwritten(write_run, folder, record)
@@ -183,5 +183,5 @@ def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Resu
     try:
         write(folder, result)
     except OSError as error:
-        return reason(error)
+        return file_reason(error)
     return ""

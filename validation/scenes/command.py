@@ -4,7 +4,7 @@ import json
 import shlex
 from pathlib import Path
 
-from validation.errors import UserError
+from validation.errors import UserError, reason
 from validation.harness.console import output
 from validation.harness.files import write_text
 from validation.scenes.load import read_document
@@ -43,8 +43,9 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
     except FileExistsError as error:
         raise UserError(f"{path}: is there already; give another name or remove it") from error
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise UserError(f"{show(str(path))}: cannot be written ({why}); check the path") from error
+        raise UserError(
+            f"{show(str(path))}: cannot be written ({reason(error)}); check the path"
+        ) from error
     write_text(path, scene_text(values))
     output(
         f"{path}: a scene like {like}; run it: fingertap run {shlex.quote(str(path))} --model hcm"

@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from validation.errors import UserError
+from validation.errors import UserError, reason
 from validation.scenes.messages import one_line, show
 from validation.scenes.scene import Scene
 
@@ -33,8 +33,9 @@ class NamedScene:
 
 
 def scene_name(source: str) -> str:
-    """What a scene is called: a built-in one by its name, a file by its stem; soft.toml, which is
-    another scene than the built-in soft, with its ending.
+    """What a scene is called: a built-in one by its name, a file by its stem.
+
+    A file keeps its ending where its stem is a built-in scene's name: soft.toml beside soft.
     """
     stem = Path(source).stem
     return source if source in BUILT_IN else file_name(f"{stem}.toml" if stem in BUILT_IN else stem)
@@ -91,8 +92,7 @@ def read_text(path: Path, origin: str, largest: int) -> str:
     except UnicodeDecodeError as error:
         raise UserError(f"{origin}: is not UTF-8 text; give a text file") from error
     except (OSError, ValueError) as error:  # a path with a null byte is a ValueError
-        why = getattr(error, "strerror", None) or error
-        raise UserError(f"{origin}: cannot be read ({why}); check the path") from error
+        raise UserError(f"{origin}: cannot be read ({reason(error)}); check the path") from error
 
 
 def parse_value(text: str, origin: str) -> Any:

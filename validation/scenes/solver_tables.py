@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
 from pydantic import AfterValidator, Field, create_model, model_validator
 
-from validation.scenes.quantity import Quantity
+from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import LONGEST_M, Table, refuse, state_key
 
 ACCURACY_ADVICE = "1e-3 is 0.1 %"
@@ -38,7 +38,7 @@ def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
         members = get_args(kind)
         if get_origin(kind) is Annotated:
             number, bound = members
-            kind = Annotated[number | None, Quantity(**vars(bound))]
+            kind = Annotated[number | None, SceneNumber(**vars(bound))]
         else:  # of names or an object of the solver's, a scene states a name
             kind = next((m for m in members if get_origin(m) is Literal), kind) | None
         keys[state_key(field.name)] = (kind, None)
@@ -70,7 +70,7 @@ class AccuracyTable(Table):
 
     accuracy: Annotated[
         float | str | None,
-        Quantity(at_least=1e-6, at_most=0.1, advice=ACCURACY_ADVICE, or_word=NO_ACCURACY),
+        SceneNumber(at_least=1e-6, at_most=0.1, advice=ACCURACY_ADVICE, or_word=NO_ACCURACY),
     ] = None
     """Largest relative error wanted in peak force, impulse, duration and arrival, against the same
     model's converged answer; settings that are not stated follow from it. "none": they have the
@@ -91,10 +91,10 @@ class FemMeshTable(AccuracyTable):
     """Sizes of the mesh and contact law, scaled with the diameter."""
     symmetry: bool = True
     """Whether half of the body is meshed in 3D, cut by its plane of motion."""
-    shaft_radius: Annotated[float | None, Quantity("m", above=0, at_most=LONGEST_M)] = None
+    shaft_radius: Annotated[float | None, SceneNumber("m", above=0, at_most=LONGEST_M)] = None
     """Of the holes for shafts at the hinges, also those of a mesh file; left out: none, end faces
     turn about their axes."""
-    flight_size: Annotated[float | None, Quantity("m", above=0, at_most=LONGEST_M)] = None
+    flight_size: Annotated[float | None, SceneNumber("m", above=0, at_most=LONGEST_M)] = None
     """Edges of the mesh for flight = "coarse"; left out: a quarter of the smallest diameter."""
     mesh: str | None = None
     """Path of a mesh file, relative to the current folder, in place of the preset's mesh."""

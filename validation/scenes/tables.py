@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
 
-from validation.scenes.quantity import OrTable, Quantity, Rows
+from validation.scenes.scene_number import OrTable, Rows, SceneNumber
 
 Numbers = float | tuple[float, ...]
 
@@ -28,9 +28,9 @@ RELAXATION_ADVICE = (
 )
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
-COMPLIANCE = Quantity(at_least=-10, at_most=10)
+COMPLIANCE = SceneNumber(at_least=-10, at_most=10)
 # below a nanometre no continuum is left, and the section's second moment underflows
-SIZE = Quantity("m", at_least=1e-9, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
+SIZE = SceneNumber("m", at_least=1e-9, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
 
 
 def refuse(key: str, value: object, text: str) -> PydanticCustomError:
@@ -61,7 +61,7 @@ class Table(BaseModel):
 class FingerTable(Table):
     """Geometry: one number for all phalanges, or one per phalanx."""
 
-    phalanges: Annotated[int, Quantity(integer=True, at_least=1, at_most=200)] = 3
+    phalanges: Annotated[int, SceneNumber(integer=True, at_least=1, at_most=200)] = 3
     """Number of phalanges, from the fixed hinge to the tip."""
     length: Annotated[Numbers, SIZE]
     """Between hinges; the last one's to the end of its half-ball."""
@@ -69,7 +69,7 @@ class FingerTable(Table):
     """Of the round section."""
     elements: Annotated[
         int | tuple[int, ...] | None,
-        Quantity(
+        SceneNumber(
             integer=True, at_least=1, at_most=10**12, per_phalanx=True, advice=ELEMENTS_ADVICE
         ),
     ] = None
@@ -80,17 +80,19 @@ class FingerTable(Table):
 class MaterialTable(Table):
     """Linear elastic, isotropic, and damped if a relaxation time is given."""
 
-    youngs_modulus: Annotated[Numbers, Quantity("Pa", at_least=1, at_most=1e14, per_phalanx=True)]
+    youngs_modulus: Annotated[
+        Numbers, SceneNumber("Pa", at_least=1, at_most=1e14, per_phalanx=True)
+    ]
     """E."""
-    density: Annotated[Numbers, Quantity("kg/m3", at_least=1e-6, at_most=1e6, per_phalanx=True)]
+    density: Annotated[Numbers, SceneNumber("kg/m3", at_least=1e-6, at_most=1e6, per_phalanx=True)]
     """rho."""
     poisson_ratio: Annotated[
-        Numbers, Quantity(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)
+        Numbers, SceneNumber(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)
     ]
     """nu; of the finite elements, of the refined reduced model, and of the default of
     tip.tangential_ratio."""
     relaxation_time: Annotated[
-        Numbers, Quantity("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE)
+        Numbers, SceneNumber("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE)
     ] = 0.0
     """tau of Kelvin and Voigt's damping, stress by the strain + tau times its rate; 0: none."""
 
@@ -98,14 +100,14 @@ class MaterialTable(Table):
 class SurfaceTable(Table):
     """The rigid plane Y = -height with Coulomb friction."""
 
-    height: Annotated[float, Quantity("m", above=0, at_most=1e4, advice=HEIGHT_ADVICE)]
+    height: Annotated[float, SceneNumber("m", above=0, at_most=1e4, advice=HEIGHT_ADVICE)]
     """Depth of the surface Y = -height below the fixed hinge."""
     friction: Annotated[
-        float, Quantity(at_least=0, at_most=100, advice="use 0 for a smooth surface")
+        float, SceneNumber(at_least=0, at_most=100, advice="use 0 for a smooth surface")
     ]
     """mu, Coulomb's coefficient."""
     incline: Annotated[
-        float, Quantity("rad", at_least=-math.pi / 2, at_most=math.pi / 2, advice=INCLINE_ADVICE)
+        float, SceneNumber("rad", at_least=-math.pi / 2, at_most=math.pi / 2, advice=INCLINE_ADVICE)
     ] = 0.0
     """Angle by which the surface rises towards +X. X runs along it and Y is its normal, so that
     start.angles count from the surface: -incline is horizontal."""
@@ -114,13 +116,13 @@ class SurfaceTable(Table):
 class TipTable(Table):
     """The reduced model's lumped contact (the solid models resolve the contact instead)."""
 
-    normal_stiffness: Annotated[float, Quantity("N/m", above=0, at_most=1e14)]
+    normal_stiffness: Annotated[float, SceneNumber("N/m", above=0, at_most=1e14)]
     """k, slope of the normal element while it is compressed."""
     restitution: Annotated[
-        float, Quantity(above=0, at_most=1, advice="1 returns all of the energy")
+        float, SceneNumber(above=0, at_most=1, advice="1 returns all of the energy")
     ] = 1.0
     """e*, energetic coefficient."""
-    tangential_ratio: Annotated[float | None, Quantity(at_least=0, at_most=1e6)] = None
+    tangential_ratio: Annotated[float | None, SceneNumber(at_least=0, at_most=1e6)] = None
     """eta^-2, tangential over normal stiffness; by default Mindlin's 2(1 - nu)/(2 - nu)."""
     compliance_nn: Annotated[float | None, COMPLIANCE] = None
     """E R c_nn, of the tip's own compliance where solver.hcm.tip_compliance takes it into account:
@@ -131,7 +133,7 @@ class TipTable(Table):
     """E R c_tt over the cosine of the last phalanx's angle from the vertical."""
 
 
-TORQUES = Quantity("N m", at_least=-1e6, at_most=1e6, only_list=True)
+TORQUES = SceneNumber("N m", at_least=-1e6, at_most=1e6, only_list=True)
 
 
 class TorqueTable(Table):
@@ -141,7 +143,7 @@ class TorqueTable(Table):
     """
 
     time: Annotated[
-        tuple[float, ...], Quantity("s", at_least=0, at_most=1e9, only_list=True, per="time")
+        tuple[float, ...], SceneNumber("s", at_least=0, at_most=1e9, only_list=True, per="time")
     ]
     """Times, rising."""
     values: Annotated[tuple[tuple[float, ...], ...], Rows(TORQUES)]
@@ -173,7 +175,7 @@ class DriveTable(Table):
     ] = None
     """tau_w of each phalanx, counter-clockwise positive, on its first node: a list with one number
     per phalanx, or a table of such lists over time, [drive.torques] time and values."""
-    gravity: Annotated[float, Quantity("m/s2", at_least=-1e4, at_most=1e4)] = 9.8
+    gravity: Annotated[float, SceneNumber("m/s2", at_least=-1e4, at_most=1e4)] = 9.8
     """g, downwards: along -Y where surface.incline is 0."""
     reaction: bool = False
     """Whether a torque reacts on the previous phalanx, as a motor in the hinge does."""
@@ -183,10 +185,10 @@ class StartTable(Table):
     """Where the motion starts; left out: along -X, parallel to the surface, at rest."""
 
     angles: Annotated[
-        Numbers | None, Quantity("rad", at_least=-math.pi, at_most=math.pi, per_phalanx=True)
+        Numbers | None, SceneNumber("rad", at_least=-math.pi, at_most=math.pi, per_phalanx=True)
     ] = None
     """theta_w from -X, counter-clockwise: downwards is positive."""
     rates: Annotated[
-        Numbers | None, Quantity("rad/s", at_least=-1e6, at_most=1e6, per_phalanx=True)
+        Numbers | None, SceneNumber("rad/s", at_least=-1e6, at_most=1e6, per_phalanx=True)
     ] = None
     """omega_w, absolute."""

@@ -1,31 +1,42 @@
 """The errors that a run states beside those that a tighter solve finds; when they are too small."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from validation.harness.quantities import COMPONENTS, ESTIMATED, TIP_VELOCITY
 
 # A stated error is too small where the true one is more than this many times as large ...
-TIMES = 2.0
+UNDERSTATED_FACTOR = 2.0
 # ... beside the share of a number that round-off and iterations leave open in any two solves.
-FLOOR = 1e-5
+ROUND_OFF_SHARE = 1e-5
 # A run is wrong and silent where a number is off by more than this share, and it has no caution.
-WRONG = 0.02
+WRONG_SHARE = 0.02
 
-# A number's value, stated and true error, and what a relative error is taken over, SI units.
-Compared = tuple[float, float, float, float]
+
+class StatedError(NamedTuple):
+    """A number's stated and true error, and what a relative error is taken over, SI units."""
+
+    value: float
+    stated: float
+    true: float
+    scale: float
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """The stated and the true error, relative."""
+        return self.stated / self.scale, self.true / self.scale
 
 
 def understated(stated: float, true: float) -> bool:
     """Whether a relative error is larger than what is stated allows."""
-    return true > TIMES * stated + FLOOR
+    return true > UNDERSTATED_FACTOR * stated + ROUND_OFF_SHARE
 
 
 def compare(
     summary: Mapping[str, Any], errors: Mapping[str, Any], truth: Mapping[str, Any]
-) -> dict[str, Compared]:
+) -> dict[str, StatedError]:
     """Every number that states an error; one that the truth lacks is infinitely off.
 
     summary, truth : scalars of the run and of the tighter one. errors : as the run states them.
@@ -41,5 +52,5 @@ def compare(
         exact = truth.get(whole)
         true = np.inf if exact is None else abs(value[axis] - np.atleast_1d(exact)[axis])
         scale = max(float(np.linalg.norm(value)), 1e-300)
-        found[key] = float(value[axis]), float(stated[axis]), float(true), scale
+        found[key] = StatedError(float(value[axis]), float(stated[axis]), float(true), scale)
     return found

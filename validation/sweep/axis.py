@@ -8,7 +8,7 @@ from pydantic import Field
 
 from validation.errors import UserError
 from validation.scenes.messages import known_keys, nearest_key, refusal_of, show
-from validation.scenes.quantity import Quantity
+from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
 
 MOST_POINTS = 10_000_000
@@ -34,13 +34,13 @@ class Axis(Table):
     """Name in scipy.stats, for example norm."""
     parameters: dict[str, float] = Field(default_factory=dict)
     """Of the distribution, by its names: loc, scale, and its shapes."""
-    count: Annotated[int, Quantity(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
+    count: Annotated[int, SceneNumber(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
     """Points of a range or a distribution on a grid."""
 
 
-def quantity_of(key: str) -> Quantity | None:
+def scene_number_of(key: str) -> SceneNumber | None:
     """The bounds of a scene's key, None of one that is no number."""
-    return next((q for q in known_keys()[key].metadata if isinstance(q, Quantity)), None)
+    return next((q for q in known_keys()[key].metadata if isinstance(q, SceneNumber)), None)
 
 
 def check_key(key: str, origin: str) -> None:
@@ -99,7 +99,7 @@ def check_axis(key: str, axis: Axis, origin: str) -> None:
         for value in axis.values:
             check_value(key, value, f"{origin}.values")
         return
-    quantity = quantity_of(key)
+    quantity = scene_number_of(key)
     if quantity is None or quantity.only_list or quantity.integer:
         raise UserError(f"{origin}: is no continuous number; give its values as a list, values =")
     if axis.distribution is not None:

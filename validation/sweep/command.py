@@ -17,7 +17,7 @@ from validation.sweep.executor import Crew, dask_cluster, processes_here, solve_
 from validation.sweep.page import clear_report, write_report
 from validation.sweep.plan import Plan, assignment, read_plan
 from validation.sweep.points import PointTable, points_of
-from validation.sweep.runs import INTERRUPTED, RETRIED, Row, Task, on_one_thread, task_of
+from validation.sweep.runs import INTERRUPTED, RETRIED, Row, SweepTask, on_one_thread, task_of
 
 
 def run_sweep(
@@ -86,7 +86,7 @@ def solve_plan(
                 _solve(chosen, todo, len(distinct), finished, retried, where, progress)
     finally:
         # what there is, also of a sweep that ends here
-        rows = [[dataset.Solved()] * len(chosen.solvers) for _ in range(len(points))]
+        rows = [[dataset.SweepResult()] * len(chosen.solvers) for _ in range(len(points))]
         for task in tasks:
             found = finished.load(task.inputs) or retried.get(task.run)
             rows[task.point][task.solver] = dataset.solved(found)
@@ -95,7 +95,7 @@ def solve_plan(
     return whole, [found["message"] for found in retried.values()]
 
 
-def _tasks(plan: Plan, points: PointTable) -> list[Task]:
+def _tasks(plan: Plan, points: PointTable) -> list[SweepTask]:
     """Tasks by model, so that those of a batch are alike."""
     tasks = []
     for number, solver in enumerate(plan.solvers):
@@ -112,7 +112,7 @@ def _tasks(plan: Plan, points: PointTable) -> list[Task]:
 
 
 def _solve(
-    plan: Plan, todo: list[Task], total: int, finished: LineStore,
+    plan: Plan, todo: list[SweepTask], total: int, finished: LineStore,
     retried: dict[str, Row], where: tuple[int | None, str | None], progress: Progress,
 ) -> None:  # fmt: skip
     """Solve what is not finished; rows that may be others next time go to `retried`."""
@@ -120,7 +120,7 @@ def _solve(
     done = total - len(todo)
     progress(done / total, "starting")
 
-    def keep(task: Task, found: Row) -> None:
+    def keep(task: SweepTask, found: Row) -> None:
         nonlocal done
         if found["status"] == INTERRUPTED:
             raise KeyboardInterrupt

@@ -14,7 +14,7 @@ from validation.harness.files import write_dataset, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
 from validation.harness.stored_run import restored
-from validation.sweep.axis import quantity_of
+from validation.sweep.axis import scene_number_of
 from validation.sweep.plan import Plan
 from validation.sweep.points import PointTable
 from validation.sweep.runs import NOT_SHARED
@@ -29,12 +29,10 @@ NUMBERS = tuple(
     for entry in (COMPONENTS if quantity.key == TIP_VELOCITY else (quantity,))
     if quantity.key not in NOT_SHARED
 )
-MEASURED = ("wall_time_s", "spent_s", "processor")
-"""What differs from one day, or machine, to the next; all else is the same bits."""
 
 
 @dataclass(frozen=True)
-class Solved:
+class SweepResult:
     """A kept row as the quantities read it."""
 
     status: str = NOT_SOLVED
@@ -45,27 +43,27 @@ class Solved:
     errors: Mapping[str, Any] = field(default_factory=dict)
 
 
-def solved(row: Mapping[str, Any] | None) -> Solved:
+def solved(row: Mapping[str, Any] | None) -> SweepResult:
     """A row of the store; an error of null is infinite."""
     if row is None:
-        return Solved()
+        return SweepResult()
     errors = {key: restored(value, math.inf) for key, value in row["errors"].items()}
-    return Solved(**{**row, "errors": errors})
+    return SweepResult(**{**row, "errors": errors})
 
 
-def _error(entry: Quantity, result: Solved) -> float:
+def _error(entry: Quantity, result: SweepResult) -> float:
     error = entry.error(result)
     return math.nan if error is None else error / entry.factor
 
 
-def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[Solved]]) -> xarray.Dataset:
+def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[SweepResult]]) -> xarray.Dataset:
     """The dataset of `rows`, of each point the solvers' results."""
     data: dict[str, Any] = {}
     for key, values in points.columns.items():
-        quantity = quantity_of(key)
+        number = scene_number_of(key)
         plain = all(isinstance(value, int | float | str) for value in values)
         column = np.array(values if plain else [json.dumps(value) for value in values])
-        data[key] = ("scene", column, {"units": (quantity and quantity.unit) or "1"})
+        data[key] = ("scene", column, {"units": (number and number.unit) or "1"})
     both = ("scene", "model")
     for entry in NUMBERS:
         units = {"units": unit_of(entry.key), "long_name": entry.title}

@@ -20,7 +20,7 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.console import say
 from validation.harness.processes import workers
 from validation.harness.provenance import cores
-from validation.sweep.runs import CRASHED, Row, Task, check_program, programs, row, solve_tasks
+from validation.sweep.runs import CRASHED, Row, SweepTask, check_program, programs, row, solve_tasks
 
 Submit = Callable[..., "Future[list[Row]]"]
 
@@ -152,26 +152,26 @@ def solve_all(
     crew: Crew,
     name: str,
     document: Mapping[str, Any],
-    tasks: Sequence[Task],
-    keep: Callable[[Task, Row], None],
+    tasks: Sequence[SweepTask],
+    keep: Callable[[SweepTask, Row], None],
 ) -> None:
     """Solve tasks; every row is handed to `keep` as soon as its batch is there.
 
     Raises RunFailedError: the executor has lost a batch `TRIES` times, or its scheduler.
     """
     wanted = {model: programs(model) for model in {task.model for task in tasks}}
-    todo, again = deque(tasks), deque[tuple[tuple[Task, ...], int]]()
-    running: dict[Future[list[Row]], tuple[tuple[Task, ...], int]] = {}
+    todo, again = deque(tasks), deque[tuple[tuple[SweepTask, ...], int]]()
+    running: dict[Future[list[Row]], tuple[tuple[SweepTask, ...], int]] = {}
     seconds: dict[str, float] = {}
 
-    def batch() -> tuple[tuple[Task, ...], int]:
+    def batch() -> tuple[tuple[SweepTask, ...], int]:
         if again:
             return again.popleft()
         model = todo[0].model
         # of a model that has not been solved yet nobody knows how long it takes
         most = max(1, min(MOST_SCENES, int(BATCH_S / max(seconds.get(model, BATCH_S), 1e-3))))
         most = max(1, min(most, len(todo) // (2 * crew.workers() or 1)))
-        chosen: list[Task] = []
+        chosen: list[SweepTask] = []
         while todo and len(chosen) < most and todo[0].model == model:
             chosen.append(todo.popleft())
         return tuple(chosen), 1
@@ -199,8 +199,8 @@ def solve_all(
 
 
 def _rows(
-    future: Future[list[Row]], chosen: tuple[Task, ...], tries: int,
-    again: deque[tuple[tuple[Task, ...], int]],
+    future: Future[list[Row]], chosen: tuple[SweepTask, ...], tries: int,
+    again: deque[tuple[tuple[SweepTask, ...], int]],
 ) -> list[Row]:  # fmt: skip
     """A batch's rows; none of one that is to be sent again."""
     try:

@@ -10,7 +10,7 @@ import xarray
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
 from validation.harness.quantities import TAP_AND_STRESS
 from validation.scenes.messages import known_keys
-from validation.sweep.axis import quantity_of
+from validation.sweep.axis import scene_number_of
 from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
 
@@ -97,6 +97,6 @@ def _even_in_logarithm(values: Floats) -> bool:
 
 def _with_unit(name: str) -> str:
     """The last word of a variable's name, with the unit of one that is a key (`page.variables`)."""
-    quantity = quantity_of(name) if name in known_keys() else None
-    unit = quantity.unit if quantity else ""
+    number = scene_number_of(name) if name in known_keys() else None
+    unit = number.unit if number else ""
     return f"{name.rpartition('.')[2]} ({unit})" if unit else name.rpartition(".")[2]

@@ -77,13 +77,13 @@ def worst(
         if largest[place] < 0.0:
             return
         entry = OF_A_TAP[int(np.nanargmax(apart[:, place]))]
-        told = (str(data["message"].values[place, p]) for p in (pair.own, pair.base))
+        messages = (str(data["message"].values[place, p]) for p in (pair.own, pair.base))
         yield {
             "scene": place,
             "largest of force, impulse, duration (%)": 100 * float(largest[place]),
             "in": entry.title,
             "models": pair.title,
-            "what the runs caution against": "; ".join(filter(None, dict.fromkeys(told))),
+            "what the runs caution against": "; ".join(filter(None, dict.fromkeys(messages))),
             "run again": " && ".join(
                 f"{command(plan, points, place, solver)} --out out/{which}"
                 for which, solver in (("own", pair.own), ("base", pair.base))

@@ -15,7 +15,7 @@ from validation.errors import UserError
 from validation.models import adapter
 from validation.scenes.load import load_scene, read_toml
 from validation.scenes.messages import one_line, show
-from validation.scenes.quantity import Quantity
+from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
 from validation.sweep.axis import (
     MOST_POINTS,
@@ -27,18 +27,18 @@ from validation.sweep.axis import (
     clash,
 )
 
-Kind = Literal["sobol", "latin-hypercube", "random", "grid", "file"]
+Sampling = Literal["sobol", "latin-hypercube", "random", "grid", "file"]
 
 
 class Points(Table):
     """How points are chosen."""
 
-    kind: Kind = "sobol"
+    kind: Sampling = "sobol"
     """Sobol's sequence, scrambled; a Latin hypercube; independent; all combinations; a file's."""
-    number: Annotated[int | None, Quantity(integer=True, at_least=1, at_most=MOST_POINTS)] = None
+    number: Annotated[int | None, SceneNumber(integer=True, at_least=1, at_most=MOST_POINTS)] = None
     """How many; of a grid and of a file the numbers follow. The first points of a longer Sobol
     sequence, or of more random points, are those of a shorter one: their results serve again."""
-    seed: Annotated[int, Quantity(integer=True, at_least=0, at_most=2**32)] = 0
+    seed: Annotated[int, SceneNumber(integer=True, at_least=0, at_most=2**32)] = 0
     """Of the choice: the same plan gives the same points."""
     file: str | None = None
     """CSV whose columns are keys of a scene, relative to the plan; a list is written [1, 2]."""

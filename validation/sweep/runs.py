@@ -33,7 +33,7 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Task:
+class SweepTask:
     """A point and a solver by their numbers, the scene's changes, and what names its result.
 
     run : digest of the scene, the model and its program; equal ones have one result.
@@ -69,7 +69,7 @@ def programs(model: str) -> dict[str, Any]:
 def task_of(
     point: int, solver: int, model: str, name: str, document: dict[str, Any],
     overrides: tuple[str, ...],
-) -> Task:  # fmt: skip
+) -> SweepTask:  # fmt: skip
     """The task of a point; a scene that is refused is known by its changes alone."""
     inputs: dict[str, Any] = {"model": model, "program": programs(model)}
     try:
@@ -77,7 +77,7 @@ def task_of(
         inputs |= scene_inputs(scene.tables, model)
     except UserError:
         inputs |= {"scene": document, "overrides": list(overrides)}
-    return Task(point, solver, model, overrides, key(inputs))
+    return SweepTask(point, solver, model, overrides, key(inputs))
 
 
 def solve_tasks(

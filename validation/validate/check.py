@@ -119,8 +119,8 @@ def outcome(row: Difference) -> str:
     return "missing" if row.verdict is None else row.verdict.check or "cannot tell"
 
 
-def told(row: Difference) -> str:
-    """The same in words with numbers."""
+def check_text(row: Difference) -> str:
+    """The difference, its uncertainty, the tolerance and the outcome, in a sentence."""
     where, verdict = f"{row.scene}, {row.model}: {row.quantity.title}", row.verdict
     if verdict is None:
         return f"{where}: nothing to compare"
@@ -180,7 +180,7 @@ def _junit(checks: Sequence[Difference], failures: Sequence[str]) -> str:
         name = f"{row.scene}.{row.model}"
         case = ET.SubElement(suite, "testcase", classname=name, name=row.quantity.key)
         if row in wrong:
-            ET.SubElement(case, "failure", message=told(row), type=outcome(row))
+            ET.SubElement(case, "failure", message=check_text(row), type=outcome(row))
     for failure in failures:
         case = ET.SubElement(suite, "testcase", classname="runs", name=failure)
         ET.SubElement(case, "error", message=failure)

@@ -14,7 +14,7 @@ from validation.harness.tables import table_of, write_table
 from validation.models.adapter import Progress
 from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
-from validation.validate.check import outcome, plan_of, told, write_checks
+from validation.validate.check import check_text, outcome, plan_of, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
 from validation.validate.page import draw_differences, draw_fields, draw_figures, page_context
@@ -138,5 +138,5 @@ def run_validation(
     if failures:
         names = "; ".join(failures)
         raise RunFailedError(f"{len(failures)} runs failed ({names}); the page {page} has the rest")
-    if wrong := [told(row) for row in checks if outcome(row) != "inside"]:
+    if wrong := [check_text(row) for row in checks if outcome(row) != "inside"]:
         raise OutsideToleranceError(f"{len(wrong)} of {len(checks)} checks: {'; '.join(wrong)}")

@@ -1,7 +1,7 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
 from validation.compare.differences import Difference, difference
-from validation.compare.verdict import unit_slip
+from validation.compare.verdict import thousands_apart
 from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
@@ -61,7 +61,7 @@ def unit_notes(runs: Runs) -> list[str]:
         for row in differences(runs, COMPARED)
         if row.reduced is not None
         and row.reference is not None
-        and (power := unit_slip(row.reduced, row.reference))
+        and (power := thousands_apart(row.reduced, row.reference))
     ]
 
 

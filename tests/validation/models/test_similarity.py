@@ -14,7 +14,7 @@ import hcm
 from validation.harness.quantities import unit_of
 from validation.runs.execute import solve
 from validation.scenes.load import load_scene
-from validation.sweep.axis import quantity_of
+from validation.sweep.axis import scene_number_of
 from validation.sweep.plan import assignment
 
 LENGTH, TIME, MASS = 2.0**-6, 2.0**-4, 2.0**-16  # their powers change no bit of a number
@@ -68,9 +68,9 @@ def test_other_units_change_no_number(scene: str, model: str, settings: tuple[st
     stated = ("drive.gravity=9.81", "solver.hcm.max_flight_time=1.0")
     own = load_scene(scene, (*stated, *settings))
     changes = [
-        assignment(key, scaled(value, factor(quantity.unit)))
+        assignment(key, scaled(value, factor(number.unit)))
         for key, value in leaves(own.document)
-        if (quantity := quantity_of(key)) and quantity.unit not in ("", "rad")
+        if (number := scene_number_of(key)) and number.unit not in ("", "rad")
     ]
     assert len(changes) > 6
     other = load_scene(scene, (*stated, *settings, *changes))

@@ -13,10 +13,10 @@ from hcm.parameters import check_scene
 from hcm.workload import check_size
 from validation.errors import UserError
 from validation.models import solid_inputs
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.scenes.load import NamedScene, load_scene
-from validation.scenes.quantity import Quantity
 from validation.scenes.scene import Scene
+from validation.scenes.scene_number import SceneNumber
 from validation.scenes.solver_tables import SolverTable
 
 # A choice, without a bound.
@@ -33,7 +33,7 @@ def extremes() -> Iterator[tuple[str, tuple[float, ...], tuple[float, ...]]]:
         for key, field in kind.model_fields.items():  # type: ignore[attr-defined]
             if f"{name}.{key}" in OWN:
                 continue
-            (bound,) = (m for m in field.metadata if isinstance(m, Quantity))
+            (bound,) = (m for m in field.metadata if isinstance(m, SceneNumber))
             step = (lambda x, to: x + math.copysign(1, to)) if bound.integer else math.nextafter
             closed = [(bound.at_least, -math.inf), (bound.at_most, math.inf)]
             opened = [(bound.above, math.inf), (bound.below, -math.inf)]
@@ -57,9 +57,9 @@ def taken(scene: NamedScene) -> dict[str, Any]:
     """What each model says to a scene that has been read, before anything is meshed or solved."""
     answers: dict[str, Any] = {}
     try:
-        given = translate(scene, estimate=False)
-        check_scene(given["finger"], given["surface"], given["drive"])
-        check_size(given["finger"], given["settings"])
+        given = hcm_scene(scene, estimate=False)
+        check_scene(given.finger, given.surface, given.drive)
+        check_size(given.finger, given.settings)
     except (UserError, hcm.ParameterError) as error:
         answers["hcm"] = str(error)
     try:

@@ -25,7 +25,7 @@ def swept(tmp_path: Path, models: str = MODELS) -> tuple[Plan, PointTable, xarra
     """Four scenes: hcm is off by `OFF`, its variant by nothing; on the last one fem3d failed."""
     plan = read_plan(written(tmp_path, PLAN.replace('["hcm"]', models)))
 
-    def run(peak: float, status: str = "COMPLETED") -> dataset.Solved:
+    def run(peak: float, status: str = "COMPLETED") -> dataset.SweepResult:
         summary = {"peak_normal_force_N": peak, "tip_velocity_at_contact_m_per_s": [1.0, -2.0]}
         errors = {
             "peak_normal_force_N": 1.0,

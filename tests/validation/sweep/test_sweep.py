@@ -23,12 +23,11 @@ from validation.harness.files import sole_use
 from validation.runs.execute import solve
 from validation.scenes.load import load_scene
 from validation.sweep import command, executor, runs
-from validation.sweep.dataset import MEASURED
 from validation.sweep.executor import Crew, solve_all
 from validation.sweep.page import write_report
 from validation.sweep.plan import read_plan
 from validation.sweep.points import points_of
-from validation.sweep.runs import CRASHED, Row, Task
+from validation.sweep.runs import CRASHED, Row, SweepTask
 
 __all__ = ["in_this_process"]  # a fixture
 
@@ -39,7 +38,7 @@ TWO = PLAN.replace(
 
 def opened(folder: Path) -> xarray.Dataset:
     with xarray.open_dataset(folder / "sweep" / "plan" / "sweep.nc") as data:
-        return data.load().drop_vars(MEASURED)
+        return data.load().drop_vars(["wall_time_s", "spent_s", "processor"])
 
 
 def lines(folder: Path) -> list[str]:
@@ -210,8 +209,8 @@ def test_a_killed_sweep_leaves_no_dataset_of_another_plan(
     assert there == [False] * 8
 
 
-def tasks(count: int) -> list[Task]:
-    return [Task(point, 0, "hcm", (f"n={point}",), str(point)) for point in range(count)]
+def tasks(count: int) -> list[SweepTask]:
+    return [SweepTask(point, 0, "hcm", (f"n={point}",), str(point)) for point in range(count)]
 
 
 def crew(answer: Callable[[tuple[str, ...]], list[Row]], log: list[int]) -> Crew:
@@ -241,7 +240,7 @@ def solved(answer: Callable[[tuple[str, ...]], list[Row]], count: int = 400) -> 
     log: list[int] = []
     kept: dict[int, Row] = {}
 
-    def keep(task: Task, found: Row) -> None:
+    def keep(task: SweepTask, found: Row) -> None:
         assert task.point not in kept
         kept[task.point] = found
 

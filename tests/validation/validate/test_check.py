@@ -11,10 +11,10 @@ import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
 from validation.compare.differences import difference
-from validation.compare.verdict import judge, unit_slip
+from validation.compare.verdict import judge, thousands_apart
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
@@ -68,7 +68,7 @@ def test_a_scene_keeps_its_letters_and_equal_models_are_said_so(make_record: Mak
     ("value", "power"), [(0.09, -1), (95e3, 1), (60e6, 2), (60.0, 0), (300.0, 0), (0.0, 0)]
 )
 def test_unit_slips_are_powers_of_a_thousand(value: float, power: int) -> None:
-    assert unit_slip(value, 95.0) == power
+    assert thousands_apart(value, 95.0) == power
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
             assert scene.tables.solver.accuracy_of("hcm") is None
             alone = load_scene("soft", [f"finger.elements={count}"])
             estimate = variant == PAPER_REDUCED[1]
-            assert translate(scene, estimate=True) == translate(alone, estimate=estimate)
+            assert hcm_scene(scene, estimate=True) == hcm_scene(alone, estimate=estimate)
         for variant in ("ls-dyna-like", "ls-dyna-like shaft holes", "fast", "fast penalty 1.6"):
             tables = load_scene(source, jobs[variant].overrides).tables
             assert sizes_of(tables) is None

@@ -57,8 +57,8 @@ def waterfall(
     for variant, found in zip(variants, rows, strict=True):
         output("".join(f"{_percent(one):>18}" for one in found) + f"  {variant.name}")
     known = [_uncertainty(of, reference) for of in TAP_AND_STRESS]
-    told = "".join(f"{'-' if u is None else '+-' + two_digits(u):>18}" for u in known)
-    output(f"{told}  the reference is known to")
+    uncertainties = "".join(f"{'-' if u is None else '+-' + two_digits(u):>18}" for u in known)
+    output(f"{uncertainties}  the reference is known to")
     output(f"errors in %; files in {folder}")
     said: dict[str, list[str]] = {}
     for run in (reference, *runs):

@@ -142,7 +142,7 @@ def bench(
     resume: Flag = False,
     out: Path = Path("out"),
 ) -> None:
-    """The verb: the ledger, the peers, both, or (with neither) the models' own curves.
+    """Time against error: the ledger, the peers, both, or (with neither) the models' own curves.
 
     Parameters
     ----------

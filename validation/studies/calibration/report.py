@@ -8,23 +8,26 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from reference_fem import ACCURACY_QUANTITIES
 from validation.harness.figures import BLACK, GREY, ORANGE, panels
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
-from validation.studies.calibration.scenes import KINDS, Case
-from validation.studies.stated_errors import FLOOR, TIMES, WRONG, understated
+from validation.studies.calibration.scenes import KINDS, RandomTap
+from validation.studies.stated_errors import (
+    ROUND_OFF_SHARE,
+    UNDERSTATED_FACTOR,
+    WRONG_SHARE,
+    StatedError,
+    understated,
+)
 
 FAR = 3.0  # times the accuracy asked for
-# What an accuracy is about.
-ACCURACY_QUANTITIES = (
-    "peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s",
-)  # fmt: skip
 SMALLEST = 1e-9  # drawn in the place of no error
 NUMBER = ("scene", "kind", "overrides", "quantity", "stated", "true", "cautioned", "doubted")
 
-Row = tuple[int, Case, Mapping[str, Any]]
+Row = tuple[int, RandomTap, Mapping[str, Any]]
 
 
 def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
@@ -34,14 +37,14 @@ def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
     stated error is too small. silent : whether the number is wrong, and the run says nothing.
     """
     lines = [
-        (index, case.kind, "; ".join(case.overrides), quantity, stated / scale, true / scale,
+        (index, case.kind, "; ".join(case.overrides), quantity, *StatedError(*number).shares,
          bool(row["caution"]), bool(row["tight_caution"]))
         for index, case, row in rows
-        for quantity, (_, stated, true, scale) in row["numbers"].items()
+        for quantity, number in row["numbers"].items()
     ]  # fmt: skip
     typed = {"stated": float, "true": float, "cautioned": bool, "doubted": bool}
     found = pd.DataFrame(lines, columns=NUMBER).astype(typed)
-    silent = (found["true"] > WRONG) & ~found["cautioned"]
+    silent = (found["true"] > WRONG_SHARE) & ~found["cautioned"]
     return found.assign(missed=understated(found["stated"], found["true"]), silent=silent)
 
 
@@ -66,7 +69,7 @@ def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     whole = [("judged without a caution", numbers[~numbers["doubted"]]), ("all", numbers)]
     rows = []
     for name, own in (*numbers.groupby("quantity", sort=False), *kinds, *whole):
-        stated, true = (own[error].clip(lower=FLOOR) for error in ("stated", "true"))
+        stated, true = (own[error].clip(lower=ROUND_OFF_SHARE) for error in ("stated", "true"))
         ratios = (stated / true)[np.isfinite(stated) & np.isfinite(true)]
         missed = int(own["missed"].sum())
         rows.append(
@@ -75,9 +78,9 @@ def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
                 "numbers": len(own),
                 "true error, median (%)": 100 * float(true.median()) if len(own) else None,
                 "stated / true, median": float(ratios.median()) if len(ratios) else None,
-                f"more than {TIMES:g} stated errors off": missed,
+                f"more than {UNDERSTATED_FACTOR:g} stated errors off": missed,
                 "share (%)": 100 * missed / max(len(own), 1),
-                f"{100 * WRONG:g} % wrong and silent": int(own["silent"].sum()),
+                f"{100 * WRONG_SHARE:g} % wrong and silent": int(own["silent"].sum()),
                 "nothing stated": int(np.isinf(own["stated"]).sum()),
             }
         )
@@ -87,7 +90,7 @@ def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
 def misses(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """Every number that is missed or silent, with its scene, the worst first."""
     poor = numbers[numbers["missed"] | numbers["silent"]]
-    beyond = poor["true"] / poor["stated"].clip(lower=FLOOR)
+    beyond = poor["true"] / poor["stated"].clip(lower=ROUND_OFF_SHARE)
     poor = poor.loc[beyond.sort_values(ascending=False, kind="stable").index]
     names = {
         "scene": "scene", "kind": "kind", "quantity": "quantity", "stated": "stated (%)",
@@ -99,14 +102,14 @@ def misses(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     return found
 
 
-def held(rows: Sequence[Row]) -> list[dict[str, Any]]:
+def accuracy_kept(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """How many runs keep the accuracy asked of them, and of those that say they do.
 
     A row a kind of scene, one for all, and one for those whose tight solve has no caution.
     """
     names = ACCURACY_QUANTITIES
     judged = [
-        (case, row, max(row["numbers"][name][2] / row["numbers"][name][3] for name in names))
+        (case, row, max(StatedError(*row["numbers"][name]).shares[1] for name in names))
         for _, case, row in rows
         if case.accuracy is not None and all(name in row["numbers"] for name in names)
     ]
@@ -116,8 +119,8 @@ def held(rows: Sequence[Row]) -> list[dict[str, Any]]:
     for name, own in {**groups, "all": judged}.items():
         if not own:
             continue
-        off = np.array([error / case.accuracy for case, _, error in own])
         wanted = own[0][0].accuracy or 0.0
+        off = np.array([error for *_, error in own]) / wanted
         said = np.array([(row.get("expected") or 0.0) <= wanted for _, row, _ in own])
         kept = off[said] <= 1.0
         found.append(
@@ -136,7 +139,7 @@ def held(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
-    """True against stated error, a panel a quantity, with the lines of 1:1 and `TIMES` : 1."""
+    """True against stated error, a panel a quantity, with lines of 1:1 and `UNDERSTATED_FACTOR`."""
     present = [name for name in names if (numbers["quantity"] == name).any()]
     columns = 3
     rows = -(-len(present) // columns) or 1
@@ -144,7 +147,7 @@ def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
     with panels(path, columns, rows, width=3.0, height=2.7, sharex=True, sharey=True) as axes:
         for axis, name in zip(axes.flat, present, strict=False):
             axis.plot(ends, ends, color=BLACK, linewidth=0.8)
-            axis.plot(ends, TIMES * ends, color=BLACK, linewidth=0.8, linestyle="--")
+            axis.plot(ends, UNDERSTATED_FACTOR * ends, color=BLACK, linewidth=0.8, linestyle="--")
             own = numbers[numbers["quantity"] == name]
             poor = own["missed"] | own["silent"]
             for chosen, color in ((own[~poor], GREY), (own[poor], ORANGE)):
@@ -166,7 +169,7 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
         f"{model}-endings": (endings(rows), "How the runs ended"),
         f"{model}-misses": (misses(numbers), "Numbers whose stated error is too small"),
     }
-    if kept := held(rows):
+    if kept := accuracy_kept(rows):
         tables = {f"{model}-held": (kept, "Runs that keep the accuracy asked of them"), **tables}
     for name, (found, caption) in tables.items():
         write_table(folder, name, pd.DataFrame(found), f"{model}: {caption}")
@@ -185,8 +188,9 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
     within = f"; {kept[-1]['within (%)']:.3g} % of {kept[-1]['number']} runs keep" if kept else ""
     line = (
         f"{model}: {len(rows)} scenes, {judged} with a tight solve, {len(numbers)} numbers:"
-        f" {poor} ({two_digits(share)} %) more than {TIMES:g} times their stated error off,"
-        f" {silent} in {spoilt} scenes more than {100 * WRONG:g} % wrong and silent{within}"
+        f" {poor} ({two_digits(share)} %) more than {UNDERSTATED_FACTOR:g} times their stated error"
+        f" off, {silent} in {spoilt} scenes more than {100 * WRONG_SHARE:g} % wrong and silent"
+        f"{within}"
     )
     machine, heading = {"part": model, **provenance({})}, "Stated against true errors"
     page = {"sections": sections, "machines": [machine], "heading": heading, "lead": [line]}

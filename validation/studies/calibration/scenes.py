@@ -27,7 +27,7 @@ LARGEST_TILT = 0.5  # rad
 
 
 @dataclass(frozen=True)
-class Case:
+class RandomTap:
     """A scene by its overrides of ``soft``; accuracy : what its run is held to, if anything."""
 
     model: str
@@ -36,7 +36,7 @@ class Case:
     accuracy: float | None = None
 
 
-def case(model: str, index: int, accuracy: float | None = None) -> Case:
+def case(model: str, index: int, accuracy: float | None = None) -> RandomTap:
     """The scene of that number; an `accuracy` has elements and settings of its own."""
     kind = KINDS[index % len(KINDS)]
     u: Iterator[float] = iter(random_numbers(SEED, index))
@@ -79,7 +79,7 @@ def case(model: str, index: int, accuracy: float | None = None) -> Case:
         overrides += _further_taps(model, tuple(overrides))
     elif kind == "tilted":
         overrides.append(f"start.angles={[float(f'{a:.4g}') for a in tilts]}")
-    return Case(model, kind, tuple(overrides), accuracy)
+    return RandomTap(model, kind, tuple(overrides), accuracy)
 
 
 def _further_taps(model: str, overrides: tuple[str, ...]) -> list[str]:

@@ -19,8 +19,8 @@ from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
-from validation.studies.calibration.scenes import AFTER_S, Case
-from validation.studies.stated_errors import Compared, compare
+from validation.studies.calibration.scenes import AFTER_S, RandomTap
+from validation.studies.stated_errors import StatedError, compare
 
 # Of the reduced model: tolerances are smaller and elements more by these factors.
 TOLERANCES, ELEMENTS = 100.0, 2
@@ -50,13 +50,13 @@ class Solved:
     status: str
     tight_status: str
     caution: str
-    numbers: dict[str, Compared]
+    numbers: dict[str, StatedError]
     seconds: tuple[float, float]
     tight_caution: str = ""
     expected: float | None = None
 
 
-def solve_case(case: Case) -> Solved:
+def solve_case(case: RandomTap) -> Solved:
     """Solve a scene twice; one that is refused, left out or does not complete has no numbers."""
     try:
         scene = load_scene("soft", case.overrides)
@@ -101,14 +101,14 @@ def _updates(tables: Scene, kind: str) -> float:
     return meshes.count_elements(geometry, sizing, 3) * stays / step
 
 
-def _tight_solid(case: Case) -> Solve | None:
+def _tight_solid(case: RandomTap) -> Solve | None:
     scene = load_scene("soft", (*case.overrides, *TIGHT_SOLID, *without_estimate(case.model)))
     if _updates(scene.tables, case.kind) > MOST_UPDATES:
         return None
     return lambda: unless_interrupted(adapter(case.model).run(scene).record)
 
 
-def _tight_beams(scene: NamedScene, case: Case) -> Solve | None:
+def _tight_beams(scene: NamedScene, case: RandomTap) -> Solve | None:
     given = hcm_scene(scene, estimate=False)
     tight = _tighter(given) if case.accuracy is None else _within(scene, given, case.accuracy)
 
@@ -120,7 +120,7 @@ def _tight_beams(scene: NamedScene, case: Case) -> Solve | None:
 
 
 def _tighter(given: Any) -> Any:
-    """The same with smaller tolerances and more elements."""
+    """The scene with smaller tolerances and more elements."""
     settings = replace(
         given.settings,
         flight_tolerance=given.settings.flight_tolerance / TOLERANCES,
@@ -132,10 +132,10 @@ def _tighter(given: Any) -> Any:
 
 
 def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
-    """What a tenth of the accuracy asks for, and more, after an elastic flight; else a third.
+    """The scene with settings for a tenth of the accuracy, an elastic flight and finer elements.
 
-    A tenth of it may be beyond what settings are known for: then by that much less. None where the
-    flight of either is beyond `MOST_BENT`; the scene is refused where nothing falls.
+    For a third of it where the flight of the first is beyond `MOST_BENT`, None where both are; the
+    accuracy asked for is at least `hcm.SMALLEST`. The scene is refused where nothing falls.
     """
     lasts = impact_of(scene).time_s
     for share in WITHIN:

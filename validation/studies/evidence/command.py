@@ -18,8 +18,8 @@ from validation.studies.evidence import (
     tap_figures,
     taps,
 )
-from validation.studies.evidence.report import Shown, told, write_evidence
-from validation.studies.evidence.rows import LEVELS, Piece, Row
+from validation.studies.evidence.report import Shown, difference_text, write_evidence
+from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
 
 ROOMS = (static_beam, pendulum, hertz_ball, oblique_ball, measured_ball, taps)
 PIECES: tuple[Piece, ...] = tuple(
@@ -51,7 +51,7 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
         output(f"{one.piece.level}: {one.piece.title} {one.why}")
         for row in one.rows:
             numbers = f"{row.outside:>13.6g}{row.ours:>13.6g} {row.unit:<4}"
-            output(f"  {row.quantity:<54}{row.model:<6}{numbers}{told(row)}")
+            output(f"  {row.quantity:<54}{row.model:<6}{numbers}{difference_text(row)}")
     output(f"files in {folder}")
 
 
@@ -61,13 +61,13 @@ def look(piece: Piece, quick: bool, store: Store, progress: Progress) -> Shown:
         "result": "evidence", "piece": piece.name, "program": identity.program(*piece.modules),
         "data": [hashlib.sha256(path.read_bytes()).hexdigest() for path in piece.data],
     }  # fmt: skip
-    found = store.find(inputs, list[Row])
+    found = store.find(inputs, list[EvidenceRow])
     if found is None:
         why = "left out by --quick" if quick and piece.slow else piece.absent()
         if why:
             return Shown(piece, (), why)
         try:
-            found = store.obtain(inputs, list[Row], lambda: piece.solve(progress, store))
+            found = store.obtain(inputs, list[EvidenceRow], lambda: piece.solve(progress, store))
         except ArithmeticError as error:
             return Shown(piece, (), f"failed: {error}")
     return Shown(piece, tuple(found))

@@ -9,7 +9,7 @@ from hcm.arrays import Floats
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import COARSER, Bounce, by_elements, by_reduced_model
-from validation.studies.evidence.rows import Piece, Row, described
+from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 RADIUS, YOUNG, POISSON, DENSITY, SPEED = 0.1, 70e9, 0.3, 2699.0, 0.2  # m, Pa, -, kg/m^3, m/s
 WAVE = math.sqrt(YOUNG / DENSITY)  # m/s
@@ -53,7 +53,7 @@ def _largest(bounce: Bounce) -> Floats:
     return np.array([1e6 * depth, force, 1e6 * lasts])
 
 
-def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[Row]:
+def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[EvidenceRow]:
     """The force at each approach that is stated, while it grows; or what is largest.
 
     An error of the stiffness by edges h under a patch of radius a goes with h/a, so with the
@@ -67,12 +67,13 @@ def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[Row]:
     error = fine * (STEPS if model == "hcm" else apart / patch)
     if not loading:
         return [
-            Row(name, unit, model, stated, read, float(ours), float(known))
+            EvidenceRow(name, unit, model, stated, read, float(ours), float(known))
             for (name, unit, stated, read), ours, known in zip(LARGEST, fine, error, strict=True)
         ]
     stiffness = 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * math.sqrt(RADIUS)
     return [
-        Row(f"force at an approach of {micro:g} um", "N", model, stated, READING, float(ours),
+        EvidenceRow(
+            f"force at an approach of {micro:g} um", "N", model, stated, READING, float(ours),
             float(known), f"Hertz {stiffness * (1e-6 * micro) ** 1.5:.4g} N")
         for (micro, stated), ours, known in zip(LOADING, fine, error, strict=True)
     ]  # fmt: skip

@@ -11,7 +11,7 @@ import math
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import by_reduced_model
-from validation.studies.evidence.rows import Piece, Row, described
+from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 BODIES = ((380e9, 0.23), (70e9, 0.25))  # E, Pa, and nu, of ball and anvil
 DENSITY, SPEED, FRICTION, RESTITUTION = 4000.0, 3.9, 0.092, 0.98  # kg/m^3, m/s; both measured
@@ -47,7 +47,7 @@ def leaving_of(angle: float, y: float) -> float:
     return math.degrees(math.atan((math.tan(angle) - 1.4 * FRICTION * y) / RESTITUTION))
 
 
-def rows(progress: Progress, _: Store) -> list[Row]:
+def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
     """The spin below `STEEP`, the angle above; an angle of arrival misread moves both sides."""
     found, (off, error) = [], READING
     for number, (degrees, stated) in enumerate(POINTS):
@@ -64,7 +64,7 @@ def rows(progress: Progress, _: Store) -> list[Row]:
             ours = leaving_of(angle, y)
             moved, read = leaving_of(angle + off, beside) - ours, math.degrees(error)
             known = abs(leaving_of(angle, y + shock) - ours)
-        found.append(Row(f"{name}, arriving at {degrees:.1f} degrees", unit, "hcm", outside,
+        found.append(EvidenceRow(f"{name}, arriving at {degrees:.1f} degrees", unit, "hcm", outside,
                          math.hypot(moved, read), ours, known))  # fmt: skip
     return found
 

@@ -20,7 +20,7 @@ FRICTION, SPEED = 0.3, 1e-3  # without effect on y(x)
 
 
 def spin(x: float, poisson: float, inertia: float = 0.4) -> float:
-    """Y of a ball that does not turn when it touches; `inertia` : J/(m R^2)."""
+    """Spin y of a ball that does not turn when it touches; `inertia` : J/(m R^2)."""
     ratio = 2.0 * (1.0 - poisson) / (2.0 - poisson)
     deepest = (15.0 / 16.0 * SPEED**2) ** 0.4
     step = 2.9432 * deepest / SPEED / STEPS

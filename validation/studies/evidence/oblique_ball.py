@@ -12,7 +12,7 @@ from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import COARSER, by_elements, by_reduced_model, mesh_error
 from validation.studies.evidence.mindlin import spin
-from validation.studies.evidence.rows import Piece, Row, described
+from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 # x, y by published finite elements; taken to be known to 1 % of the figure's axis.
 POINTS = {
@@ -29,7 +29,9 @@ LIMIT_X, LIMIT_SPEEDS = 0.890, (3e-3, 1e-3, 3e-4)  # where the patch is followed
 THEORY, SPRINGS = 1e-3, 2e-3
 
 
-def _row(x: float, outside: float, error: float, model: str, speed: float, remark: str = "") -> Row:
+def _row(
+    x: float, outside: float, error: float, model: str, speed: float, remark: str = ""
+) -> EvidenceRow:
     if model == "hcm":
         ours = by_reduced_model(speed, x, POISSON).spin
         known = SPRINGS * ours
@@ -37,12 +39,12 @@ def _row(x: float, outside: float, error: float, model: str, speed: float, remar
         ours, coarse = (by_elements(speed, x, POISSON, coarser=by).spin for by in (1.0, COARSER))
         known = mesh_error(ours, coarse)
     name = f"R w'/(mu v_n) at x = {x:g}"
-    return Row(name, "1", model, outside, error, ours, known, remark)
+    return EvidenceRow(name, "1", model, outside, error, ours, known, remark)
 
 
 def published_rows(
     model: str, places: tuple[float, ...], progress: Progress, _: Store
-) -> list[Row]:
+) -> list[EvidenceRow]:
     """A model against what is published, with the theory beside it."""
     found = []
     for number, x in enumerate(places):
@@ -52,13 +54,13 @@ def published_rows(
     return found
 
 
-def theory_rows(progress: Progress, _: Store) -> list[Row]:
+def theory_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
     """The law of hcm against theory."""
     progress(0.0, "oblique ball, theory")
     return [_row(x, spin(x, POISSON), THEORY, "hcm", SMALL_SPEED) for x in BY_ELEMENTS]
 
 
-def limit_rows(progress: Progress, _: Store) -> list[Row]:
+def limit_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
     """The reference's spin where its patch is followed to nothing, along a line in a/R.
 
     Its error is what a parabola through the three points gives instead, and what a coarser mesh's
@@ -79,7 +81,8 @@ def limit_rows(progress: Progress, _: Store) -> list[Row]:
         if poisson == POISSON:
             targets[published] = POINTS[LIMIT_X], READING
         found += [
-            Row(f"at x = {LIMIT_X:g}, nu = {poisson}, a/R to 0; {which}", "1", "fem3d", *target,
+            EvidenceRow(
+                f"at x = {LIMIT_X:g}, nu = {poisson}, a/R to 0; {which}", "1", "fem3d", *target,
                 line, abs(line - curve) + mesh_error(line, coarse), said)
             for which, target in targets.items()
         ]  # fmt: skip

@@ -16,7 +16,7 @@ from hcm.reference_solution import ChainStart, solve_chain
 from hcm.statics import NOWHERE
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.rows import Piece, Row, described
+from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 LENGTH, RADIUS, DENSITY, POISSON, GRAVITY = 1.0, 5e-3, 1100.0, 0.5, 9.80665
 YOUNGS = (5e6, 5e7)  # Pa; the example's, and a rod of a tenth of its axial strain
@@ -36,7 +36,7 @@ def by_hcm(young: float, elements: int) -> Floats:
     return np.array(found)
 
 
-def rows(progress: Progress, _: Store) -> list[Row]:
+def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
     """Both coordinates of the tip at both times, for both stiffnesses."""
     from validation.peers.pyelastica_pendulum import swing
 
@@ -52,7 +52,7 @@ def rows(progress: Progress, _: Store) -> list[Row]:
         for i, time in enumerate(TIMES.tolist()):
             for axis in range(2):
                 at = i, axis
-                found.append(Row(
+                found.append(EvidenceRow(
                     f"{'xy'[axis]} of the tip at {time:g} s, E {young:g} Pa", "m", "hcm",
                     float(outside[at]), abs(float(last[at])), float(ours[at]), float(error[at]),
                     f"{1e3 * float(ours[at] - outside[at]):+.2g} mm",

@@ -14,7 +14,7 @@ from validation.harness.page import signed, write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
-from validation.studies.evidence.rows import LEVELS, Piece, Row
+from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
 
 WIDTH, LINE = 3.5, 0.42  # of the figure, and of a piece in it, inches
 HEADING = 0.6  # of a level's name, over a piece's line
@@ -32,16 +32,16 @@ class Shown:
     """A piece with its rows, or why it has none."""
 
     piece: Piece
-    rows: tuple[Row, ...]
+    rows: tuple[EvidenceRow, ...]
     why: str = ""
 
 
-def word(row: Row) -> str:
+def word(row: EvidenceRow) -> str:
     """The verdict, as the page calls it."""
     return SAID["cannot tell" if row.verdict is None else row.verdict.judgement]
 
 
-def told(row: Row) -> str:
+def difference_text(row: EvidenceRow) -> str:
     """E +- u, percent, and the verdict."""
     if row.verdict is None or row.verdict.uncertainty is None:
         return word(row)
@@ -119,6 +119,7 @@ def write_evidence(folder: Path, shown: Sequence[Shown]) -> None:
     context = {
         "levels": {level: [s for s in shown if s.piece.level == level] for level in LEVELS},
         "words": [word(row) for _, row in rows], "left_out": [s for s in shown if not s.rows],
-        "tally": tally(shown), "folder": folder, "told": told, "provenance": provenance({}),
+        "tally": tally(shown), "folder": folder, "difference_text": difference_text,
+        "provenance": provenance({}),
     }  # fmt: skip
     write_page(folder / "index.html", "evidence.html.j2", context)

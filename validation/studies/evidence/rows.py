@@ -21,7 +21,7 @@ WIDEST = 10.0  # percent: errors beyond which agreement says nothing
 
 
 @dataclass(frozen=True)
-class Row:
+class EvidenceRow:
     """One number by others and by our model, in `unit`, with the error that either is known to."""
 
     quantity: str
@@ -55,7 +55,7 @@ class Piece:
     source: str
     what: str
     modules: tuple[str, ...]
-    solve: Callable[[Progress, Store], list[Row]]
+    solve: Callable[[Progress, Store], list[EvidenceRow]]
     absent: Callable[[], str] = lambda: ""
     slow: bool = False
     data: tuple[Path, ...] = ()
@@ -69,5 +69,5 @@ def described(key: str, **words: object) -> dict[str, Any]:
 
     They stand apart from the code that makes the rows, whose change makes them anew.
     """
-    told = {name: text.format(**TEXTS["shared"], **words) for name, text in TEXTS[key].items()}
-    return {name: " ".join(text.split()) for name, text in told.items()}
+    texts = {name: text.format(**TEXTS["shared"], **words) for name, text in TEXTS[key].items()}
+    return {name: " ".join(text.split()) for name, text in texts.items()}

@@ -23,7 +23,7 @@ from hcm.beam.chain import build_chain
 from hcm.statics import equilibrium
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.rows import Piece, Row, described
+from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 POINTS, TOLERANCE = 400, 1e-10  # of the boundary-value problem
 ELEMENTS = 64
@@ -93,7 +93,7 @@ class ClampedBeam:
 
 def rows(
     beam: ClampedBeam, stated: tuple[float, ...], known: float, progress: Progress, _: Store
-) -> list[Row]:
+) -> list[EvidenceRow]:
     """Of each displacement that is stated, hcm's as it is and less what the energies differ by."""
     progress(0.0, "Exudyn's beams")
     fine, coarse = beam.by_elements(ELEMENTS), beam.by_elements(ELEMENTS // 2)
@@ -103,13 +103,15 @@ def rows(
         error, ours, other = abs(fine[axis] - coarse[axis]), float(fine[axis]), float(gap[axis])
         name, common = f"u_{'xy'[axis]} of the tip", ("m", "hcm", outside, known)
         found += [
-            Row(name, *common, ours, float(error), f"predicted: {other:+.4g} m by k = |r''|"),
-            Row(f"{name}, less what is predicted", *common, ours - other, float(error)),
+            EvidenceRow(
+                name, *common, ours, float(error), f"predicted: {other:+.4g} m by k = |r''|"
+            ),
+            EvidenceRow(f"{name}, less what is predicted", *common, ours - other, float(error)),
         ]
     return found
 
 
-def princeton_rows(progress: Progress, _: Store) -> list[Row]:
+def princeton_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
     """The sag of the Princeton beam, flat and on edge, by beams and by solids of ANSYS."""
     progress(0.0, "the Princeton beam")
     length, young, poisson, sides = 0.508, 71.7e9, 0.31, (12.3777e-3, 3.2024e-3)
@@ -124,7 +126,7 @@ def princeton_rows(progress: Progress, _: Store) -> list[Row]:
             remark = f"its shear, which the paper's beams lack: {shear:.2g} m"
             for (of, known), outside in zip(ANSYS.items(), numbers, strict=True):
                 name = f"sag under {force:g} N, {lying}; {of}"
-                found.append(Row(name, "m", "hcm", outside, known * outside, ours,
+                found.append(EvidenceRow(name, "m", "hcm", outside, known * outside, ours,
                                  abs(ours - coarse), remark))  # fmt: skip
     return found
 

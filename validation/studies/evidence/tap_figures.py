@@ -10,7 +10,7 @@ import numpy as np
 
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.store import Store
-from validation.studies.evidence.taps import TAPS, Tap, outcome_of, own_of, title
+from validation.studies.evidence.taps import TAPS, Tap, calculix_tap, reference_tap, title
 
 WIDTH = 3.5  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
@@ -24,10 +24,10 @@ def draw_forces(path: Path, store: Store) -> None:
     groups = [list(taps) for _, taps in groupby(TAPS.values(), lambda tap: tap.ours)]
     with panels(path, 1, len(groups), width=WIDTH, height=2.3) as axes:
         for (axis,), taps in zip(axes, groups, strict=True):
-            own = own_of(taps[0], store)
+            own = reference_tap(taps[0], store)
             axis.plot(1e6 * np.array(own.time_s), own.normal_force_N, color=BLUE, label="fem3d")
             for tap in taps:
-                theirs = outcome_of(tap, store)
+                theirs = calculix_tap(tap, store)
                 axis.plot(1e6 * np.array(theirs.time_s), theirs.normal_force_N, "--",
                           color=COLORS[tap.element], label=f"CalculiX {tap.element}")  # fmt: skip
             axis.set_title(title(taps[0]).removeprefix("The "), fontsize=8, loc="left")
@@ -40,7 +40,7 @@ def draw_field(path: Path, tap: Tap, store: Store) -> None:
     """Von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
     from matplotlib.collections import PolyCollection
 
-    theirs, own = outcome_of(tap, store), own_of(tap, store)
+    theirs, own = calculix_tap(tap, store), reference_tap(tap, store)
     corners, cut = np.array(own.corners_mm), np.array(own.cut)
     other, mine = (1e-3 * np.array(of.von_mises_kPa)[cut] for of in (theirs, own))
     lowest = corners.reshape(-1, 2)[corners[..., 1].argmin()]

@@ -27,7 +27,7 @@ from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_impact
 from validation.scenes.load import load_scene
-from validation.studies.evidence.rows import Piece, Row, described
+from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 KEPT = DATA / "calculix_taps.json"
 # Of an increment. C3D8I on the soft finger with friction settles neither at 4 us nor at 2.
@@ -61,7 +61,7 @@ class Tap:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CalculixTap:
     """What CalculiX made of a tap, and where.
 
     time_s, normal_force_N : from the impact state, of the full body; step_s : of its increments.
@@ -82,7 +82,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Own:
+class ReferenceTap:
     """What the reference made of a tap; times from the impact state.
 
     errors : absolute, by quantity. von_mises_kPa, volume_m3 : of the elements, at field_time_s.
@@ -133,18 +133,18 @@ def at_peak(run: Any) -> Any:
     return next(one for one in run.snapshots if one.at_peak)
 
 
-def own_of(tap: Tap, store: Store) -> Own:
+def reference_tap(tap: Tap, store: Store) -> ReferenceTap:
     """Our tap, stored or new; CalculiX' element is nothing to it."""
     inputs = {"result": "our tap", "tap": tap.ours, "program": identity.program(__name__)}
-    return store.obtain(inputs, Own, lambda: by_reference(tap))
+    return store.obtain(inputs, ReferenceTap, lambda: by_reference(tap))
 
 
-def by_reference(tap: Tap) -> Own:
+def by_reference(tap: Tap) -> ReferenceTap:
     """Solve it."""
     run, model, _, start_s, placed, _ = prepared(*tap.ours)
     peak = at_peak(run)
     cells, faces = calculix_impact.faces_within(model.cells, model.symmetry)
-    return Own(
+    return ReferenceTap(
         tuple((run.forces.time_s - start_s).tolist()),
         tuple(run.forces.normal_force_N.tolist()),
         {key: run.errors[key] for key in JUDGED}, peak.time_s - start_s,
@@ -154,7 +154,7 @@ def by_reference(tap: Tap) -> Own:
     )  # fmt: skip
 
 
-def by_calculix(tap: Tap) -> Outcome:
+def by_calculix(tap: Tap) -> CalculixTap:
     """Run it; an ArithmeticError says how it failed. One that was stopped keeps what it has."""
     run, model, material, start_s, placed, velocity = prepared(*tap.ours)
     until = run.summary.contact_time_s + run.summary.contact_duration_s - start_s
@@ -165,14 +165,14 @@ def by_calculix(tap: Tap) -> Outcome:
     return outcome(tap, calculix.run_calculix(deck, TIMEOUT_S))
 
 
-def outcome(tap: Tap, ran: calculix.CalculixRun) -> Outcome:
+def outcome(tap: Tap, ran: calculix.CalculixRun) -> CalculixTap:
     """What is kept of a run; an ArithmeticError says how it failed."""
     if ran.answer not in (calculix.COMPLETED, calculix.TIMED_OUT):
         raise ArithmeticError(f"CalculiX {ran.answer}")
     run, model, _, start_s, *_ = prepared(*tap.ours)
     time, half = calculix_impact.floor_forces(ran.printed)
     at, field = calculix_impact.stress_near(ran.printed, at_peak(run).time_s - start_s)
-    return Outcome(
+    return CalculixTap(
         tap, f"CalculiX {calculix.version()}", f"{datetime.now(UTC):%Y-%m-%d}", processor(),
         round(ran.wall_time_s), float(time[1] - time[0]), (0.0, *time.round(9).tolist()),
         (0.0, *(model.symmetry_factor * half).round(4).tolist()), at,
@@ -180,17 +180,17 @@ def outcome(tap: Tap, ran: calculix.CalculixRun) -> Outcome:
     )  # fmt: skip
 
 
-def kept() -> dict[Tap, Outcome]:
+def kept_taps() -> dict[Tap, CalculixTap]:
     """The outcomes in ``validation/data``."""
-    return {one.tap: one for one in TypeAdapter(list[Outcome]).validate_json(KEPT.read_bytes())}
+    return {one.tap: one for one in TypeAdapter(list[CalculixTap]).validate_json(KEPT.read_bytes())}
 
 
-def outcome_of(tap: Tap, store: Store) -> Outcome:
+def calculix_tap(tap: Tap, store: Store) -> CalculixTap:
     """A run of this machine if there is one, else the kept one, else a new one."""
     inputs = {"result": "CalculiX' tap", "tap": vars(tap), "program": identity.program(__name__)}
     wanted = store.fresh and calculix.available()
-    found = store.find(inputs, Outcome) or (None if wanted else kept().get(tap))
-    return found or store.obtain(inputs, Outcome, lambda: by_calculix(tap))
+    found = store.find(inputs, CalculixTap) or (None if wanted else kept_taps().get(tap))
+    return found or store.obtain(inputs, CalculixTap, lambda: by_calculix(tap))
 
 
 def duration(time: Floats, force: Floats) -> float:
@@ -202,7 +202,7 @@ def duration(time: Floats, force: Floats) -> float:
     return float(fall - rise)
 
 
-def numbers_of(tap: Own | Outcome) -> dict[str, float]:
+def numbers_of(tap: ReferenceTap | CalculixTap) -> dict[str, float]:
     """The judged numbers of a force's curve; of one that was stopped in contact its peak alone."""
     time, force = np.array(tap.time_s), np.array(tap.normal_force_N)
     found = [float(force.max())]
@@ -217,18 +217,18 @@ def shares(tap: Tap, store: Store) -> dict[str, float]:
 
     Springs are given, and the same for both programs: what softer ones change is no error here.
     """
-    own = own_of(replace(tap, factor=STIFF), store)
+    own = reference_tap(replace(tap, factor=STIFF), store)
     return {key: own.errors[key] / abs(value) for key, value in numbers_of(own).items()}
 
 
-def rows(tap: Tap, progress: Progress, store: Store) -> list[Row]:
+def rows(tap: Tap, progress: Progress, store: Store) -> list[EvidenceRow]:
     """Peak, impulse, duration and field of stress; the mesh, which they share, errs alike in both.
 
     Of a run that was stopped in contact, its peak and the field there, which errs as the
     peak does.
     """
     progress(0.0, f"the {tap.scene} tap by CalculiX and the reference")
-    theirs, own = outcome_of(tap, store), own_of(tap, store)
+    theirs, own = calculix_tap(tap, store), reference_tap(tap, store)
     time, force = np.array(theirs.time_s), np.array(theirs.normal_force_N)
     apart = (np.interp(time, own.time_s, own.normal_force_N) - force)[force > 0.0]
     rms = 100.0 * float(np.sqrt(np.mean(apart**2)) / force.max())
@@ -244,19 +244,19 @@ def rows(tap: Tap, progress: Progress, store: Store) -> list[Row]:
         error = share[of.key]
         known = error * abs(outside), ours, error * abs(ours)
         remark = by if of.key == JUDGED[0] else ""
-        found.append(Row(of.title, of.unit, "fem3d", outside, *known, remark))
+        found.append(EvidenceRow(of.title, of.unit, "fem3d", outside, *known, remark))
     if theirs.von_mises_kPa:
         *sizes, apart = fields(theirs, own)
         outside, ours = (1e-6 * size for size in sizes)
         error = share[JUDGED[0]]
-        found.append(Row(
+        found.append(EvidenceRow(
             "von Mises' stress at the peak, RMS over the body", "MPa", "fem3d", outside,
             error * outside, ours, error * ours, f"the fields differ by {100 * apart:.2g} % of it"
         ))  # fmt: skip
     return found
 
 
-def fields(theirs: Outcome, own: Own) -> tuple[float, float, float]:
+def fields(theirs: CalculixTap, own: ReferenceTap) -> tuple[float, float, float]:
     """Von Mises' stress over the body, sqrt(∫ s² dV / V), Pa: theirs, ours, and ours less theirs.
 
     The last over the first.

@@ -22,7 +22,7 @@ from validation.studies.paper.driven_findings import driven_findings, duration_m
 from validation.studies.paper.figures import DRAWN_TWICE, SCENES, draw_figures
 from validation.studies.paper.friction_findings import friction_findings
 from validation.studies.paper.ledger import by_place, counts, ledger, ledger_table, score
-from validation.studies.paper.readings import Runs
+from validation.studies.paper.readings import CaseRuns
 from validation.studies.paper.reference_runs import JUDGED, References, run_references
 from validation.studies.paper.torque_factor import IdentifiedTorque, identify_torque
 from validation.studies.paper.validation_findings import validation_findings
@@ -40,7 +40,7 @@ def run_scenes(
     return records
 
 
-def solve_all(progress: Progress, store: Store) -> tuple[Runs, IdentifiedTorque]:
+def solve_all(progress: Progress, store: Store) -> tuple[CaseRuns, IdentifiedTorque]:
     """Identify the t_3 factor, then run every case of the reduced model that is not stored."""
     with workers(cores()) as pool:
         progress(0.02, "identifying the t_3 factor")

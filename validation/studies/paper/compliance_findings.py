@@ -2,7 +2,7 @@
 
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import (
-    Runs,
+    CaseRuns,
     counting,
     curve,
     largest_stress,
@@ -19,7 +19,7 @@ CASES = (SOFTEST, "soft E=0.1 GPa", "soft", SLENDEREST, "soft delta=16", "soft")
 VARIED = ("N=15", "N=120", "tolerance 1 nm", "xi=0.5")
 
 
-def loop_closure(runs: Runs, case: str) -> float:
+def loop_closure(runs: CaseRuns, case: str) -> float:
     """Residual deformation at separation over (1 - e*^2) sum(u_Yc - u_Yr), less 1 (fig. 4).
 
     u_Yc = Fn/k at the end of each compression and u_Yr at the end of each restitution but the last.
@@ -37,7 +37,7 @@ def loop_closure(runs: Runs, case: str) -> float:
     return float(residual / ((1 - RESTITUTION**2) * total) - 1)
 
 
-def compliance_findings(runs: Runs) -> dict[str, Finding]:
+def compliance_findings(runs: CaseRuns) -> dict[str, Finding]:
     """Findings by claim."""
     rows = {}
     for number, case in enumerate(CASES, start=1):

@@ -24,7 +24,7 @@ from validation.studies.paper.driven_values import (
 )
 from validation.studies.paper.ledger import Finding, printed_rounding
 from validation.studies.paper.ramp_outcome import kept_outcome, sentence
-from validation.studies.paper.readings import Runs
+from validation.studies.paper.readings import CaseRuns
 from validation.studies.paper.torque_factor import IdentifiedTorque
 
 ARROW = {1: "right", -1: "left", 0: "stick"}
@@ -77,7 +77,7 @@ def _arrivals(found: IdentifiedTorque) -> dict[str, str]:
     return reasons
 
 
-def _ratios(runs: Runs) -> dict[str, str]:
+def _ratios(runs: CaseRuns) -> dict[str, str]:
     claims, reasons = read_claims(), {}
     for id_, (case, key) in RATIOS.items():
         read = partial(ratio, runs, case, key)
@@ -91,7 +91,7 @@ def _ratios(runs: Runs) -> dict[str, str]:
     return reasons
 
 
-def _third_case(runs: Runs) -> dict[str, str]:
+def _third_case(runs: CaseRuns) -> dict[str, str]:
     """Forces, phases and slips of the third case."""
     three = runs[THREE]
     _, tangential = readings.curve(three, "tangential_force_N")
@@ -115,7 +115,7 @@ def _third_case(runs: Runs) -> dict[str, str]:
     }
 
 
-def driven_findings(runs: Runs, found: IdentifiedTorque) -> dict[str, Finding]:
+def driven_findings(runs: CaseRuns, found: IdentifiedTorque) -> dict[str, Finding]:
     """Findings by claim."""
     values, outcome = driven_values(runs), kept_outcome()
     reasons = _arrivals(found) | _ratios(runs) | _third_case(runs)

@@ -7,7 +7,7 @@ import numpy as np
 from validation.studies.paper import readings
 from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.driven_cases import PRINTED_TORQUES
-from validation.studies.paper.readings import Runs
+from validation.studies.paper.readings import CaseRuns
 
 ONE, TWO, THREE = PRINTED_TORQUES
 STRESSES = {"F14.5": ONE, "F14.6": TWO, "F14.7": THREE}
@@ -34,7 +34,7 @@ RATIOS: dict[str, tuple[str, Callable[[CaseRun], float]]] = {
 }
 
 
-def ratio(runs: Runs, over: str, key: Callable[[CaseRun], float], suffix: str = "") -> float:
+def ratio(runs: CaseRuns, over: str, key: Callable[[CaseRun], float], suffix: str = "") -> float:
     """A case's reading over that of case 1."""
     return key(runs[over + suffix]) / key(runs[ONE + suffix])
 
@@ -44,7 +44,7 @@ def stress_MPa(run: CaseRun) -> float:
     return 1e-6 * readings.largest_stress(run)
 
 
-def driven_values(runs: Runs) -> dict[str, float | bool]:
+def driven_values(runs: CaseRuns) -> dict[str, float | bool]:
     """Values by claim, of the cases under the scenes' names."""
     three = runs[THREE]
     _, tangential = readings.curve(three, "tangential_force_N")

@@ -17,7 +17,7 @@ from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.cases import friction_case
 from validation.studies.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
 from validation.studies.paper.driven_values import THREE
-from validation.studies.paper.readings import Runs, curve, particle_velocity, window
+from validation.studies.paper.readings import CaseRuns, curve, particle_velocity, window
 
 SCENES = ("hard", "soft")
 TIME = "$t - t_c$ (ms)"
@@ -33,7 +33,7 @@ SLENDER = [
 
 
 def draw_forces_and_stress(
-    forces: Any, stress: Any, runs: Runs, cases: Cases, letters: str
+    forces: Any, stress: Any, runs: CaseRuns, cases: Cases, letters: str
 ) -> None:
     """Fn solid and Ft dashed on one axis, the stress at R on another, one colour a case."""
     lines = (
@@ -50,14 +50,14 @@ def draw_forces_and_stress(
     label(stress, f"({letters[1]})", TIME, r"$\sigma_R$ (MPa)")
 
 
-def two_studies(path: Path, runs: Runs, left: Cases, right: Cases) -> None:
+def two_studies(path: Path, runs: CaseRuns, left: Cases, right: Cases) -> None:
     """Forces above, stress at R below, of two studies side by side."""
     with panels(path, 2, 2) as ((a, b), (c, d)):
         draw_forces_and_stress(a, c, runs, left, "ac")
         draw_forces_and_stress(b, d, runs, right, "bd")
 
 
-def figure_7(path: Path, runs: Runs) -> None:
+def figure_7(path: Path, runs: CaseRuns) -> None:
     """Contact forces with different numbers of elements."""
     counts = {"": "N = 60", " N=30": "N = 30", " N=15": "N = 15"}
     lines = [(title, runs[f"{scene}{suffix}"].record) for scene in SCENES
@@ -65,7 +65,7 @@ def figure_7(path: Path, runs: Runs) -> None:
     mesh_figure(path, lines, SCENES)
 
 
-def figure_10(path: Path, runs: Runs) -> None:
+def figure_10(path: Path, runs: CaseRuns) -> None:
     """Forces and stress at R under different friction."""
     low, high = (
         [(friction_case(mu), rf"$\mu$ = {mu:g}") for mu in frictions]
@@ -74,7 +74,7 @@ def figure_10(path: Path, runs: Runs) -> None:
     two_studies(path, runs, low, high)
 
 
-def figure_12(path: Path, runs: Runs) -> None:
+def figure_12(path: Path, runs: CaseRuns) -> None:
     """Hysteresis loops of the normal element at e* = 0.8."""
     with panels(path, 2) as ((left, right),):
         for axis, cases, letter in ((left, MODULI, "a"), (right, SLENDER, "b")):
@@ -93,7 +93,7 @@ OTHER = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
 DRAWN_TWICE = (THREE, OTHER[0])
 
 
-def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
+def figure_13(path: Path, runs: CaseRuns, height: float = 0.1) -> None:
     """Postures before, at and after contact."""
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend) in zip(axes, CASES, strict=True):
@@ -111,7 +111,7 @@ def figure_13(path: Path, runs: Runs, height: float = 0.1) -> None:
             axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.1))  # clear of the surface
 
 
-def figure_14(path: Path, runs: Runs) -> None:
+def figure_14(path: Path, runs: CaseRuns) -> None:
     """Contact forces and stress at R."""
     with panels(path, 2) as ((forces, stress),):
         draw_forces_and_stress(forces, stress, runs, [*CASES, OTHER], "ab")
@@ -132,7 +132,7 @@ def _drawn_events(run: CaseRun) -> list[int]:
     return [int(np.abs(instants - t).argmin()) for t in wanted]
 
 
-def figure_15(path: Path, runs: Runs) -> None:
+def figure_15(path: Path, runs: CaseRuns) -> None:
     """Bending deflection of the third phalanx at contact, reversals and separation."""
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend) in zip(axes, CASES, strict=True):
@@ -145,7 +145,7 @@ def figure_15(path: Path, runs: Runs) -> None:
             label(axis, legend, "axial position (m), tip at the left", "deflection (mm)")
 
 
-def figure_16(path: Path, runs: Runs) -> None:
+def figure_16(path: Path, runs: CaseRuns) -> None:
     """Velocity of the contact particle P."""
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend), color in zip(axes, CASES, COLORS, strict=False):
@@ -156,7 +156,7 @@ def figure_16(path: Path, runs: Runs) -> None:
             label(axis, legend, TIME, "tangential velocity (m/s)")
 
 
-FIGURES: dict[str, tuple[str, Callable[[Path, Runs], None]]] = {
+FIGURES: dict[str, tuple[str, Callable[[Path, CaseRuns], None]]] = {
     "fig-07": ("Fig. 7: reduced model with N elements in all", figure_7),
     "fig-10": ("Fig. 10: contact forces and stress at R under different friction", figure_10),
     "fig-11": ("Fig. 11: contact forces and stress at R under different compliance",
@@ -173,7 +173,7 @@ FIGURE_9 = "Fig. 9: reduced model against the ls-dyna-like reference (other mode
 
 
 def draw_figures(
-    folder: Path, runs: Runs, references: Mapping[str, RunRecord]
+    folder: Path, runs: CaseRuns, references: Mapping[str, RunRecord]
 ) -> list[tuple[Path, str]]:
     """All figures; returns paths and captions. `references` are the reference's runs by scene."""
     own = [replace(runs[scene].record, variant="") for scene in SCENES]

@@ -3,7 +3,7 @@
 from validation.studies.paper.cases import ETA2, STRESS_VARIED, friction_case
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import (
-    Runs,
+    CaseRuns,
     curve,
     event_times,
     largest_stress,
@@ -15,18 +15,18 @@ STEADY = 0.01  # largest relative spread of values that are called constant
 NORMAL, TANGENTIAL = "peak_normal_force_N", "peak_tangential_force_N"
 
 
-def _change(runs: Runs, key: str, mu: float) -> float:
+def _change(runs: CaseRuns, key: str, mu: float) -> float:
     """Relative change from mu = 0.3, percent."""
     return 100 * (scalar(runs, friction_case(mu), key) / scalar(runs, friction_case(0.3), key) - 1)
 
 
-def _stress_change(runs: Runs, mu: float, suffix: str = "") -> float:
+def _stress_change(runs: CaseRuns, mu: float, suffix: str = "") -> float:
     """Relative change of the largest stress at R from mu = 0.3, percent."""
     first = largest_stress(runs[friction_case(0.3) + suffix])
     return 100 * (largest_stress(runs[friction_case(mu) + suffix]) / first - 1)
 
 
-def _slip_phase(runs: Runs, mu: float, suffix: str = "") -> tuple[str, str]:
+def _slip_phase(runs: CaseRuns, mu: float, suffix: str = "") -> tuple[str, str]:
     """Phase in which stick gives way to slip, and the two times as text."""
     run = runs[friction_case(mu) + suffix]
     slip, turn = (
@@ -48,7 +48,7 @@ def _gross_slip(printed_percent: float, mu: float, printed_fall: float) -> str:
     )
 
 
-def _stress_reason(runs: Runs) -> str:
+def _stress_reason(runs: CaseRuns) -> str:
     first, last = (1e-6 * largest_stress(runs[friction_case(mu)]) for mu in (0.3, 0.7))
     tried = ", ".join(f"{name} {_stress_change(runs, 0.7, f' {name}'):.2f} %"
                       for name in STRESS_VARIED)  # fmt: skip
@@ -59,7 +59,7 @@ def _stress_reason(runs: Runs) -> str:
     )
 
 
-def _steady_stress(runs: Runs) -> tuple[bool, str]:
+def _steady_stress(runs: CaseRuns) -> tuple[bool, str]:
     """Whether the largest stress is the same for mu = 0.9, 1.1, 1.3, and what eta^2 does to it."""
 
     def stresses(suffix: str) -> list[float]:
@@ -87,7 +87,7 @@ def _steady_stress(runs: Runs) -> tuple[bool, str]:
     )
 
 
-def friction_findings(runs: Runs) -> dict[str, Finding]:
+def friction_findings(runs: CaseRuns) -> dict[str, Finding]:
     """Findings by claim."""
     rows = {
         "F10.1": Finding(-_change(runs, NORMAL, 0.5), "", _gross_slip(55.6, 0.5, 7.2)),

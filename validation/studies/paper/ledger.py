@@ -40,7 +40,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Row:
+class LedgerRow:
     """One line of the ledger.
 
     deviation : 100 (ours - paper)/|paper| in percent; of a number that is a percentage itself, ours
@@ -79,7 +79,7 @@ def judge_number(paper: str, ours: float) -> tuple[str, str]:
     return NOT_REPRODUCED, f"beyond {CLOSE_PERCENT:g} %"
 
 
-def judge(claim: Claim, finding: Finding) -> Row:
+def judge(claim: Claim, finding: Finding) -> LedgerRow:
     """One line: verdict, deviation, and the reason with the tolerance in it."""
     ours = finding.value
     deviation, unit = None, "points" if claim.unit == "%" else "%"
@@ -103,15 +103,15 @@ def judge(claim: Claim, finding: Finding) -> Row:
     source = "other model: fem3d ls-dyna-like" if claim.id in REFERENCE_ROWS else "self: hcm"
     parts = (tolerance, finding.contradiction, finding.reason, source)
     reason = "; ".join(part for part in parts if part)
-    return Row(claim, ours, deviation, "" if deviation is None else unit, verdict, reason)
+    return LedgerRow(claim, ours, deviation, "" if deviation is None else unit, verdict, reason)
 
 
-def ledger(claims: Iterable[Claim], findings: Mapping[str, Finding]) -> tuple[Row, ...]:
+def ledger(claims: Iterable[Claim], findings: Mapping[str, Finding]) -> tuple[LedgerRow, ...]:
     """All claims, none skipped."""
     return tuple(judge(claim, findings[claim.id]) for claim in claims)
 
 
-def score(rows: Sequence[Row]) -> tuple[int, int]:
+def score(rows: Sequence[LedgerRow]) -> tuple[int, int]:
     """Rows of kind value, count or state that concern hcm: (settled, all).
 
     Settled means reproduced, or shown to contradict the paper itself.
@@ -125,21 +125,21 @@ def score(rows: Sequence[Row]) -> tuple[int, int]:
     return sum(row.verdict in (REPRODUCED, CONTRADICTS) for row in mine), len(mine)
 
 
-def by_place(rows: Sequence[Row]) -> dict[str, tuple[list[Row], dict[str, int]]]:
+def by_place(rows: Sequence[LedgerRow]) -> dict[str, tuple[list[LedgerRow], dict[str, int]]]:
     """Rows of each table, figure or section in the article's order, and counts by verdict."""
-    places: dict[str, list[Row]] = {}
+    places: dict[str, list[LedgerRow]] = {}
     for row in rows:
         places.setdefault(row.claim.where, []).append(row)
     return {place: (mine, counts(mine)) for place, mine in places.items()}
 
 
-def counts(rows: Sequence[Row]) -> dict[str, int]:
+def counts(rows: Sequence[LedgerRow]) -> dict[str, int]:
     """How many rows have each verdict; those that none has are left out."""
     found = [row.verdict for row in rows]
     return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
 
 
-def ledger_table(rows: Sequence[Row]) -> pd.DataFrame:
+def ledger_table(rows: Sequence[LedgerRow]) -> pd.DataFrame:
     """The ledger as a table, states in words."""
     table = table_of({**vars(row.claim), **vars(row)} for row in rows)
     words = [str(ours).lower() if isinstance(ours, bool) else ours for ours in table["our_value"]]

@@ -35,7 +35,7 @@ Solved = dict[Choice, Values]
 
 
 @dataclass(frozen=True)
-class Point:
+class JudgedChoice:
     """One choice, and the claims that agree there (reproduced or close), none without a tap.
 
     arrivals_percent : the largest deviation of the three arrival times; None without one.
@@ -79,13 +79,13 @@ def solve_choices(choices: Sequence[Choice], pool: Workers, progress: Progress) 
     return solved
 
 
-def judged(choice: Choice, values: Values) -> Point:
+def judged(choice: Choice, values: Values) -> JudgedChoice:
     """Every row judged as the ledger judges it."""
     claims = read_claims()
     rows = [judge(claims[id_], Finding(value)) for id_, value in values.items()]
     late = [abs(row.deviation or 0.0) for row in rows if row.claim.id in ARRIVAL_CLAIMS.values()]
     agreeing = tuple(row.claim.id for row in rows if row.verdict in (REPRODUCED, CLOSE))
-    return Point(*choice, agreeing, max(late, default=None))
+    return JudgedChoice(*choice, agreeing, max(late, default=None))
 
 
 def driven_ids() -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from validation.studies.paper.ramp_exclusion import GRID, Exclusion, exclude, sh
 from validation.studies.paper.ramp_experiment import (
     RAMPS,
     RELAXATIONS,
-    Point,
+    JudgedChoice,
     driven_ids,
     judged,
     solve_choices,
@@ -32,32 +32,32 @@ FILE = "ramp_experiment.json"
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RampStudy:
     """Every row judged at each choice of the grid, and what lies between them."""
 
-    points: tuple[Point, ...]
+    points: tuple[JudgedChoice, ...]
     exclusion: Exclusion
 
 
-def compute(pool: Workers, progress: Progress) -> Outcome:
+def compute(pool: Workers, progress: Progress) -> RampStudy:
     """The grid, then the boxes between its points."""
     solve = partial(solve_choices, pool=pool, progress=progress)
     grid = solve(list(product(*GRID)))
-    return Outcome(tuple(judged(*one) for one in grid.items()), exclude(solve, grid))
+    return RampStudy(tuple(judged(*one) for one in grid.items()), exclude(solve, grid))
 
 
 @cache
-def kept_outcome() -> Outcome:
+def kept_outcome() -> RampStudy:
     """What the package keeps."""
-    return TypeAdapter(Outcome).validate_json((DATA / FILE).read_bytes())
+    return TypeAdapter(RampStudy).validate_json((DATA / FILE).read_bytes())
 
 
-def closest(points: Iterable[Point]) -> Point:
+def closest(points: Iterable[JudgedChoice]) -> JudgedChoice:
     """Where most rows agree."""
     return max(points, key=lambda point: len(point.agreeing))
 
 
-def sentence(id_: str, outcome: Outcome) -> str:
+def sentence(id_: str, outcome: RampStudy) -> str:
     """What the experiment says of one row."""
     points = outcome.points
     own = sum(id_ in point.agreeing for point in points)
@@ -90,7 +90,7 @@ def between(exclusion: Exclusion) -> str:
     return f"{text} at {exclusion.agreeing or 'none'} of {exclusion.points} choices solved"
 
 
-def place(point: Point) -> str:
+def place(point: JudgedChoice) -> str:
     """A point in words."""
     return f"({1e3 * point.ramp_s:g} ms, {1e3 * point.relaxation_time_s:g} ms, {point.factor:.3g})"
 

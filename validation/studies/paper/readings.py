@@ -9,7 +9,7 @@ from hcm.arrays import Floats
 from validation.harness.record import RunRecord
 from validation.studies.paper.case_runs import CaseRun
 
-Runs = Mapping[str, CaseRun]
+CaseRuns = Mapping[str, CaseRun]
 
 # The paper counts transitions in its figures. A swing of Fn below this share of its peak, or a
 # phase shorter than this share of the contact, is thinner than a printed line: it is located, but
@@ -17,7 +17,7 @@ Runs = Mapping[str, CaseRun]
 VISIBLE = 0.005
 
 
-def scalar(runs: Runs, case: str, key: str) -> float:
+def scalar(runs: CaseRuns, case: str, key: str) -> float:
     """One of a run's scalars.
 
     Raises KeyError: the case has not run or has no such value.
@@ -45,7 +45,7 @@ def window(record: RunRecord) -> tuple[float, float]:
 
 
 def curve(run: CaseRun, name: str) -> tuple[Floats, Floats]:
-    """T - t_c (s) and one history over the first tap."""
+    """Time t - t_c (s) and one history over the first tap."""
     start, end = window(run.record)
     time = run.record.history["time_s"]
     inside = (time >= start) & (time <= end)
@@ -53,7 +53,7 @@ def curve(run: CaseRun, name: str) -> tuple[Floats, Floats]:
 
 
 def particle_velocity(run: CaseRun) -> tuple[Floats, Floats]:
-    """T - t_c (s) and V_P (m/s) in contact; at separation the row is in flight: the tip's."""
+    """Time t - t_c (s) and V_P (m/s) in contact; at separation the row is in flight: the tip's."""
     time, velocity = curve(run, "particle_velocity_m_per_s")
     touching = curve(run, "mode")[1] >= 3
     return time[touching], velocity[touching]

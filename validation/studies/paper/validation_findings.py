@@ -8,7 +8,7 @@ from validation.compare.claims import read_claims
 from validation.compare.verdict import error_percent
 from validation.harness.record import RunRecord
 from validation.studies.paper.ledger import Finding
-from validation.studies.paper.readings import Runs, curve, scalar, transitions
+from validation.studies.paper.readings import CaseRuns, curve, scalar, transitions
 from validation.studies.paper.reference_runs import (
     JUDGED,
     VARIANTS,
@@ -25,7 +25,9 @@ COSTS = {"times": "wall_time_s", "memories": "peak_memory_MB"}
 NO_REFERENCE = "no reference run"
 
 
-def _peaks(runs: Runs, references: References, printed: Mapping[str, float]) -> dict[str, Finding]:
+def _peaks(
+    runs: CaseRuns, references: References, printed: Mapping[str, float]
+) -> dict[str, Finding]:
     """Table 2: peak forces of both models, and their differences."""
     rows = {}
     for number, (scene, key) in enumerate(PEAKS, start=1):
@@ -95,7 +97,7 @@ def _other_machine(
 
 
 def validation_findings(
-    runs: Runs, apart: Mapping[str, RunRecord], references: References
+    runs: CaseRuns, apart: Mapping[str, RunRecord], references: References
 ) -> dict[str, Finding]:
     """Findings by claim.
 

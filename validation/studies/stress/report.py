@@ -13,7 +13,7 @@ from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
-from validation.studies.stated_errors import TIMES, WRONG
+from validation.studies.stated_errors import UNDERSTATED_FACTOR, WRONG_SHARE
 from validation.studies.stress.limits import limit
 from validation.studies.stress.reference.judge import OTHER
 from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
@@ -116,8 +116,8 @@ def write_stress_page(
             "peers": peers,
             "reference_peers": reference_peers,
             "largest_error": LARGEST_ERROR,
-            "times": TIMES,
-            "wrong_share": WRONG,
+            "times": UNDERSTATED_FACTOR,
+            "wrong_share": WRONG_SHARE,
             "other": OTHER,
             "energy_share": LARGEST_RESIDUAL,
             "provenance": provenance({}),

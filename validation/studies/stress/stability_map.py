@@ -3,7 +3,7 @@
 A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*:
 
     scene(x, y, panel) -> a frozen dataclass whose repr is the cell's whole identity
-    judge(scene) -> Verdict, a function of a module (it is sent to other processes)
+    judge(scene) -> CellVerdict, a function of a module (it is sent to other processes)
 
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
@@ -21,7 +21,7 @@ from enum import StrEnum
 from itertools import product
 from typing import Any, Self
 
-from validation.studies.stated_errors import FLOOR, WRONG, Compared, understated
+from validation.studies.stated_errors import ROUND_OFF_SHARE, WRONG_SHARE, StatedError, understated
 
 # Largest relative error of what is still called right (the README's and the page's definition).
 LARGEST_ERROR = 0.05
@@ -40,7 +40,7 @@ class Answer(StrEnum):
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CellVerdict:
     """A cell's answer; its fields are the columns of the CSV.
 
     reason : why. checked_by : what the answer rests on, besides the solver. error : largest
@@ -72,7 +72,9 @@ class Verdict:
             return found
         return found.judged(Answer.WRONG, f"{quantity} differs by {error:.2g} from {other}")
 
-    def within_stated(self, other: str, numbers: Mapping[str, Compared], cautioned: bool) -> Self:
+    def within_stated(
+        self, other: str, numbers: Mapping[str, StatedError], cautioned: bool
+    ) -> Self:
         """With one more check: right is what differs from `other` by what the run itself states.
 
         numbers : of `stated_errors.compare`; that which is farthest beyond its error counts.
@@ -80,23 +82,23 @@ class Verdict:
         found = replace(self, checked_by=f"{self.checked_by}, {other}")
         if not numbers:
             return found
-        shares = {name: (s / scale, t / scale) for name, (_, s, t, scale) in numbers.items()}
-        worst = max(shares, key=lambda name: shares[name][1] / (shares[name][0] + FLOOR))
+        shares = {name: number.shares for name, number in numbers.items()}
+        worst = max(shares, key=lambda name: shares[name][1] / (shares[name][0] + ROUND_OFF_SHARE))
         stated, true = shares[worst]
         found = replace(found, error=true, stated=stated)
         if not understated(stated, true):
             return found
-        answer = Answer.WRONG if true > WRONG and not cautioned else Answer.UNDERSTATED
+        answer = Answer.WRONG if true > WRONG_SHARE and not cautioned else Answer.UNDERSTATED
         said = f"{worst} differs by {true:.2g} from {other}, and {stated:.2g} is stated"
         return found.judged(answer, said)
 
 
-Judge = Callable[[Any], Verdict]
+Judge = Callable[[Any], CellVerdict]
 
 
 @dataclass(frozen=True)
 class Cell:
-    """Where a cell lies on its map, its scene, and who judges it: a dataclass of JSON values."""
+    """Where a cell lies on its map, its scene, and who judges it; its result has JSON values."""
 
     map: str
     x: float

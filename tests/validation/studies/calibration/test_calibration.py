@@ -14,7 +14,7 @@ from validation.studies.calibration.command import calibrate
 from validation.studies.calibration.report import (
     ACCURACY_QUANTITIES,
     Row,
-    held,
+    accuracy_kept,
     misses,
     numbers_of,
     table,
@@ -102,7 +102,7 @@ def test_runs_that_say_they_fall_short_are_counted_apart() -> None:
         return number, case("hcm", number, 1e-2), result
 
     found = [row(0, 5e-3, 8e-3), row(1, 0.05, 0.06), row(4, 0.04, None), row(5, 0.02, 0.0, "?")]
-    by = {entry["scenes"]: entry for entry in held(found)}
+    by = {entry["scenes"]: entry for entry in accuracy_kept(found)}
     assert list(by) == ["falls", "driven", "judged without a caution", "all"]
     shares = {name: (entry["number"], round(entry["within (%)"]), entry["beyond 3 times"],
                      entry["say they keep it"], round(entry["of these within (%)"]),

@@ -30,18 +30,18 @@ from validation.studies.evidence.ball import (
 )
 from validation.studies.evidence.command import PIECES, look
 from validation.studies.evidence.mindlin import spin
-from validation.studies.evidence.report import Shown, tally, told, word, write_evidence
-from validation.studies.evidence.rows import LEVELS, Piece, Row
+from validation.studies.evidence.report import Shown, difference_text, tally, word, write_evidence
+from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
 from validation.studies.evidence.static_beam import PIECES as BEAMS
 from validation.studies.evidence.static_beam import ClampedBeam, princeton_rows
 
-ROW = Row("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
+ROW = EvidenceRow("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
 
 TAP = taps.Tap("soft", 300.0, 0.0)
 ERRORS = dict.fromkeys(taps.JUDGED, 1.1)
-OWN = taps.Own((0.0, 1e-6, 2e-6, 3e-6, 4e-6), (0.0, 8.0, 11.0, 4.0, 0.0), ERRORS,
+OWN = taps.ReferenceTap((0.0, 1e-6, 2e-6, 3e-6, 4e-6), (0.0, 8.0, 11.0, 4.0, 0.0), ERRORS,
                2e-6, (2000, 3000), (1.0, 3.0), (0,), ())  # fmt: skip
-STOPPED = taps.Outcome(TAP, "CalculiX 1", "today", "here", 60.0, 1e-6, (0.0, 1e-6, 2e-6, 3e-6),
+STOPPED = taps.CalculixTap(TAP, "CalculiX 1", "today", "here", 60.0, 1e-6, (0.0, 1e-6, 2e-6, 3e-6),
                        (0.0, 8.0, 10.0, 4.0), 2e-6, (1000, 3000))  # fmt: skip
 
 
@@ -54,7 +54,7 @@ def figure(path: Path) -> None:
         pass
 
 
-def piece(solve: Callable[[Progress, Store], list[Row]], **changes: object) -> Piece:
+def piece(solve: Callable[[Progress, Store], list[EvidenceRow]], **changes: object) -> Piece:
     """One of this module's own."""
     plain = Piece("own", "One", "tap", "somebody", "a problem", (__name__,), solve)
     return replace(plain, modules=("validation.studies.evidence.rows",), **changes)  # type: ignore[arg-type]
@@ -153,17 +153,17 @@ def test_a_ball_whose_angles_are_hcms_is_told_to_agree(monkeypatch: Patch) -> No
 
 
 def test_a_verdict_in_words() -> None:
-    assert told(ROW) == "+5.0 ± 2.5 %: differs"
-    assert told(replace(ROW, ours=2.02)) == "+1.0 ± 2.5 %: agrees"
-    assert told(replace(ROW, outside_error=math.inf)) == "cannot tell"
-    assert told(replace(ROW, outside_error=0.4)) == "+5.0 ± 20 %: cannot tell"
-    assert told(replace(ROW, outside_error=4.0)) == "+5.0 ± 200 %: cannot tell"
+    assert difference_text(ROW) == "+5.0 ± 2.5 %: differs"
+    assert difference_text(replace(ROW, ours=2.02)) == "+1.0 ± 2.5 %: agrees"
+    assert difference_text(replace(ROW, outside_error=math.inf)) == "cannot tell"
+    assert difference_text(replace(ROW, outside_error=0.4)) == "+5.0 ± 20 %: cannot tell"
+    assert difference_text(replace(ROW, outside_error=4.0)) == "+5.0 ± 200 %: cannot tell"
 
 
 def test_rows_are_kept_and_read_back(tmp_path: Path) -> None:
     asked = []
 
-    def solve(progress: Progress, store: Store) -> list[Row]:
+    def solve(progress: Progress, store: Store) -> list[EvidenceRow]:
         asked.append(1)
         return [ROW]
 
@@ -178,7 +178,7 @@ def test_rows_are_kept_and_read_back(tmp_path: Path) -> None:
 
 
 def test_what_is_absent_left_out_or_failed_says_so(tmp_path: Path) -> None:
-    def fail(progress: Progress, store: Store) -> list[Row]:
+    def fail(progress: Progress, store: Store) -> list[EvidenceRow]:
         raise ArithmeticError("no equilibrium")
 
     store = Store(tmp_path)
@@ -197,7 +197,7 @@ def test_pyelastica_is_named_where_it_is_absent(monkeypatch: Patch) -> None:
 def test_the_command_leaves_a_page_and_a_table(
     tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
-    def solve(progress: Progress, store: Store) -> list[Row]:
+    def solve(progress: Progress, store: Store) -> list[EvidenceRow]:
         return [ROW, replace(ROW, ours=2.0)]
 
     pieces = piece(solve), piece(solve, name="other", slow=True)
@@ -228,7 +228,7 @@ def test_pieces_have_names_levels_sources_and_reasons() -> None:
 
 
 def test_calculixs_taps_are_kept_with_date_and_machine() -> None:
-    kept = taps.kept()
+    kept = taps.kept_taps()
     assert set(taps.TAPS.values()) <= set(kept)
     for one in kept.values():
         force, time = np.array(one.normal_force_N), np.array(one.time_s)
@@ -248,8 +248,8 @@ def test_a_field_beside_another() -> None:
 
 
 def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(taps, "outcome_of", lambda *given: STOPPED)
-    monkeypatch.setattr(taps, "own_of", lambda *given: OWN)
+    monkeypatch.setattr(taps, "calculix_tap", lambda *given: STOPPED)
+    monkeypatch.setattr(taps, "reference_tap", lambda *given: OWN)
     peak, field = taps.rows(TAP, quiet, Store(None))
     assert (peak.outside, peak.ours, peak.ours_error) == (10.0, 11.0, 1.1)
     assert field.ours_error == pytest.approx(0.1 * field.ours)
@@ -257,7 +257,7 @@ def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -
     ended = replace(
         STOPPED, time_s=(*STOPPED.time_s, 4e-6), normal_force_N=(0.0, 8.0, 10.0, 4.0, 0.0)
     )
-    monkeypatch.setattr(taps, "outcome_of", lambda *given: ended)
+    monkeypatch.setattr(taps, "calculix_tap", lambda *given: ended)
     _, impulse, *_, whole = taps.rows(TAP, quiet, Store(None))
     assert (impulse.outside, impulse.unit) == (pytest.approx(0.022), "mN s")
     assert (whole.outside, whole.unit) == (pytest.approx(7**0.5), "MPa")
@@ -265,8 +265,10 @@ def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -
 
 def test_soft_springs_are_given_to_both_programs(monkeypatch: Patch) -> None:
     soft = replace(OWN, normal_force_N=(0.0, 4.0, 5.5, 2.0, 0.0), errors=dict.fromkeys(ERRORS, 5.0))
-    monkeypatch.setattr(taps, "outcome_of", lambda *given: STOPPED)
-    monkeypatch.setattr(taps, "own_of", lambda tap, _: OWN if tap.factor == taps.STIFF else soft)
+    monkeypatch.setattr(taps, "calculix_tap", lambda *given: STOPPED)
+    monkeypatch.setattr(
+        taps, "reference_tap", lambda tap, _: OWN if tap.factor == taps.STIFF else soft
+    )
     peak, _ = taps.rows(replace(TAP, factor=1.0), quiet, Store(None))
     # a tenth of either, as on stiff springs, and not the 5 N that springs may change
     assert (peak.ours, peak.ours_error, peak.outside_error) == pytest.approx((5.5, 0.55, 1.0))
@@ -296,9 +298,9 @@ def test_the_taps_figures_are_drawn(tmp_path: Path, monkeypatch: Patch) -> None:
     corners = tuple((float(x), y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
     other = tuple((x + 1, y) for x, y in corners)
     own = replace(OWN, cut=(0, 1), corners_mm=(corners, other))
-    theirs = replace(next(iter(taps.kept().values())), von_mises_kPa=(1000, 3000))
-    monkeypatch.setattr(tap_figures, "outcome_of", lambda *given: theirs)
-    monkeypatch.setattr(tap_figures, "own_of", lambda *given: own)
+    theirs = replace(next(iter(taps.kept_taps().values())), von_mises_kPa=(1000, 3000))
+    monkeypatch.setattr(tap_figures, "calculix_tap", lambda *given: theirs)
+    monkeypatch.setattr(tap_figures, "reference_tap", lambda *given: own)
     tap_figures.draw_forces(tmp_path / "taps.png", Store(None))
     tap_figures.draw_field(tmp_path / "field.png", TAP, Store(None))
     for name in ("taps", "field"):

@@ -13,7 +13,7 @@ from tests.validation.commands import Patch
 from validation.cli import app
 from validation.compare.claims import read_claims
 from validation.harness.record import Event, RunRecord
-from validation.models.hcm import translate
+from validation.models.hcm import hcm_scene
 from validation.scenes.load import load_scene
 from validation.studies.paper import torque_factor
 from validation.studies.paper.case_runs import CaseRun, solve_case
@@ -206,7 +206,7 @@ def test_numerics_of_the_article_override_all_that_the_driven_scenes_set() -> No
 
 
 def test_adaptive_steps_are_those_of_a_scene_that_sets_none() -> None:
-    settings = translate(load_scene("driven-3", DEFAULTS), estimate=False)["settings"]
+    settings = hcm_scene(load_scene("driven-3", DEFAULTS), estimate=False).settings
     assert settings == hcm.Settings(estimate=False)
 
 

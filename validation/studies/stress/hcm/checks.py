@@ -28,7 +28,9 @@ def violations(scene: Scene, result: TapResult) -> list[str]:
     checks = [_energy, _dissipation, _postures, _work]
     if not scene.assumptions.any:
         checks += [_ending, _contact_law, _cone, _events, audit]
-    return list(_finite(result)) or [told for check in checks for told in check(scene, result)]
+    return list(_finite(result)) or [
+        violation for check in checks for violation in check(scene, result)
+    ]
 
 
 def _finite(result: TapResult) -> Iterator[str]:

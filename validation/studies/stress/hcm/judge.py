@@ -10,10 +10,10 @@ from validation.studies.stated_errors import compare
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.judging import SMALLER_STEP, largest_difference
-from validation.studies.stress.stability_map import Answer, Verdict
+from validation.studies.stress.stability_map import Answer, CellVerdict
 
 # Of a completed run that breaks no law: the verdict so far, and the verdict with one more check.
-Check = Callable[[Verdict, hcm.Scene, hcm.TapResult], Verdict]
+Check = Callable[[CellVerdict, hcm.Scene, hcm.TapResult], CellVerdict]
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
 # Of DOP853: the tap need only be known far better than `LARGEST_ERROR`, and one that lasts longer
@@ -35,7 +35,7 @@ def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Sett
     )
 
 
-def confirm(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
+def confirm(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> CellVerdict:
     """The verdict on a completed run, by a run with smaller steps and tolerances.
 
     A tighter run that does not end in the work allowed gives way to one that is less tight; where
@@ -55,15 +55,15 @@ def confirm(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
     return replace(found, error=float("inf")).judged(Answer.WRONG, failed)
 
 
-def examine(scene: hcm.Scene, *checks: Check) -> Verdict:
+def examine(scene: hcm.Scene, *checks: Check) -> CellVerdict:
     """Run a scene and check its invariants, then by `checks` in turn where it is right so far."""
     run = observed(scene)
     try:
         result = hcm.simulate(**run.arguments())
     except hcm.ParameterError as refusal:
-        return Verdict(Answer.REFUSED, str(refusal))
+        return CellVerdict(Answer.REFUSED, str(refusal))
     s = result.statistics
-    found = Verdict(
+    found = CellVerdict(
         Answer.RIGHT, "", "mechanics of its states, contact law", None,
         result.summary.energy_residual, s.steps, s.wall_time_s,
     )  # fmt: skip
@@ -79,7 +79,7 @@ def examine(scene: hcm.Scene, *checks: Check) -> Verdict:
     return found
 
 
-def with_step(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
+def with_step(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> CellVerdict:
     """The verdict, which says so where the contact steps are far smaller than was asked."""
     rows = int((result.history.mode // 3 > 0).sum())
     step = (result.summary.contact_duration_s or 0.0) / max(rows, 1)
@@ -88,7 +88,7 @@ def with_step(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdic
     return found
 
 
-def judge_by_tighter_run(scene: hcm.Scene) -> Verdict:
+def judge_by_tighter_run(scene: hcm.Scene) -> CellVerdict:
     """Run a scene and a tighter one beside it; say what the answer is worth.
 
     Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
@@ -97,12 +97,12 @@ def judge_by_tighter_run(scene: hcm.Scene) -> Verdict:
     return examine(scene, confirm, with_step)
 
 
-def judge_by_laws(scene: hcm.Scene) -> Verdict:
+def judge_by_laws(scene: hcm.Scene) -> CellVerdict:
     """Run a scene and check its invariants, without a second run."""
     return examine(scene, with_step)
 
 
-def judge_by_dop853(scene: hcm.Scene) -> Verdict:
+def judge_by_dop853(scene: hcm.Scene) -> CellVerdict:
     """The verdict of the laws, and then peak F_n, impulse and duration by SciPy's DOP853.
 
     It solves from the same state at contact (`hcm.reference_solution`) and shares the beams' forces
@@ -112,7 +112,7 @@ def judge_by_dop853(scene: hcm.Scene) -> Verdict:
     return examine(scene, _by_dop853, with_step)
 
 
-def _by_dop853(found: Verdict, scene: hcm.Scene, result: hcm.TapResult) -> Verdict:
+def _by_dop853(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> CellVerdict:
     kept = result.event_postures
     assert isinstance(kept, Postures)
     assert kept.v is not None

@@ -18,7 +18,7 @@ from scipy.integrate import quad
 
 from hcm import Scene, TapResult
 from validation.studies.stress.hcm.judge import examine
-from validation.studies.stress.stability_map import Verdict
+from validation.studies.stress.stability_map import CellVerdict
 
 
 def closed_form(scene: Scene) -> dict[str, float]:
@@ -41,12 +41,12 @@ def closed_form(scene: Scene) -> dict[str, float]:
     }
 
 
-def judge_by_closed_form(scene: Scene) -> Verdict:
+def judge_by_closed_form(scene: Scene) -> CellVerdict:
     """Right is what breaks no law and lies within `LARGEST_ERROR` of the closed form."""
     return examine(scene, _by_closed_form)
 
 
-def _by_closed_form(found: Verdict, scene: Scene, result: TapResult) -> Verdict:
+def _by_closed_form(found: CellVerdict, scene: Scene, result: TapResult) -> CellVerdict:
     errors = {
         name: abs(getattr(result.summary, name) / exact - 1)
         for name, exact in closed_form(scene).items()

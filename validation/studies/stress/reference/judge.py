@@ -12,7 +12,7 @@ from validation.studies.stated_errors import compare
 from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
-from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Verdict
+from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, CellVerdict
 
 # Change of the speed that no measurement would notice, and what it changes in a chaotic contact.
 NUDGE, CHAOTIC = 1e-6, 0.01
@@ -26,7 +26,7 @@ SLOW = 0.02
 HALF, BAR = "half the step", "elastic bar"
 
 
-def judge(scene: ReferenceScene) -> Verdict:
+def judge(scene: ReferenceScene) -> CellVerdict:
     """Run a scene, and beside it one at half the step, one of another law or element, one nudged.
 
     A completed run must keep the invariants of `checks` and repeat at half the step to
@@ -38,9 +38,9 @@ def judge(scene: ReferenceScene) -> Verdict:
     try:
         result, model = scene.simulate()
     except ValueError as refusal:
-        return Verdict(Answer.REFUSED, str(refusal))
+        return CellVerdict(Answer.REFUSED, str(refusal))
     summary = result.summary
-    found = Verdict(
+    found = CellVerdict(
         Answer.RIGHT, "", "momentum, energy of its fields, cone", None,
         float(summary.energy_residual or 0.0), summary.steps, summary.wall_time_s,
     )  # fmt: skip
@@ -89,8 +89,8 @@ def _witnesses(scene: ReferenceScene) -> Iterator[tuple[str, ReferenceScene, flo
 
 
 def _doubtful(
-    scene: ReferenceScene, result: rf.TapResult, found: Verdict, name: str, error: float | None
-) -> Verdict:
+    scene: ReferenceScene, result: rf.TapResult, found: CellVerdict, name: str, error: float | None
+) -> CellVerdict:
     """Flagged, if the solver or a nudge says so; else wrong."""
     differs = f"{name}: " + ("the tap is lost" if error is None else f"differs by {error:.2g}")
     if result.cautions:

@@ -9,7 +9,7 @@ from tests.validation.studies.stress.taps import SOFT, TAP
 from validation.studies.stress.hcm.judge import judge_by_dop853, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed_form
-from validation.studies.stress.stability_map import Answer, Map, Verdict
+from validation.studies.stress.stability_map import Answer, CellVerdict, Map
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -61,7 +61,7 @@ def test_right_is_within_what_the_run_states(
 ) -> None:
     good = (100.0, 1e-3, 1e-4, 100.0)
     peak = (100.0, 100.0 * stated, 100.0 * true, 100.0)
-    judged = Verdict(Answer.RIGHT, "").within_stated(
+    judged = CellVerdict(Answer.RIGHT, "").within_stated(
         "a tighter run", {"impulse": good, "peak": peak}, cautioned
     )
     assert (judged.answer, judged.checked_by) == (answer, ", a tighter run")

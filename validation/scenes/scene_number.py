@@ -1,6 +1,6 @@
 """What one number of a scene may be: its unit, its bounds, and the sentence that says so.
 
-Contract: a ``Quantity`` is put beside a type in ``Annotated`` and becomes the field's whole
+Contract: a ``SceneNumber`` is put beside a type in ``Annotated`` and becomes the field's whole
 validation. The bounds are stated once; the check and the error text both come from them.
 """
 
@@ -15,7 +15,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 
 @dataclass(frozen=True)
-class Quantity:
+class SceneNumber:
     """A finite number (or one per phalanx) with a unit and bounds.
 
     unit : SI unit, "" for a pure number.
@@ -114,8 +114,8 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class OrTable(Quantity):
-    """Such a quantity, or a table that says more."""
+class OrTable(SceneNumber):
+    """Such a number, or a table that says more."""
 
     table: Any = None
 
@@ -135,9 +135,9 @@ class OrTable(Quantity):
 
 @dataclass(frozen=True)
 class Rows:
-    """A list of lists, each of which is such a quantity."""
+    """A list of lists, each of which is such a number."""
 
-    row: Quantity
+    row: SceneNumber
 
     def _check(self, value: object) -> tuple[Any, ...]:
         if not isinstance(value, list | tuple) or not value:

@@ -182,8 +182,8 @@ class Drive:
             raise ParameterError(f"torques = {self.torques!r}: must be () where a table is given")
 
     @property
-    def fall(self) -> tuple[float, float]:
-        """Acceleration of a free fall in the surface's frame, -g (sin, cos)(incline), m/s^2."""
+    def gravity_vector(self) -> tuple[float, float]:
+        """f, acceleration by gravity in the surface's frame, -g (sin, cos)(incline), m/s^2."""
         return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)
 
 

@@ -69,7 +69,7 @@ def loads(chain: RigidChain, state: ChainState, lengths: Array, line: Array) -> 
     turned = np.exp(1j * state.angles)
     gained = -lengths * turned * (1j * changes[chain.links :] - state.rates**2)
     end = np.cumsum(gained)
-    ends = complex(*chain.fall) - np.stack([end - gained, end])
+    ends = complex(*chain.gravity_vector) - np.stack([end - gained, end])
     weights = line * lengths * ends.mean(axis=0)
     beyond = np.cumsum(weights[::-1])[::-1] - weights
     own_frame, pulls = line * ends * turned.conj(), beyond * turned.conj()

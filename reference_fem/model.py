@@ -39,7 +39,7 @@ class Model:
     body_of_point : (n_points,), phalanx of each node, from 0
     touching_body : the phalanx whose surface may touch
     contact_cells : (n,), cells with a node that may touch
-    fall : acceleration of a free fall in the surface's frame, m/s²
+    gravity_vector : acceleration by gravity, f, in the surface's frame, m/s²
     step_s : Δt
     transit_s : time of an axial wave over the length of the last phalanx
     cell_transit_s : the same over the smallest cell that may touch
@@ -64,7 +64,7 @@ class Model:
     touching_body: int
     contact_cells: Index
     surface: Surface
-    fall: tuple[float, float]
+    gravity_vector: tuple[float, float]
     step_s: float
     transit_s: float
     cell_transit_s: float
@@ -160,14 +160,14 @@ def build_model(
         contact=contact,
         probe=build_probe(points, cells, last, kernel.cell_volume, mass, outline),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
-        chain=build_chain(points, mass, body_nodes, hinge_points, loads, drive.fall)
+        chain=build_chain(points, mass, body_nodes, hinge_points, loads, drive.gravity_vector)
         if hinge_sides
         else None,
         body_of_point=body_of_point,
         touching_body=int(body_of_point[contact.nodes[0]]),
         contact_cells=contact_cells,
         surface=surface,
-        fall=drive.fall,
+        gravity_vector=drive.gravity_vector,
         step_s=step_s,
         transit_s=float(np.ptp(points[body_nodes[-1]], axis=0).max()) / materials[-1].bar_speed,
         cell_transit_s=_smallest_size(points, cells[contact_cells]) / materials[-1].bar_speed,

@@ -31,7 +31,7 @@ class RigidChain:
         hinge for j < w, hinge to mass centre for j = w, zero beyond
     origins : (P, 2), rest position of each body's first hinge
     torques : on each body, reactions included
-    fall : (2,), f, acceleration of a free fall
+    gravity_vector : (2,), f, acceleration by gravity
     arm_products : (P, P), Σ_w m_w conj(a_wj) a_wk of the arms a as complex numbers X + iY
     moments : (P,), Σ_w m_w a_wj
     """
@@ -41,7 +41,7 @@ class RigidChain:
     arms: Array
     origins: Array
     torques: Torques
-    fall: Array
+    gravity_vector: Array
     arm_products: ComplexArray = field(init=False)
     moments: ComplexArray = field(init=False)
 
@@ -65,8 +65,8 @@ class RigidChain:
         """
         angles, rates = state[: self.links], state[self.links :]
         products, turns = self._products(angles)
-        fall = (np.conj(self.moments * turns) * complex(*self.fall)).imag
-        load = torques + fall + products.imag @ rates**2
+        weight = (np.conj(self.moments * turns) * complex(*self.gravity_vector)).imag
+        load = torques + weight + products.imag @ rates**2
         return np.concatenate([rates, np.linalg.solve(self._joint_inertia(products), load)])
 
     def _products(self, angles: Array) -> tuple[ComplexArray, ComplexArray]:
@@ -107,7 +107,8 @@ class RigidChain:
         speed = np.einsum("k,wkd->wd", state.rates, turned)
         kinetic = 0.5 * (self.mass @ (speed**2).sum(axis=1) + self.inertia @ state.rates**2)
         moved = (b - self.arms).sum(axis=1)
-        gained = self.fall[1] * self.mass @ moved[:, 1] + self.fall[0] * self.mass @ moved[:, 0]
+        fx, fy = self.gravity_vector
+        gained = fy * self.mass @ moved[:, 1] + fx * self.mass @ moved[:, 0]
         return float(kinetic - gained - self.torques.at(state.time_s) @ state.angles)
 
     def hinges_at(self, angles: Array, rates: Array) -> tuple[Array, Array]:
@@ -124,7 +125,7 @@ def build_chain(
     body_nodes: list[Index],
     hinge_points: Array,
     torques: Torques,
-    fall: tuple[float, float],
+    gravity_vector: tuple[float, float],
 ) -> RigidChain:
     """Chain from the mesh's masses.
 
@@ -145,7 +146,9 @@ def build_chain(
         inertia[w] = m @ ((x - centre) ** 2).sum(axis=1)
         arms[w, :w] = np.diff(hinge_points[: w + 1], axis=0)
         arms[w, w] = centre - hinge_points[w]
-    return RigidChain(mass, inertia, arms, np.asarray(hinge_points), torques, np.array(fall))
+    return RigidChain(
+        mass, inertia, arms, np.asarray(hinge_points), torques, np.array(gravity_vector)
+    )
 
 
 def chain_and_start(

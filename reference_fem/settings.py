@@ -134,8 +134,8 @@ class Drive:
             raise ValueError(f"torques = {self.torques!r}: must be () where a table is given")
 
     @property
-    def fall(self) -> tuple[float, float]:
-        """Acceleration of a free fall in the surface's frame, -g (sin, cos)(incline), m/s²."""
+    def gravity_vector(self) -> tuple[float, float]:
+        """f, acceleration by gravity in the surface's frame, -g (sin, cos)(incline), m/s²."""
         return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)
 
     def torques_for(self, phalanges: int) -> Torques:

@@ -56,7 +56,7 @@ def true_chain(
         bodies,
         np.stack([geometry.hinges, np.zeros(last + 1)], axis=1),
         drive.loads_for(last + 1),
-        drive.fall,
+        drive.gravity_vector,
     )
 
 

@@ -103,7 +103,7 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
         _roundoff(section_properties), relaxation, any(p.relaxation_time for p in phalanges),
     )  # fmt: skip
     fill_chain_by_kind(
-        None, np.array(counts), np.array(section_properties), drive.fall, chain, rest
+        None, np.array(counts), np.array(section_properties), drive.gravity_vector, chain, rest
     )
     joint, sign = acting_joints(drive, links)
     if joint.size:
@@ -120,12 +120,12 @@ def _section(p: Phalanx) -> tuple[float, ...]:
 
 @kernel_with()
 def fill_chain(
-    counts: Ints, section_properties: Floats, fall: tuple[float, float], chain: Chain, rest: Floats
+    counts: Ints, section_properties: Floats, f: tuple[float, float], chain: Chain, rest: Floats
 ) -> None:
     """Fill the arrays of `build_chain`'s chain, and its rest (n,), from zeros.
 
     counts : (P,) elements. section_properties : (P, 6) l (m), rho A (kg/m), E A (N), E I (N m^2),
-    the phalanx's length (m), tau (s). fall : acceleration of a free fall f, m/s^2.
+    the phalanx's length (m), tau (s). f : acceleration by gravity, m/s^2.
     """
     element, place, arc = 0, 0, 0.0
     for w in range(counts.size):
@@ -134,10 +134,10 @@ def fill_chain(
         chain.hinge_inner[w] = place - 4 if w else -1
         chain.scale[place] = chain.scale[place + 1] = per_length * el
         # w int S dx = w (l/2, l^2/12, l/2, -l^2/12), w = rho A f, on each element's nodes
-        force_x, force_y = per_length * fall[0] * el / 2.0, per_length * fall[1] * el / 2.0
+        force_x, force_y = per_length * f[0] * el / 2.0, per_length * f[1] * el / 2.0
         moment_x, moment_y = (
-            per_length * fall[0] * el**2 / 12.0,
-            per_length * fall[1] * el**2 / 12.0,
+            per_length * f[0] * el**2 / 12.0,
+            per_length * f[1] * el**2 / 12.0,
         )
         for i in range(counts[w] + 1):
             node = place + 2 + 4 * i

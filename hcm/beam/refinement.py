@@ -135,7 +135,7 @@ def shapes(x: float, el: float, phi: float) -> tuple[Four, Four]:
 def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assumptions) -> Chain:
     """The chain of `beams_of(finger)` with the masses and stiffnesses that are assumed."""
     mass, bending = chain.mass.copy(), chain.bending.copy()
-    weight, fall = np.zeros_like(chain.weight), np.array(drive.fall)
+    weight, f = np.zeros_like(chain.weight), np.array(drive.gravity_vector)
     rotary, e = assumptions.has("rotary_inertia"), 0
     for p, length, round_from in pieces(finger, assumptions):
         el, phi = length / p.elements, shear_number(replace(p, length=length), assumptions)
@@ -152,7 +152,7 @@ def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assump
             mass[e] = (axis * (line * WEIGHTS * el)) @ axis.T
             mass[e] += (turn * (turning * WEIGHTS * el)) @ turn.T
             own = slice(chain.first[e], chain.first[e] + 8)
-            weight[own] += np.outer(axis @ (line * WEIGHTS) * el, fall).ravel()
+            weight[own] += np.outer(axis @ (line * WEIGHTS) * el, f).ravel()
             e += 1
         if length < p.length:
             s, ds = (p.length - length) * POINTS, (p.length - length) * WEIGHTS
@@ -160,5 +160,5 @@ def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assump
             arms = np.array([np.ones_like(s), s])
             mass[e - 1, 2:, 2:] += (arms * (line * ds)) @ arms.T
             mass[e - 1, 3, 3] += turning @ ds
-            weight[chain.tip :] += np.outer(arms @ (line * ds), fall).ravel()
+            weight[chain.tip :] += np.outer(arms @ (line * ds), f).ravel()
     return chain._replace(mass=mass, bending=bending, weight=weight)

@@ -8,7 +8,7 @@ t_j = (-cos theta_j, -sin theta_j), Lagrange's equations are
     sum_k mu_jk L_j L_k [cos(theta_j - theta_k) theta..k + sin(theta_j - theta_k) theta.k^2]
         = tau_j + mu_jj' L_j (f_x sin theta_j - f_y cos theta_j),
 
-with mu_jj' = m_j/2 + the mass beyond and f the acceleration of a free fall,
+with mu_jj' = m_j/2 + the mass beyond and f the acceleration by gravity,
 which are those of ANCF elements (sections without rotary inertia, torques on a phalanx's first
 slope) that neither bend nor stretch.
 """
@@ -36,9 +36,9 @@ class Rods(NamedTuple):
     first, second : (P,) moments of a rod's mass about its hinge, over m L and m L^2.
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
     the largest torques at a rod's two ends by `acting_between`, N m: they bend it even where they
-    cancel. reaction : whether a joint's torque acts on the rod before it too. fall : f, m/s^2.
-    height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch for angles, then
-    zeros.
+    cancel. reaction : whether a joint's torque acts on the rod before it too. gravity_vector : f,
+    m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch for
+    angles, then zeros.
     """
 
     length: Floats
@@ -52,7 +52,7 @@ class Rods(NamedTuple):
     axial: Floats
     moment: Floats
     reaction: bool
-    fall: tuple[float, float]
+    gravity_vector: tuple[float, float]
     height: float
     inertia: Floats
     along: Floats
@@ -74,7 +74,7 @@ def build_rods(
     pieces = torques_on_rods(drive, links)
     rods = Rods(
         length, mass, mass[::-1].cumsum()[::-1] - mass, pieces[0].torques, pieces[0].begin_s, first,
-        second, bending, axial, np.zeros(links), drive.reaction, drive.fall,
+        second, bending, axial, np.zeros(links), drive.reaction, drive.gravity_vector,
         touching_height(finger, surface, assumptions), np.empty((links, links)),
         np.empty((2, links)), np.zeros(2 * links),
     )  # fmt: skip
@@ -108,16 +108,14 @@ def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s:
 @kernel
 def rates(time: float, state: Floats, rods: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) at `time`, s, to `out` (2 P,)."""
-    length, mass, beyond, torque, since, first, second, _, _, _, _, fall, _, inertia, along, _ = (
-        rods
-    )
+    length, mass, beyond, torque, since, first, second, _, _, _, _, f, _, inertia, along, _ = rods
     n = length.size
     for j in range(n):
         along[0, j], along[1, j] = math.cos(state[j]), math.sin(state[j])
     for j in range(n):
         tau = torque[0, j] + (time - since) * torque[1, j]
-        load = tau - fall[1] * (first[j] * mass[j] + beyond[j]) * length[j] * along[0, j]
-        load += fall[0] * (first[j] * mass[j] + beyond[j]) * length[j] * along[1, j]
+        load = tau - f[1] * (first[j] * mass[j] + beyond[j]) * length[j] * along[0, j]
+        load += f[0] * (first[j] * mass[j] + beyond[j]) * length[j] * along[1, j]
         for k in range(n):
             outer = max(j, k)
             share = first[outer] if j != k else second[j]
@@ -163,7 +161,7 @@ def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> f
     the largest sum of all rods. It vibrates so fast if the loads come suddenly.
     """
     n, fastest = rods.length.size, 0.0
-    gx, gy = -rods.fall[0], -rods.fall[1]
+    gx, gy = -rods.gravity_vector[0], -rods.gravity_vector[1]
     ax, ay = 0.0, 0.0
     for w in range(n):
         cos, sin, spin = math.cos(state[w]), math.sin(state[w]), state[n + w] ** 2

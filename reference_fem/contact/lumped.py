@@ -123,10 +123,10 @@ class LumpedLaw(ContactLaw):
 
     def separation_s(self, times: Array, forces: Array) -> float:
         """Where F_n = 0 on the line through the last two steps: one point lets go at once."""
-        fall = forces[1] - forces[0]
-        if not fall < 0.0:
+        drop = forces[1] - forces[0]
+        if not drop < 0.0:
             return float(times[-1])
-        return float(times[0] - forces[0] * (times[1] - times[0]) / fall)
+        return float(times[0] - forces[0] * (times[1] - times[0]) / drop)
 
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `lumped_force`."""

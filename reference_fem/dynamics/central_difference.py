@@ -12,7 +12,7 @@ def leapfrog(
     velocity: Array,
     residual: Array,
     inverse_mass: Array,
-    fall: tuple[float, float],
+    gravity_vector: tuple[float, float],
     step: float,
 ) -> None:
     """Leapfrog step of all nodes, on numba's current number of threads.
@@ -27,10 +27,10 @@ def leapfrog(
     displacement, velocity : (n_points, dim), updated in place
     residual : (n_points, dim), r: internal minus external force without gravity, N
     inverse_mass : (n_points,)
-    fall, step : f, acceleration of a free fall in the plane of motion, m/s²; Δt, s.
+    gravity_vector, step : f, acceleration by gravity in the plane of motion, m/s²; Δt, s.
     """
     solid = displacement.shape[1] == 3
-    drop_x, drop_y = step * fall[0], step * fall[1]
+    drop_x, drop_y = step * gravity_vector[0], step * gravity_vector[1]
     for i in prange(len(displacement)):
         scale = step * inverse_mass[i]
         v_x = velocity[i, 0] - scale * residual[i, 0] + drop_x

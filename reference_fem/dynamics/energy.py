@@ -17,7 +17,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
 
     - kinetic: ½ Σ m v², v the mean of the two half-step velocities around t_n
     - strain: the elements' own, from strains; hourglass: the part of it that is control
-    - gravity: -Σ m f·u, f the acceleration of a free fall
+    - gravity: -Σ m f·u, f the acceleration by gravity
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds
     - material: its damping, from strain rates between the states
@@ -33,7 +33,8 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         kinetic, moment_x, moment_y = _kinetic_and_moments(u, v, model.mass)
         kinetic *= factor
         strain, hourglass = factor * block.stored_J, factor * block.hourglass_J
-        gravity = -(model.fall[1] * moment_y + model.fall[0] * moment_x) * factor
+        fx, fy = model.gravity_vector
+        gravity = -(fy * moment_y + fx * moment_x) * factor
         work = work_of(model, model.torques.at(state.time_s), state.face_angles)
         work = (work - state.torque_change_work_J) * factor
         columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING

@@ -67,7 +67,7 @@ def _energy(
     scale = max(largest_kinetic, taken.kinetic_energy_J)
     if error > allowed * scale:
         # A body at rest has no kinetic energy to compare with: its potential over H stands in.
-        weight = model.symmetry_factor * model.mass.sum() * math.hypot(*model.fall)
+        weight = model.symmetry_factor * model.mass.sum() * math.hypot(*model.gravity_vector)
         potential = weight * model.surface.height
         scale = max(scale, 1e-6 * potential)
     if error > allowed * scale:

@@ -93,7 +93,7 @@ def start_state(
     _less_external(model, state, model.torques.at(time_s), residual, False, np.zeros(COLUMNS))
     half = -0.5 * model.step_s
     back = state.velocity - (half * model.inverse_mass)[:, None] * residual
-    back[:, :2] += half * np.array(model.fall)
+    back[:, :2] += half * np.array(model.gravity_vector)
     return replace(state, velocity=back)
 
 
@@ -131,7 +131,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     lost_before = lost
     torques, torque_change_work = model.torques.at(state.time_s), state.torque_change_work_J
     reactions = _less_external(model, first, torques, residual, search, log[0], pressure)
-    constants = model.inverse_mass, model.fall, model.step_s
+    constants = model.inverse_mass, model.gravity_vector, model.step_s
     u, v = state.displacement.copy(), state.velocity.copy()
     leapfrog(u, v, residual, *constants)
     synchronous = 0.5 * (state.velocity + v)
@@ -205,7 +205,7 @@ def _less_external(
             displacement=u,
             velocity=velocity,
             inverse_mass=model.inverse_mass,
-            fall=model.fall,
+            gravity_vector=model.gravity_vector,
             step=model.step_s,
             height=model.surface.height,
             friction=model.surface.friction,
@@ -226,7 +226,7 @@ def _less_external(
             velocity,
             residual,
             model.inverse_mass,
-            model.fall,
+            model.gravity_vector,
             model.step_s,
             hinges.nodes,
             hinges.weights,

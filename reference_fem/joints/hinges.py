@@ -63,7 +63,7 @@ def hinge_reactions(
     velocity: Array,
     residual: Array,
     inverse_mass: Array,
-    fall: tuple[float, float],
+    gravity_vector: tuple[float, float],
     step: float,
     nodes: Index,
     weights: Array,
@@ -97,7 +97,7 @@ def hinge_reactions(
                     inverse_mass[i] * residual[i, d]
                     - (velocity[i, d] + displacement[i, d] / step) / step
                 )
-                right[h, d] -= c * fall[d]
+                right[h, d] -= c * gravity_vector[d]
     for h in range(count):
         for d in range(2):
             total = 0.0

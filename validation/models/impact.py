@@ -61,7 +61,7 @@ def impact_of(scene: NamedScene) -> Impact:
         [np.array([2 * w, 2 * w + 1]) for w in range(count)],
         np.stack([ends[:-1], np.zeros(count)], axis=1),
         drive.loads_for(count),
-        drive.fall,
+        drive.gravity_vector,
     )
     height = tables.surface.height
     first = start_of(tables) or ChainState(np.zeros(count), np.zeros(count), 0.0)

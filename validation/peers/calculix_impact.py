@@ -89,7 +89,7 @@ def deck(
                 for axis, speed in enumerate(row, 1)),
               f"*STEP,NLGEOM,INC={MOST_INCREMENTS}", scheme,
               f"{step_s or end_s / INCREMENTS:.6g},{end_s:.6g}",
-              "*DLOAD", f"BLOCK,GRAV,{-model.fall[1]},0,-1,0",
+              "*DLOAD", f"BLOCK,GRAV,{-model.gravity_vector[1]},0,-1,0",
               "*NODE PRINT,NSET=FLOOR,TOTALS=ONLY", "RF",
               *(("*EL PRINT,ELSET=BLOCK", "S") if stresses else ("*NODE PRINT,NSET=BODY", "V")),
               "*END STEP"]  # fmt: skip

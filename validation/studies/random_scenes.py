@@ -76,22 +76,22 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> Scene:
         spread = [(sign * (7.0 + 3.0 * w)) % 2.0 - 0.7 for w in range(phalanges)]
         torques = tuple(largest * s for s in spread)
     several, control = next(u), next(u)
-    fall = (2 * height / max(abs(gravity), 1e-3)) ** 0.5
+    free_fall_s = (2 * height / max(abs(gravity), 1e-3)) ** 0.5
     mass = density * phalanx.area * phalanx.length
     bounce = math.pi * (mass / tip.normal_stiffness) ** 0.5
     collocated = 0.2 < several < 0.35 or 0.85 < several < 0.95
     own_steps = control < 0.7  # steps fitted to the scene, or the defaults, whatever comes of it
     settings = Settings(
-        flight_step=min(fall / 200, 1e-2) if own_steps else 1e-4,
+        flight_step=min(free_fall_s / 200, 1e-2) if own_steps else 1e-4,
         flight_tolerance=(
             0.0 if 0.45 < control < 0.5 else min(1e-5 * length / height, 1.0) if own_steps else 1e-6
         ),
         contact_step=bounce / 100 if own_steps else 1e-6,
         contact_tolerance=0.0 if 0.48 < control < 0.53 else 1e-11,
         spectral_radius=_rare(control, 0.6, 0.8, 2.5 * (control - 0.6)),
-        end_time=4 * fall if several > 0.8 else None,
+        end_time=4 * free_fall_s if several > 0.8 else None,
         taps=3 if 0.7 < several < 0.8 else 1,
-        max_flight_time=min(max(5 * fall, 0.01), 10.0),
+        max_flight_time=min(max(5 * free_fall_s, 0.01), 10.0),
         max_contact_time=max(100 * bounce, 0.01),
         max_steps=max_steps,
         consistent_start=several > 0.05,

@@ -129,8 +129,8 @@ def _dissipation(scene: Scene, result: TapResult) -> Iterator[str]:
     for name in ("friction_dissipation_J", "restitution_dissipation_J", "material_dissipation_J"):
         # events and steps repeat to Newton's tolerance
         known = noise + scene.settings.newton_tolerance * scale
-        if (fall := _largest(-np.diff(getattr(h, name)) - known, result)) > 0:
-            yield f"{name} falls by {fall:.3g} J more than round-off"
+        if (drop := _largest(-np.diff(getattr(h, name)) - known, result)) > 0:
+            yield f"{name} falls by {drop:.3g} J more than round-off"
 
 
 NEXT_NORMAL = {

@@ -51,9 +51,9 @@ def _contact(result: TapResult, model: Model) -> Iterator[str]:
         yield f"tangential force leaves the cone by {excess.max():.3g} N (peak Fn {peak:.3g} N)"
     kinetic = float(h.kinetic_energy_J.max(initial=0.0))
     for name in ("friction_dissipation_J", "contact_damping_J", "material_dissipation_J"):
-        fall = -np.diff(getattr(h, name)).min(initial=0.0)
-        if fall > ROUND_OFF * kinetic:
-            yield f"{name} falls by {fall:.3g} J (kinetic {kinetic:.3g} J)"
+        drop = -np.diff(getattr(h, name)).min(initial=0.0)
+        if drop > ROUND_OFF * kinetic:
+            yield f"{name} falls by {drop:.3g} J (kinetic {kinetic:.3g} J)"
     for name in ("strain_energy_J", "contact_energy_J", "hourglass_energy_J"):
         if getattr(h, name).min(initial=0.0) < -ROUND_OFF * kinetic:
             yield f"{name} is negative"
@@ -75,7 +75,7 @@ def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
     u, v = snapshot.displacement, snapshot.velocity
     kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.symmetry_factor
     stored = (
-        model.kernel.energies(u)[0] - float(model.mass @ (u[:, :2] @ model.fall))
+        model.kernel.energies(u)[0] - float(model.mass @ (u[:, :2] @ model.gravity_vector))
     ) * model.symmetry_factor
     return kinetic, kinetic + stored
 

@@ -53,7 +53,7 @@ def _linear(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     f = result.forces
     force = np.column_stack([f.tangential_force_N, f.normal_force_N])
     mass = float(model.mass.sum()) * model.symmetry_factor
-    weight = mass * np.array(model.fall)
+    weight = mass * np.array(model.gravity_vector)
     gained = [model.mass @ s.velocity[:, :2] * model.symmetry_factor for s in result.snapshots]
     impulse = float(np.trapezoid(np.abs(force).max(axis=1), f.time_s))
     return np.array(gained), _given(result, force + weight), impulse
@@ -68,7 +68,9 @@ def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     for shown, x in zip(result.snapshots, places, strict=True):
         v = shown.velocity
         gained.append(model.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) * model.symmetry_factor)
-        moment = model.mass @ (x[:, 0] * model.fall[1] - x[:, 1] * model.fall[0])
+        moment = model.mass @ (
+            x[:, 0] * model.gravity_vector[1] - x[:, 1] * model.gravity_vector[0]
+        )
         weights.append(moment * model.symmetry_factor)
         pushed = shown.contact_pressure_Pa[nodes] * model.contact.area
         if pushed.any():

@@ -62,7 +62,7 @@ def impulse_balance(
     """
     mass = model.symmetry_factor * model.mass
     impulse = float(np.trapezoid(force, time_s))
-    gained = float(mass @ (velocity[:, 1] + scene.speed - model.fall[1] * time_s[-1]))
+    gained = float(mass @ (velocity[:, 1] + scene.speed - model.gravity_vector[1] * time_s[-1]))
     before = mass.sum() * scene.speed**2 * (1.0 + scene.slide**2)
     kinetic = float(mass @ (velocity**2).sum(axis=1) / before)
     values = impulse, 100 * abs(impulse / gained - 1.0), 100 * kinetic, float(force.max())

@@ -41,7 +41,7 @@ def test_without_it_the_table_is_skipped_by_name(
 
 def test_a_block_that_bounces_back_closes_its_momentum() -> None:
     _, model = EASY.simulate()
-    model = replace(model, fall=(0.0, 0.0))
+    model = replace(model, gravity_vector=(0.0, 0.0))
     back = np.zeros_like(model.points)
     back[:, 1] = 0.5 * EASY.speed
     given = 1.5 * float(model.mass.sum()) * model.symmetry_factor * EASY.speed

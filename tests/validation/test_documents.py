@@ -39,7 +39,7 @@ def test_two_commands_do_all_the_set_up() -> None:
         assert "python3-venv" in command
         assert all(library in command for library in LIBRARIES.split())
     assert main_job.endswith("fingertap validate")
-    assert tests.endswith("python -m pytest")
+    assert tests.endswith("python -m pytest -n auto --dist loadfile")
 
 
 def test_ci_runs_the_readmes_test_command() -> None:

@@ -78,7 +78,8 @@ ELSEWHERE = {
     "sphinx-build docs out/docs": "by .ci/run, without the gallery, which test_documents.py runs",
     "sphinx-build -W docs out/docs": "as above",
     **dict.fromkeys((
-        ".ci/run", "python -m pytest -n auto --dist loadfile", "python -m pytest -m slow", "pytest -m slow",
+        ".ci/run", "python -m pytest -n auto --dist loadfile", "python -m pytest -m slow",
+        "pytest -m slow",
         "python -m pytest -m slow tests/validation/test_documented_commands.py",
     ), "runs these tests"),
     "python -m tests.hostile.campaign": "the same with --tries is run",

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import signal
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set, Sized
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
@@ -75,14 +75,17 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     check_kind("columns", columns, Mapping)
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
     for name, column in columns.items():
-        # an array of no dimension has a size only by its class
-        if not isinstance(column, Sized) or getattr(column, "ndim", 1) == 0:
+        # an array of no dimension has a size only by its class; of a mapping keys would be varied
+        kind = isinstance(column, Sized) and not isinstance(column, Mapping | Set | str | bytes)
+        if not kind or getattr(column, "ndim", 1) == 0:
             raise ParameterError(f"column {name!r}: must be a list, one value a scene")
         part, _, of = str(name).partition(".")
         owner = scene.finger.phalanges[0] if part == "phalanx" else getattr(scene, part, None)
         if part not in parts or of not in {f.name for f in fields(owner)}:  # type: ignore[arg-type]
             raise ParameterError(f"column {name!r}: must be a field of {', '.join(sorted(parts))}")
     size = {len(column) for column in columns.values()}
+    if not size:
+        raise ParameterError("columns = {}: must hold one column or more")
     if len(size) > 1:
         raise ParameterError(f"columns have {sorted(size)} rows: must be of one length")
     for row in zip(*columns.values(), strict=True):

@@ -7,6 +7,7 @@ import numpy as np
 from meshes.errors import MeshError
 from meshes.mesh import FingerMesh
 from meshes.quality import scaled_jacobians
+from meshes.topology import facets
 
 _DEGENERATE = 1e-6
 """Scaled Jacobian at or below which an element counts as collapsed."""
@@ -30,6 +31,11 @@ def check(mesh: FingerMesh) -> None:
             f"{bad.size} of {len(scaled)} elements cannot be used ({inverted} inverted, "
             f"{bad.size - inverted} degenerate); the first is element {bad[0]} with scaled "
             f"Jacobian {scaled[bad[0]]:.3g}; number nodes as VTK does, or mesh that place anew"
+        )
+    shared = int(np.count_nonzero(facets(mesh.cells)[1] > 2))
+    if shared:
+        raise MeshError(
+            f"{shared} sides belong to three elements or more; remove elements that are there twice"
         )
 
 

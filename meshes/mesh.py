@@ -68,8 +68,8 @@ class FingerMesh:
 
     @property
     def phalanges(self) -> int:
-        """Number of phalanges."""
-        return len(self.cell_sets)
+        """Number of phalanges: of cell sets ``phalanx_w``."""
+        return sum(name.startswith("phalanx_") for name in self.cell_sets)
 
 
 def _numbers(name: str, given: Any, width: int | None = None) -> Ints:

@@ -19,14 +19,23 @@ def local_facets(dim: int) -> Ints:
     return HEXAHEDRON_FACES if dim == 3 else QUADRILATERAL_EDGES
 
 
-def outer_facets(cells: Ints) -> Ints:
-    """Facets that belong to one element only, (k, 4) or (k, 2), outward oriented."""
+def facets(cells: Ints) -> tuple[Ints, Ints]:
+    """All facets in the order of elements, (k, 4) or (k, 2), outward oriented in the first element
+    of each; and how many elements each belongs to, (k,).
+    """
     dim = 3 if cells.shape[1] == 8 else 2
     sides = cells[:, local_facets(dim)].reshape(-1, 2 ** (dim - 1))
     _, first, count = np.unique(
         np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True
     )
-    return np.asarray(sides[np.sort(first[count == 1])], dtype=np.int64)
+    order = np.argsort(first)
+    return np.asarray(sides[first[order]], dtype=np.int64), count[order]
+
+
+def outer_facets(cells: Ints) -> Ints:
+    """Facets that belong to one element only, (k, 4) or (k, 2), outward oriented."""
+    sides, count = facets(cells)
+    return sides[count == 1]
 
 
 def orient(points: Floats, cells: Ints) -> Ints:

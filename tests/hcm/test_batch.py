@@ -239,6 +239,10 @@ def test_what_is_no_scene_is_refused_in_its_place(accuracy: float | None) -> Non
         ({"friction": [1.0]}, "'friction'"),
         ({"surface.friction": 0.5}, "'surface.friction': must be a list"),
         ({"surface.friction": np.array(0.5)}, "'surface.friction': must be a list"),
+        ({"surface.friction": {0: 0.5, 1: 0.7}}, "'surface.friction': must be a list"),
+        ({"surface.friction": {0.5, 0.7}}, "'surface.friction': must be a list"),
+        ({"surface.friction": "0.5"}, "'surface.friction': must be a list"),
+        ({}, "must hold one column or more"),
         ({"surface.friction": [1.0], "tip.restitution": [1.0, 0.5]}, r"\[1, 2\] rows"),
     ],
 )

@@ -14,6 +14,7 @@ import meshes
 from reference_fem import Snapshot
 from tests.validation.commands import Patch, Run, call
 from validation.harness.files import Fields, write_fields
+from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 
 COARSE = ("solver.fem.section_size=5e-3", "solver.fem.axial_size=1e-2", "solver.fem.tip_size=5e-3")
@@ -55,6 +56,17 @@ def test_a_users_mesh_is_the_mesh_that_runs(
     assert three["peak_normal_force_N"] == one["peak_normal_force_N"]
 
 
+def test_the_whole_body_of_a_users_mesh_is_its_mirror_image(
+    mesh: meshes.FingerMesh, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.vtu"
+    meshes.write(mesh, path)
+    keys = (f"solver.fem.mesh={path}", "solver.fem.symmetry=false")
+    whole = build_mesh(load_scene("soft", keys).tables, 3)
+    assert len(whole.cells) == 2 * len(mesh.cells)
+    assert "symmetry" not in whole.node_sets
+
+
 Break = Callable[[meshes.FingerMesh], meshes.FingerMesh]
 
 
@@ -62,6 +74,15 @@ def inverted(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     cells = mesh.cells.copy()
     cells[7] = cells[7][[4, 5, 6, 7, 0, 1, 2, 3]]
     return dataclasses.replace(mesh, cells=cells)
+
+
+def one_twice(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
+    of = {name: members.copy() for name, members in mesh.cell_sets.items()}
+    last = f"phalanx_{mesh.phalanges}"
+    twice = of[last][len(of[last]) // 2]
+    of[last] = np.append(of[last], len(mesh.cells))
+    cells = np.vstack([mesh.cells, mesh.cells[twice]])
+    return dataclasses.replace(mesh, cells=cells, cell_sets=of)
 
 
 def without_tip(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
@@ -78,6 +99,7 @@ def all_nodes_in_a_hinge(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     ("broken", "message"),
     [
         (inverted, r"1 of \d+ elements cannot be used \(1 inverted.*element 7 "),
+        (one_twice, r"[1-6] sides belong to three elements or more; remove elements"),
         (without_tip, "missing or empty: node set pole"),
         (
             lambda m: dataclasses.replace(m, points=1e3 * m.points),
@@ -87,7 +109,15 @@ def all_nodes_in_a_hinge(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
         (lambda m: dataclasses.replace(m, points=m.points * [1, 0.5, 0.5]), r"m thick, .* 0.015"),
         (all_nodes_in_a_hinge, "node set hinge_2_proximal: lacks 0 .* and holds"),
     ],
-    ids=["inverted", "missing set", "millimetres", "another finger", "half as thick", "all nodes"],
+    ids=[
+        "inverted",
+        "an element twice",
+        "missing set",
+        "millimetres",
+        "another finger",
+        "half as thick",
+        "all nodes",
+    ],
 )
 def test_bad_mesh_files_end_with_one_line(
     broken: Break, message: str, mesh: meshes.FingerMesh, tmp_path: Path, fingertap: Run

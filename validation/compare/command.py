@@ -9,15 +9,14 @@ import pandas
 from validation.compare.verdict import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
-from validation.harness.console import WIDTH, output, progress_bar, say, shown
+from validation.harness.console import WIDTH, output, say, shown
 from validation.harness.files import output_folder, safe_name, write_text
-from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
 from validation.harness.uncertainty import with_error
 from validation.models import without_estimate
-from validation.runs.execute import keep, solve
-from validation.scenes.load import NamedScene, load_scene
+from validation.runs.execute import solve_into
+from validation.scenes.load import load_scene
 
 MEASURED = "wall_time_s"
 SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", MEASURED))
@@ -89,7 +88,10 @@ def compare(
     }
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
     folder = output_folder(out / "compare" / name)
-    records = {which: _run(named, model, folder / which) for which, named in scenes.items()}
+    records = {
+        which: solve_into(folder / which, named, model, f"{named.name} {model} {which}").record
+        for which, named in scenes.items()
+    }
     table = difference_table(records["scene"], records["changed"])
     write_text(folder / "differences.csv", table.to_csv(index=False))
     output(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
@@ -102,10 +104,3 @@ def compare(
         if not record.ok:
             raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")
     output(f"files in {folder}")
-
-
-def _run(scene: NamedScene, model: str, folder: Path) -> RunRecord:
-    with progress_bar(f"{scene.name} {model} {folder.name}") as progress:
-        outcome = solve(scene, model, folder, progress)
-    keep(folder, outcome)
-    return unless_interrupted(outcome.record)

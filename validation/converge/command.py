@@ -5,6 +5,7 @@ At the end the preset `converged` is set against the limit that its mesh goes to
 
 import itertools
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal
 
@@ -29,7 +30,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
-from validation.harness.files import output_folder, safe_name, write_json
+from validation.harness.files import output_folder, safe_name, sole_use, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
@@ -102,13 +103,14 @@ def run_converge(
         scene.json.
     """
     output_folder(out / "converge")
-    with progress_bar("converge") as progress:
+    with ExitStack() as alone, progress_bar("converge") as progress:
         progress(0.0, "impact state")
         runs = LevelRuns(scene, overrides, model, Store(out / "store"))
         wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
         check_given(overrides, wanted)
         name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
         folder = output_folder(out / "converge" / name)
+        alone.enter_context(sole_use(folder))
         results, failures = run_levels(runs, wanted, progress)
         progress(0.98, "preset converged")
         preset = None

@@ -125,8 +125,9 @@ def safe_name(name: str) -> str:
 def clear_run(folder: Path) -> None:
     """Remove what says that a run is complete: a kill must not leave two runs mixed in a folder."""
     names = ("error.txt", "summary.json", "history.nc", "curves.csv", "curves.csv.toml")
-    for name in (*names, "fields/tap.pvd"):
-        (folder / name).unlink(missing_ok=True)
+    steps = (folder / "fields").glob("tap_*.vtu")
+    for path in (*(folder / name for name in (*names, "fields/tap.pvd")), *steps):
+        path.unlink(missing_ok=True)
 
 
 def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> None:

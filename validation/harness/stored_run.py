@@ -19,6 +19,7 @@ from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store
 
+DIMENSIONS = ((2, 4), (3, 8))  # of points and corners of cells
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
 
@@ -45,6 +46,31 @@ def check_run(record: RunRecord) -> None:
     check_arrays(record.forces, FORCE_COLUMNS)
     if record.ok and not np.isfinite(record.contact_forces["normal_force_N"]).all():
         raise ValueError("normal_force_N is not finite")
+
+
+def check_fields(fields: object) -> None:
+    """Check what a model gave back as its fields, before they are written.
+
+    Raises TypeError: they are none. Raises ValueError: their cells are no elements of their points,
+        or a step has other points.
+    """
+    if fields is None:
+        return
+    if not isinstance(fields, Fields):
+        raise TypeError(f"its run gave {type(fields).__name__} as fields, not Fields")
+    points, cells = np.asarray(fields.points), np.asarray(fields.cells)
+    if points.ndim != 2 or cells.ndim != 2 or (points.shape[1], cells.shape[1]) not in DIMENSIONS:
+        raise ValueError(f"fields.points are {points.shape}, fields.cells {cells.shape}")
+    if cells.min(initial=0) < 0 or cells.max(initial=0) >= len(points):
+        ends = f"{cells.min()} to {cells.max()}"
+        raise ValueError(f"fields.cells name points {ends}, but there are {len(points)}")
+    for step in fields.steps:
+        for name in ("displacement", "velocity"):
+            if (shape := np.shape(getattr(step, name))) != points.shape:
+                raise ValueError(f"fields.steps: {name} is {shape}, points are {points.shape}")
+        for name, count in (("von_mises_Pa", len(cells)), ("contact_pressure_Pa", len(points))):
+            if (shape := np.shape(getattr(step, name))) != (count,):
+                raise ValueError(f"fields.steps: {name} is {shape}: must be {(count,)}")
 
 
 def write_record(folder: Path, record: RunRecord) -> None:

@@ -10,7 +10,7 @@ from validation.compare.grid_convergence import Convergence, convergence
 from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
-from validation.harness.files import output_folder, safe_name, write_json
+from validation.harness.files import output_folder, safe_name, sole_use, write_json
 from validation.harness.record import plain
 from validation.harness.tables import table_of, write_table
 from validation.identify.contact import EDGES, ContactIdentification, identify_contact
@@ -125,7 +125,7 @@ def run_identify_contact(
     """
     named = load_scene(scene, overrides)
     folder = output_folder(out / "identify")
-    with progress_bar(f"identify contact {named.name}") as progress:
+    with sole_use(folder), progress_bar(f"identify contact {named.name}") as progress:
         found = identify_contact(named, progress=progress)
     name = safe_name(f"contact-{named.name}")
     table = rows(found)

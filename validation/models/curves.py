@@ -49,6 +49,8 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
         given = getattr(curves, name)
         if given is not None and not isinstance(given, np.ndarray):
             raise ValueError(f"{name} is a {type(given).__name__}: must be a NumPy array")
+        if given is not None and given.dtype.kind not in "iuf":
+            raise ValueError(f"{name} is an array of {given.dtype}: must be one of real numbers")
     time, normal = curves.time_s, curves.normal_force_N
     tangential = np.zeros_like(normal) if curves.tangential_force_N is None else (
         curves.tangential_force_N
@@ -154,7 +156,7 @@ def record_of(
         history={
             "time_s": curves.time_s,
             "normal_force_N": curves.normal_force_N,
-            "tangential_force_N": np.full_like(curves.time_s, np.nan)
+            "tangential_force_N": np.full(curves.time_s.shape, np.nan)
             if tangential is None
             else tangential,
         },

@@ -22,8 +22,8 @@ CLEARANCE = 0.01  # of the tip's radius, below an impact state; nodes stand out 
 def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
     """The finger's mesh, of the sizes that `sizing_of` finds unless they are given.
 
-    ``solver.fem.symmetry = false`` meshes both halves of the body in 3D.
     ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
+    ``solver.fem.symmetry = false`` makes both halves of the body in 3D, of either.
     """
     fem = tables.solver.fem
     if fem.mesh is not None:
@@ -47,7 +47,7 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
         meshes.check_finger(mesh, geometry)
     except meshes.MeshError as error:
         raise ValueError(f"{key}: is not the scene's finger: {error}; make them agree") from error
-    return replace(mesh, shape=geometry)
+    return _whole(tables, replace(mesh, shape=geometry))
 
 
 def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
@@ -56,8 +56,14 @@ def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
     geometry = finger_geometry(tables)
     if dimension == 2:
         return meshes.finger_quadrilaterals(geometry, sizing)
-    half = meshes.finger_hexahedra(geometry, sizing)
-    return half if tables.solver.fem.symmetry else meshes.mirrored(half)
+    return _whole(tables, meshes.finger_hexahedra(geometry, sizing))
+
+
+def _whole(tables: Scene, mesh: Any) -> Any:
+    """The mesh, or both halves of the body where the scene asks for them in 3D."""
+    import meshes
+
+    return mesh if mesh.dim == 2 or tables.solver.fem.symmetry else meshes.mirrored(mesh)
 
 
 def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:

@@ -7,14 +7,13 @@ from typing import Literal
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
-from validation.harness.console import output, progress_bar, say
+from validation.harness.console import output, say
 from validation.harness.files import output_folder, safe_name
-from validation.harness.interrupts import unless_interrupted
 from validation.models import without_estimate
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
-from validation.runs.execute import keep, solve
+from validation.runs.execute import solve_into
 from validation.scenes.load import load_scene
 
 
@@ -68,11 +67,8 @@ def render(
 def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
     """The folder of a new run, kept as ``fingertap run`` keeps it."""
     scene = load_scene(source, (*overrides, *without_estimate(model)))
-    folder = output_folder(out / "run" / safe_name(f"{scene.name}-{model}"))
-    with progress_bar(f"{scene.name} {model}") as progress:
-        outcome = solve(scene, model, folder, progress)
-    keep(folder, outcome)
-    unless_interrupted(outcome.record)
+    folder = out / "run" / safe_name(f"{scene.name}-{model}")
+    outcome = solve_into(folder, scene, model, f"{scene.name} {model}")
     if outcome.fields is None or not outcome.fields.steps:
         raise RunFailedError(f"render {source}: {outcome.record.message}; nothing to draw")
     return folder

@@ -17,7 +17,7 @@ from validation.harness.command_line import (
     Source,
 )
 from validation.harness.console import output, output_kept, progress_bar, say, summary_text
-from validation.harness.files import output_folder, safe_name, write_run
+from validation.harness.files import output_folder, safe_name, sole_use, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
@@ -87,7 +87,8 @@ def run_scene(
         if resumable:
             checkpoint = Checkpoint(folder / "restart.npz", resume)
         store = Store((out or DEFAULT_OUT) / "store", fresh)
-        kept = _stored_or_solved(named, model, folder, store, checkpoint)
+        with sole_use(folder):
+            kept = _stored_or_solved(named, model, folder, store, checkpoint)
     else:
         outcome = _solved(named, model, folder, None)
         failed = not outcome.record.ok

@@ -6,7 +6,7 @@ from typing import Any
 from validation.errors import OutsideToleranceError, RunFailedError
 from validation.harness.command_line import Flag, Fresh, NoEstimate
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import output_folder
+from validation.harness.files import output_folder, sole_use
 from validation.harness.page import write_page
 from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
@@ -118,7 +118,7 @@ def run_validation(
     for name in ("runs", "figures", "renders"):
         output_folder(folder / name)
     store = Store(out / "store", fresh)
-    with progress_bar("validate") as progress:
+    with sole_use(folder), progress_bar("validate") as progress:
         runs = run_all(folder / "runs", plan, progress, store, not no_estimate)
         progress(0.8, "ladder: structure and contact")
         rungs = isolated_ladder(plan, out, ladder, store)

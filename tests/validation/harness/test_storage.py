@@ -22,8 +22,9 @@ from validation.harness.files import (
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
 from validation.harness.quantities import unit_of
 from validation.harness.record import RunRecord, plain
+from validation.models.adapter import Outcome
 from validation.runs import execute
-from validation.runs.execute import Job, in_fresh_process
+from validation.runs.execute import Job, in_fresh_process, keep
 
 
 def test_history_round_trip_keeps_values_units_and_origin(
@@ -134,6 +135,17 @@ def test_fields_open_in_meshio(tmp_path: Path) -> None:
     mesh = meshio.read(tmp_path / entries[1].attrib["file"])
     np.testing.assert_allclose(mesh.point_data["displacement"], points)
     np.testing.assert_allclose(mesh.cell_data["von_mises_Pa"][0], [1e6])
+
+
+def test_a_runs_files_are_those_of_no_earlier_run(make_record: Make, tmp_path: Path) -> None:
+    """Fields of an earlier run with more steps stood beside the later one's."""
+    names = ("tap_000.vtu", "tap_011.vtu", "tap.pvd")
+    (tmp_path / "fields").mkdir()
+    for path in (*(tmp_path / "fields" / name for name in names), tmp_path / "error.txt"):
+        path.touch()
+    keep(tmp_path, Outcome(make_record()))
+    assert not list((tmp_path / "fields").iterdir())
+    assert not (tmp_path / "error.txt").exists()
 
 
 def test_bad_jobs_do_not_harm_the_others(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ import pytest
 
 from tests.validation.commands import Capture, Run, call
 from validation import models
+from validation.harness.files import Fields
 from validation.harness.identity import program
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
@@ -95,12 +96,41 @@ def _lists(scene: Any, *_: Any) -> Outcome:
     return Outcome(record_of(curves([0.0, 1.0], [0.0, 1.0]), scene, "mine"))
 
 
+def _complex(scene: Any, *_: Any) -> Outcome:
+    time = np.linspace(0.0, 4e-3, 5)
+    force = np.array([0.0, 1.0, 2.0, 1.0, 0.0], dtype=complex)
+    return Outcome(record_of(Curves(time, force), scene, "mine"))
+
+
+def _no_fields(scene: Any, *_: Any) -> Outcome:
+    given: Any = "fields"
+    return replace(_whole(scene), fields=given)
+
+
+def _fields_of_another_mesh(scene: Any, *_: Any) -> Outcome:
+    points, cells = np.zeros((4, 2)), np.array([[0, 1, 2, 4]])
+    return replace(_whole(scene), fields=Fields(points, cells, ()))
+
+
+def _whole(scene: Any) -> Outcome:
+    time, force = np.linspace(0.0, 4e-3, 5), np.array([0.0, 1.0, 2.0, 1.0, 0.0])
+    return Outcome(record_of(Curves(time, force), scene, "mine"))
+
+
 def _exits(*_: Any, **__: Any) -> Outcome:
     sys.exit()
 
 
 def _raises(*_: Any, **__: Any) -> Outcome:
     raise ZeroDivisionError("of its own\nin two lines")
+
+
+def test_whole_numbers_are_times_and_forces_too() -> None:
+    """An unknown F_t took their type, and with it the smallest whole number there is."""
+    curves = Curves(np.arange(5), np.array([0, 1, 2, 1, 0]))
+    record = record_of(curves, load_scene("soft"), "mine")
+    assert np.isnan(record.history["tangential_force_N"]).all()
+    assert record.summary["peak_normal_force_N"] == 2.0
 
 
 @pytest.mark.parametrize(
@@ -110,6 +140,9 @@ def _raises(*_: Any, **__: Any) -> Outcome:
         ({"run": _exits}, "SystemExit: no message"),
         ({"run": lambda *_: None}, "gave a NoneType"),
         ({"run": _lists}, "time_s is a list: must be a NumPy array"),
+        ({"run": _complex}, "normal_force_N is an array of complex128: must be one of real"),
+        ({"run": _no_fields}, "gave str as fields, not Fields"),
+        ({"run": _fields_of_another_mesh}, "fields.cells name points 0 to 4, but there are 4"),
         ({"run": _changed(summary={"peak_normal_force_N": float("nan")})}, "peak_normal_force_N"),
         ({"run": _changed(summary={})}, "summary"),
         ({"run": _changed(history=_no_number())}, "normal_force_N is not finite"),

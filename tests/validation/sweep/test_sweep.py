@@ -3,7 +3,6 @@
 import json
 import shlex
 import signal
-import subprocess
 import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
@@ -19,7 +18,6 @@ from tests.processes import COMMAND, started
 from tests.validation.commands import Run
 from tests.validation.sweep.plans import PLAN, in_this_process, written
 from validation.errors import RunFailedError, UserError
-from validation.harness.files import sole_use
 from validation.runs.execute import solve
 from validation.scenes.load import load_scene
 from validation.sweep import command, executor, runs
@@ -302,34 +300,6 @@ def test_a_worker_with_another_program_is_refused(monkeypatch: pytest.MonkeyPatc
     runs.check_program(own, own, "worker")
     assert "machine" not in own
     assert not any(name.endswith("_NUM_THREADS") for name in own["environment"])
-
-
-HOLD = """
-import pathlib, sys
-from validation.harness.files import sole_use
-with sole_use(pathlib.Path(sys.argv[1])):
-    print("held", flush=True)
-    sys.stdin.read()
-"""
-
-
-def test_a_second_sweep_into_a_folder_is_refused_until_the_first_has_ended(
-    tmp_path: Path, fingertap: Run
-) -> None:
-    path = written(tmp_path)
-    folder = tmp_path / "sweep" / path.stem
-    folder.mkdir(parents=True)
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with started("-c", HOLD, folder, **pipes) as first:
-        assert first.stdout is not None
-        assert first.stdout.readline() == "held\n"
-        ended = fingertap("sweep", path, "--out", tmp_path)
-        first.kill()
-    assert ended.code == 2
-    assert f"{folder}: another command is writing" in ended.err
-    assert not (folder / "results.jsonl").exists()
-    with sole_use(folder):
-        pass
 
 
 def test_a_solids_scene_takes_one_thread() -> None:

@@ -10,7 +10,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import GREY, panels
-from validation.harness.files import output_folder, safe_name
+from validation.harness.files import output_folder, safe_name, sole_use
 from validation.harness.quantities import TAP_AND_STRESS, Quantity
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -37,7 +37,7 @@ def waterfall(
     folder = output_folder(out / "waterfall" / safe_name(named.name))
     store = Store(out / "store", fresh)
     variants, jobs = all_variants(), assumption_jobs(scene, overrides)
-    with progress_bar(f"waterfall {named.name}") as progress:
+    with sole_use(folder), progress_bar(f"waterfall {named.name}") as progress:
         progress(0.0, REFERENCE)
         job = Job(scene, REFERENCE, tuple(overrides))
         (reference,) = in_fresh_process([job], folder / "runs", store)

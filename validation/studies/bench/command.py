@@ -6,7 +6,7 @@ from pathlib import Path
 
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import output_folder
+from validation.harness.files import output_folder, sole_use
 from validation.harness.provenance import version
 from validation.harness.store import Store
 from validation.models.adapter import Progress, part
@@ -159,9 +159,10 @@ def bench(
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
     """
     folder = output_folder(out / "bench")
-    if skips:
-        _bench_shortcuts(folder, quick)
-    if peers:
-        _bench_peers(folder, quick)
-    if not (skips or peers):
-        _bench_models(folder, quick, resume)
+    with sole_use(folder):
+        if skips:
+            _bench_shortcuts(folder, quick)
+        if peers:
+            _bench_peers(folder, quick)
+        if not (skips or peers):
+            _bench_models(folder, quick, resume)

@@ -21,6 +21,7 @@ from meshes.ball import half_ball
 from reference_fem.dynamics.loop import explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state
 from reference_fem.model import build_model
+from validation.harness.interrupts import unless_interrupted
 from validation.studies.evidence.mindlin import FRICTION, spin
 
 EDGE, GROWTH, EVEN = 0.25, 1.6, 1.2  # edges over the patch's radius, their growth, the even part
@@ -75,7 +76,7 @@ def by_elements(
     velocity = np.zeros_like(model.points)
     velocity[:, :2] = x * FRICTION * speed, -speed
     start = first_loop_state(model, np.zeros_like(velocity), velocity, 0.0, None)
-    run = explicit_tap(model, settings, start)
+    run = unless_interrupted(explicit_tap(model, settings, start))
     if run.status is not fem.Status.COMPLETED:
         raise ArithmeticError(run.message)
     time, shares = run.forces.time_s, model.mass / model.mass.sum()

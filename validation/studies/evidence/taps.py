@@ -20,6 +20,7 @@ from reference_fem.model import build_model
 from reference_fem.rigid_chain import pose
 from validation import DATA
 from validation.harness import identity
+from validation.harness.interrupts import unless_interrupted
 from validation.harness.provenance import processor
 from validation.harness.quantities import quantities
 from validation.harness.store import Store
@@ -120,7 +121,7 @@ def prepared(scene: str, factor: float, friction: float) -> tuple[Any, ...]:
     mesh, given = solid_mesh.build_mesh(tables, 3, sizing), solid_inputs.inputs(tables)
     state: Any = fem.impact_state(mesh.shape, *given[:3], CLEARANCE_M)
     beside = solid_mesh.companion(tables, 3, sizing)
-    run = fem.simulate(mesh, *given, start=state, companion=beside)
+    run = unless_interrupted(fem.simulate(mesh, *given, start=state, companion=beside))
     if run.status is not fem.Status.COMPLETED:
         raise ArithmeticError(run.message)
     model: Any = build_model(mesh, *given)

@@ -42,7 +42,7 @@ def run_peers(out: Path) -> None:
     from validation.studies.stress.reference.peers import ABSENT, calculix_table
 
     folder = output_folder(out / "stress")
-    with progress_bar("stress --peers") as progress:
+    with sole_use(folder), progress_bar("stress --peers") as progress:
         rows = peers_table(part(progress, 0.0, 0.6))
         reference = calculix_table(part(progress, 0.6, 1.0))
     tables = {

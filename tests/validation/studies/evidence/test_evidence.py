@@ -5,15 +5,18 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import reference_fem
 from tests.validation.commands import Patch, Run
 from validation.harness.figures import panels
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
+    ball,
     command,
     hertz_ball,
     measured_ball,
@@ -272,6 +275,20 @@ def test_soft_springs_are_given_to_both_programs(monkeypatch: Patch) -> None:
     peak, _ = taps.rows(replace(TAP, factor=1.0), quiet, Store(None))
     # a tenth of either, as on stiff springs, and not the 5 N that springs may change
     assert (peak.ours, peak.ours_error, peak.outside_error) == pytest.approx((5.5, 0.55, 1.0))
+
+
+@pytest.mark.parametrize("solve", [
+    lambda: taps.prepared("soft", 1.0, 0.0), lambda: ball.by_elements(1e-3, 0.0, 0.3),
+])  # fmt: skip
+def test_an_interrupt_is_no_failure_of_a_piece(
+    solve: Callable[[], object], monkeypatch: Patch
+) -> None:
+    """It was kept as one: the page was written with a hole, and the command ended with 0."""
+    stopped = SimpleNamespace(status=reference_fem.Status.INTERRUPTED, message="stopped")
+    monkeypatch.setattr(reference_fem, "simulate", lambda *_, **__: stopped)
+    monkeypatch.setattr(ball, "explicit_tap", lambda *_: stopped)
+    with pytest.raises(KeyboardInterrupt):
+        solve()
 
 
 def test_the_page_counts_each_pieces_verdicts_and_puts_remarks_below(tmp_path: Path) -> None:

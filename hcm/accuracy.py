@@ -28,7 +28,7 @@ from hcm.estimate import (
     relative_errors,
     tap_peaks,
 )
-from hcm.fall import bending_wave_stress
+from hcm.fall import bending_wave_stress, omitted_time
 from hcm.model import Scene
 from hcm.other_ends import held_touches, with_other_ends
 from hcm.parameters import GAUSS, Finger
@@ -192,11 +192,14 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
     single |= chosen.followed and settings.flight_elements == 1
     of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION_ERROR_RATIO - 1)
-    bent = 0.0
+    bent = late = 0.0
     if rods and (fall := chosen.fall):
-        bent = bending_wave_stress(fall.ringing + fall.bending, chosen.scene.finger.phalanges[-1])
-    # what rods leave out of the stress is no difference of two runs, and has no need of its safety
-    apart_by = compare(result, coarse, of_stress, left_out, rods, located, bent / SAFETY)
+        finger = chosen.scene.finger
+        bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
+        late = omitted_time(fall.largest / fall.speed, finger)
+    # what rods leave out is no difference of two runs, and has no need of its safety
+    omitted = bent / SAFETY, late / SAFETY
+    apart_by = compare(result, coarse, of_stress, left_out, rods, located, *omitted)
     errors: dict[str, float | tuple[float, float]] = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
         for name, e in apart_by.items()

@@ -21,7 +21,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hcm.fall import Fall
+from hcm.fall import Fall, slowest_frequency
 from hcm.model import Scene
 from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx, Settings
 from hcm.resolution import over_phase
@@ -95,7 +95,7 @@ def choose_flight(
         return FlightChoice(_as_rods(accuracy, why, 1.0, "the tolerance decides"), skips, one)
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
         return FlightChoice((), math.inf, one)
-    way = fall.largest / _slowest(scene.finger)
+    way = fall.largest / slowest_frequency(scene.finger)
     if fall.sunk > SUNK * way and not (driven or "flight" in stated):
         why = "skipped: the finger meets the surface before its tip does"
         step = min(fall.time / FEW_STEPS, 1.0)
@@ -191,19 +191,11 @@ def followed_frequency(finger: Finger, contact: float, share: float, decay: floa
 
     contact : w_c. share : r of the vibration over the error wanted. decay : p.
     """
-    slowest = _slowest(finger)
+    slowest = slowest_frequency(finger)
     shielded = max(slowest, contact)
     left = share * (slowest / shielded) ** decay
     whole = slowest * share ** (1 / decay)
     return whole if left < 1.0 else shielded * left ** (1 / (1 + decay))
-
-
-def _slowest(finger: Finger) -> float:
-    """The slowest phalanx's first angular frequency on two hinges, rad/s."""
-    return min(
-        (math.pi / p.length) ** 2 * math.sqrt(p.bending_stiffness / p.line_density)
-        for p in finger.phalanges
-    )
 
 
 def count_elements(phalanx: Phalanx, frequency: float, turn: float) -> int:

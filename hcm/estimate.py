@@ -27,7 +27,7 @@ from hcm.companion import (
     rescaled_settings,
     undamped_settings,
 )
-from hcm.fall import bending_wave_stress
+from hcm.fall import bending_wave_stress, omitted_time
 from hcm.flight_band import flight_band, touch_band
 from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import Status, Summary, TapResult
@@ -138,14 +138,14 @@ def turn_band(own: TapResult, other: TapResult) -> float:
 
 def compare(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, omitted_speed_share: float = 0.0,
-    rods: bool = False, located: bool = False, omitted_stress: float = 0.0,
+    rods: bool = False, located: bool = False, omitted_stress: float = 0.0, omitted_s: float = 0.0,
 ) -> dict[str, float | tuple[float, float]]:  # fmt: skip
     """Estimated errors by what two completed runs differ by; inf where the other has no tap.
 
     omitted_speed_share : of the speed of approach, what both runs leave out (a vibration about as
     long as the tap). rods : whether both flew as rods. located : whether the peak is a located
-    event's row, as collocation's is, and no vertex between rows. omitted_stress : at R, what both
-    leave out, Pa.
+    event's row, as collocation's is, and no vertex between rows. omitted_stress, omitted_s : at R,
+    Pa, and of the time of contact, s, what both leave out.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
@@ -156,7 +156,7 @@ def compare(
     vn = max(abs(velocity[1]), 1e-300)
     errors: dict[str, float | tuple[float, float]] = {
         "contact_time_s": max(
-            late, band.height / vn, omitted_speed_share * (s.contact_duration_s or 0.0)
+            late, band.height / vn, omitted_speed_share * (s.contact_duration_s or 0.0), omitted_s
         ),
         "tip_velocity_at_contact_m_per_s": (
             max(abs(velocity[0] - theirs[0]), band.velocity[0], omitted_speed_share * vn),
@@ -284,8 +284,9 @@ def estimate_errors(
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     errors = compare(
-        own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, omitted_stress=bent, **how
-    )
+        own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER,
+        omitted_stress=bent, omitted_s=omitted_time(left_out, finger), **how,
+    )  # fmt: skip
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, rescaled_settings(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:

@@ -410,6 +410,28 @@ def test_a_sudden_torques_vibration_is_not_left_to_a_rigid_flight() -> None:
     assert np.abs(numbers(simulate_within(1e-3, scene)) / exact - 1.0).max() < 1e-3
 
 
+def test_what_rods_leave_out_is_in_the_time_of_their_touch() -> None:
+    """After a jump of the torques the beams touch 0.5 us later, and 0.06 us were stated."""
+    rows = ((0.0597, 0.01646, 4.75e9, 2661.0), (0.0569, 0.0152, 1.93e9, 3471.0),
+            (0.0346, 0.01253, 3.75e9, 1651.0), (0.027, 0.00603, 1.58e10, 1001.0))  # fmt: skip
+    still = (0.0,) * 4
+    jump = hcm.TorqueTable(
+        (0.0, 0.0138, 0.0138), (still, still, (4.36e-3, -1.8e-3, 2.4e-4, 3.5e-4))
+    )
+    scene = hcm.Scene(
+        hcm.Finger(tuple(hcm.Phalanx(*row, 20) for row in rows)), hcm.Surface(0.1618, 0.813),
+        hcm.Tip(8.126e6, 0.511, 0.75), hcm.Drive(table=jump),
+    )  # fmt: skip
+    true = simulate_within(1e-4, scene).summary.contact_time_s  # known to 14 ns
+    fixed = replace(scene, settings=hcm.Settings(flight="rigid", flight_tolerance=1e-9))
+    assert true is not None
+    for run in (simulate_within(1e-3, scene), hcm.simulate(**fixed.arguments())):
+        found, stated = run.summary.contact_time_s, run.errors["contact_time_s"]
+        assert isinstance(stated, float)
+        assert found is not None
+        assert 1e-7 < abs(found - true) < stated < 1e-5
+
+
 def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps five times as long as they should be are found out by the companion."""
     monkeypatch.setattr("hcm.chosen.STEP_SHARE", 5.0)

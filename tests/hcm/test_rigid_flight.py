@@ -121,7 +121,7 @@ def test_reactions_carry_the_rods_beyond_them() -> None:
         return chain.mass[:, None] * (turned.cumsum(axis=0) - 0.5 * turned)
 
     change = (momentum(fall.states[302]) - momentum(fall.states[300])) / 2e-4
-    weight = chain.mass[:, None] * np.array(drive.fall)
+    weight = chain.mass[:, None] * np.array(drive.gravity_vector)
     beyond = (weight - change)[::-1].cumsum(axis=0)[::-1]
     # central differences over 1e-4 s: 2e-6 of the force
     assert pull[1].reshape(3, 2) == pytest.approx(beyond, abs=1e-5 * np.abs(beyond).max())

@@ -150,7 +150,14 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     stages = stated.get("stages", flight.stages)
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
     of_turn = STAGE_SHARE * stages / STAGES if method == GAUSS else of_turn
-    step = min(min(of_turn * math.sqrt(in_contact), LONGEST_TURN) / frequency, 1.0)
+    # of a beam that is rigid beside its tip's spring: its whole mass on it
+    rigid = (
+        math.sqrt(tip_stiffness(scene.tip) / (phalanges[-1].line_density * phalanges[-1].length))
+        if lumped
+        else 0.0
+    )
+    fastest = max(frequency, rigid)
+    step = min(min(of_turn * math.sqrt(in_contact), LONGEST_TURN) / fastest, 1.0)
     share, most = DRIVEN_NEWTON if method == GAUSS and has_torques else NEWTON[method]
     smooth = method == GAUSS and not has_torques
     fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if smooth else 0.0
@@ -160,7 +167,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
         *flight.choices,
         Choice("contact_integrator", method, f"order {2 * stages if method == GAUSS else 2}"),
         Choice("stages", stages, "more where a vibration is followed: longer steps"),
-        Choice("contact_step", step, f"oscillations of {hz(frequency)}"),
+        Choice("contact_step", step, f"oscillations of {hz(fastest)}"),
         Choice("contact_tolerance", 0.0, "skipped: equal steps need no error of each"),
         Choice("newton_tolerance", newton, "iterations end below the steps' errors"),
     )
@@ -186,5 +193,9 @@ def contact_frequency(
     beam = phalanx.bending_stiffness**0.25 * phalanx.line_density**0.75
     if hertz is not None:  # w^(3/2) = sqrt(2) k/beam, k = 3/2 K (v/w)^(1/2)/e*^2
         return math.sqrt(1.5 * math.sqrt(2.0 * speed) * hertz / (tip.restitution**2 * beam))
-    stiffness = tip.normal_stiffness / tip.restitution**2
-    return (math.sqrt(2.0) * stiffness / beam) ** (2.0 / 3.0)
+    return (math.sqrt(2.0) * tip_stiffness(tip) / beam) ** (2.0 / 3.0)
+
+
+def tip_stiffness(tip: Tip) -> float:
+    """The stiffer of a tip's two springs, that of restitution, N/m."""
+    return tip.normal_stiffness / tip.restitution**2

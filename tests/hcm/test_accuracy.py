@@ -432,6 +432,17 @@ def test_what_rods_leave_out_is_in_the_time_of_their_touch() -> None:
         assert 1e-7 < abs(found - true) < stated < 1e-5
 
 
+@pytest.mark.parametrize("k", [100.0, 50.0, 20.0])
+def test_a_stiff_finger_on_a_soft_spring_takes_the_steps_of_its_mass_on_it(k: float) -> None:
+    """Steps by the frequency of the beam's waves, far below that, ended as UNBALANCED."""
+    phalanges = tuple(hcm.Phalanx(length, 0.01, 1e11, 1000.0) for length in (0.04, 0.05, 0.03))
+    scene = hcm.Scene(hcm.Finger(phalanges), hcm.Surface(0.096, 0.0), hcm.Tip(k))
+    run, exact = (simulate_within(accuracy, scene) for accuracy in (1e-3, 1e-4))
+    assert run.status is hcm.Status.COMPLETED
+    assert abs(run.summary.energy_residual) < 1e-4
+    assert np.abs(numbers(run) / numbers(exact) - 1.0).max() < 1e-3
+
+
 def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps five times as long as they should be are found out by the companion."""
     monkeypatch.setattr("hcm.chosen.STEP_SHARE", 5.0)

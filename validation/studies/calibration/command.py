@@ -25,7 +25,7 @@ SCENES, QUICK_SCENES = 500, 12
 def calibrate(
     *,
     model: Literal["hcm", "fem3d"] = "hcm",
-    scenes: int = SCENES,
+    scenes: int | None = None,
     first: int = 0,
     accuracy: float | None = None,
     quick: Flag = False,
@@ -38,23 +38,25 @@ def calibrate(
     model
         Whose estimates.
     scenes
-        How many: falling, driven, tilted, and with three taps, by turns.
+        How many, 500 by default: falling, driven, tilted, and with three taps, by turns.
     first
         Number of the first of them: others are other scenes.
     accuracy
         Solve for this relative error in the place of the fixed settings, and count the runs that
         keep it.
     quick
-        Twelve scenes.
+        Twelve scenes, in the place of --scenes.
     out
         Folder for calibration/: a page, tables as CSV, Markdown and LaTeX, a figure.
     """
-    if scenes < 1 or first < 0:
-        raise UserError(f"--scenes {scenes} --first {first}: must be 1 or more, and 0 or more")
+    if quick and scenes is not None:
+        raise UserError(f"--quick --scenes {scenes}: two numbers of scenes; leave one out")
+    count = (QUICK_SCENES if quick else SCENES) if scenes is None else scenes
+    if count < 1 or first < 0:
+        raise UserError(f"--scenes {count} --first {first}: must be 1 or more, and 0 or more")
     if accuracy is not None:
         load_scene("soft", (f"solver.accuracy={accuracy}",))
     folder = output_folder(out / "calibration")
-    count = QUICK_SCENES if quick else scenes
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
     cells = [Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in chosen.items()]
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}

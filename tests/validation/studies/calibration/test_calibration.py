@@ -141,10 +141,18 @@ def test_a_scene_of_each_outcome() -> None:
     assert solve_case(broken).status == "REFUSED"
 
 
-def test_no_scenes_are_refused(tmp_path: Path) -> None:
-    arguments: dict[str, Any] = {"scenes": 0, "out": tmp_path}
-    with pytest.raises(UserError, match="--scenes 0 --first 0: must be 1 or more"):
-        calibrate(**arguments)
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"scenes": 0}, "--scenes 0 --first 0: must be 1 or more"),
+        ({"scenes": 3, "quick": True}, "--quick --scenes 3: two numbers of scenes; leave one out"),
+    ],
+)
+def test_no_or_two_numbers_of_scenes_are_refused(
+    arguments: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UserError, match=said):
+        calibrate(out=tmp_path, **arguments)
 
 
 @pytest.mark.parametrize("accuracy", [math.nan, 7.0, -1.0])

@@ -23,12 +23,8 @@ class ParameterError(ValueError):
 class Bound:
     """Unit and bounds of a finite number, as the metadata of an ``Annotated`` field.
 
-    Parameters
-    ----------
-    unit : SI unit, "" for a pure number.
-    above, below : open bounds.
-    at_least, at_most : closed bounds.
-    integer : whether only whole numbers are allowed.
+    unit : SI unit, "" for a pure number. integer : whether only whole numbers are allowed.
+    above, below : open bounds. at_least, at_most : closed bounds.
     """
 
     unit: str = ""
@@ -65,10 +61,7 @@ def check_fields(owner: Any) -> None:
     None passes where it is the default. Numbers are kept as an int where whole ones are asked for,
     else as a float, numpy's too.
 
-    Raises
-    ------
-    ParameterError
-        Naming the field, its value and what is allowed.
+    Raises ParameterError: naming the field, its value and what is allowed.
     """
     for name, default, bounds, names, kinds, many in _declared(owner.__class__):
         value = getattr(owner, name)

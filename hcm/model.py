@@ -73,10 +73,7 @@ class Scene:
 def rods_state(finger: Finger, start: RigidStart | None) -> tuple[Floats, float]:
     """Angles and rates (2 P,) that a run starts with, and when, s.
 
-    Raises
-    ------
-    ParameterError
-        There is not one angle and one rate per phalanx.
+    Raises ParameterError: there is not one angle and one rate per phalanx.
     """
     count = len(finger.phalanges)
     if start is None:
@@ -154,10 +151,7 @@ def build_model(
 ) -> Model:  # fmt: skip
     """Assemble what a run computes with.
 
-    Raises
-    ------
-    ParameterError
-        The start does not fit the finger, or puts it below the surface.
+    Raises ParameterError: the start does not fit the finger, or puts it below the surface.
     """
     whole, finger = finger, beams_of(finger, assumptions)
     chain, q = build_chain(finger, drive)

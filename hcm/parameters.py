@@ -266,10 +266,8 @@ class Settings:
 def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:
     """Check what no single object can: parts that must fit each other.
 
-    Raises
-    ------
-    ParameterError
-        The number of torques is not the number of phalanges, or the surface is out of reach.
+    Raises ParameterError: the number of torques is not the number of phalanges, or the surface is
+        out of reach.
     """
     rows = (drive.torques,) if drive.table is None else drive.table.values
     for row in rows:

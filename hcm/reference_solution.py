@@ -77,20 +77,13 @@ def solve(
 ) -> Truth:
     """Solve a tap from rest, or from `start`, until `taps` separations or `end_time`.
 
-    Parameters
-    ----------
-    finger, surface, tip, drive : the scene, as for `hcm.simulate`.
+    finger, surface, tip, drive : as for `hcm.simulate`. start : None means at rest along -X.
     rtol : bound on a step's local error relative to the displacement since the phase began.
     atol : m, the same absolutely; slopes in units of 1/l, velocities per sqrt(mass/k).
-    start : where to begin; None means at rest along -X.
-    taps, end_time : when to stop; s since the start of the motion.
+    end_time : s since the start of the motion.
 
-    Raises
-    ------
-    ParameterError
-        The parts of the scene do not fit each other.
-    RuntimeError
-        The integrator failed, or the contact chatters without end.
+    Raises ParameterError: the parts of the scene do not fit each other.
+    Raises RuntimeError: the integrator failed, or the contact chatters without end.
     """
     check_scene(finger, surface, drive)
     chain, rest = build_chain(finger, drive)

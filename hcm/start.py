@@ -152,8 +152,6 @@ def start_divided(
 ) -> BeamStart:  # fmt: skip
     """Start where a flight on fewer elements ended.
 
-    Parameters
-    ----------
     flight, segments, motion, status : of the fewer elements, and how their flight ended.
     divide : coordinates or velocities on them (m, n) to those on the model's.
     """

@@ -17,17 +17,12 @@ CHANGE_TOLERANCE = 1e-11  # of the scaled unknowns in the last iteration
 def equilibrium(chain: Chain, start: Floats, held: Ints, load: Floats) -> Floats:
     """Coordinates q (n,) with K(q) q = `load` in all rows but `held`, which stay as in `start`.
 
-    Parameters
-    ----------
     chain : without torques; `load` stands in the place of its weight.
     start : (n,), where the load's first step begins.
     held : (k,), places of coordinates, and of the multipliers that would hold them.
     load : (n,), generalized forces, of which an equal part is added in every step.
 
-    Raises
-    ------
-    ArithmeticError
-        Newton's method does not converge.
+    Raises ArithmeticError: Newton's method does not converge.
     """
     w, q, still, rows = HALF_BANDWIDTH, start.copy(), np.zeros_like(start), storage(start.size)
     change = np.zeros(w + q.size)  # as `banded_ldl.solve` takes it

@@ -52,10 +52,8 @@ def most_steps(finger: Finger) -> int:
 def check_size(finger: Finger, settings: Settings) -> None:
     """Refuse what can't end well.
 
-    Raises
-    ------
-    ParameterError
-        The run may need more memory than `MEMORY_LIMIT`, or more steps than `max_steps` allows.
+    Raises ParameterError: the run may need more memory than `MEMORY_LIMIT`, or more steps than
+        `max_steps` allows.
     """
     size = run_size(finger, settings)
     if size.memory_bytes > MEMORY_LIMIT:

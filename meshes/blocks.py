@@ -58,10 +58,7 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
     finalized at the end; if the caller had it running already, only our model is removed and the
     caller's options and current model are put back.
 
-    Raises
-    ------
-    MeshError
-        If gmsh cannot be loaded or reports an error of its own.
+    Raises MeshError: gmsh cannot be loaded or reports an error of its own.
     """
     try:
         import gmsh
@@ -163,10 +160,7 @@ class Blocks:
     def generate(self, dim: int) -> tuple[Floats, Ints]:
         """Mesh the blocks: points (n, 3) in mm and cells (m, 8 or 4) that index them.
 
-        Raises
-        ------
-        MeshError
-            If gmsh fails, or returns anything but hexahedra (3D) or quadrilaterals (2D).
+        Raises MeshError: gmsh fails, or returns anything but hexahedra (3D) or quadrilaterals (2D).
         """
         gmsh = self._gmsh
         gmsh.model.geo.synchronize()

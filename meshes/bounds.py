@@ -18,13 +18,9 @@ NAME_TYPES = (str, bool, np.bool_)
 class Bound:
     """Unit and bounds of a finite number, as the metadata of an ``Annotated`` field.
 
-    Parameters
-    ----------
-    unit : SI unit, "" for a pure number
-    above, below : open bounds
-    at_least, at_most : closed bounds
-    integer : whether only whole numbers are allowed
-    advice : what is usual, or what to do instead
+    unit : SI unit, "" for a pure number. integer : whether only whole numbers are allowed.
+    above, below : open bounds. at_least, at_most : closed bounds.
+    advice : what is usual, or what to do instead.
     """
 
     unit: str = ""
@@ -62,10 +58,7 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
     A ``Literal`` may be one of a union with dataclasses. None passes where it is the default.
     Numbers of numpy's are kept as plain ones.
 
-    Raises
-    ------
-    ValueError
-        As `error`, naming the field, its value and what is allowed.
+    Raises ValueError: as `error`, naming the field, its value and what is allowed.
     """
     for field in fields(owner):
         key, value = field.name, getattr(owner, field.name)

@@ -16,10 +16,7 @@ _DEGENERATE = 1e-6
 def check(mesh: FingerMesh) -> None:
     """Refuse a mesh that a solver could not use.
 
-    Raises
-    ------
-    MeshError
-        Naming the first thing that is wrong.
+    Raises MeshError: naming the first thing that is wrong.
     """
     _check_numbers(mesh)
     _check_sets(mesh)

@@ -186,12 +186,9 @@ def _graded_along(
 def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[PhalanxPlan, ...]:
     """Plan every phalanx, to be turned over where the contact lies on the upper side.
 
-    Raises
-    ------
-    MeshError
-        If a size exceeds the body, or mesh or tap would be too large: see `require_bearable`.
-    ValueError
-        If the finger or its sizes are of another kind.
+    Raises MeshError: a size exceeds the body, or mesh or tap would be too large: see
+        `require_bearable`.
+    Raises ValueError: the finger or its sizes are of another kind.
     """
     check_kind("geometry", geometry, FingerGeometry)
     check_kind("sizing", sizing, Sizing)

@@ -29,15 +29,10 @@ SPLINE_POINTS = 7
 class HoledEnd:
     """The blocks between an end face and the O-grid's first section, laid when it is made.
 
-    Parameters
-    ----------
-    x : of the end face, mm
-    inwards : direction from the end face into the phalanx along X, 1 or -1
-    station : points of the section, at ``x + inwards * HINGE_DEPTH * radius``
+    x : of the end face, mm. inwards : direction from it into the phalanx along X, 1 or -1.
+    station : points of the section, at ``x + inwards * HINGE_DEPTH * radius``.
 
-    Attributes
-    ----------
-    face, hole, shaft, symmetry : tags of the end's faces (curves in 2D) by role
+    face, hole, shaft, symmetry : tags of the end's faces (curves in 2D) by role.
     edges : curves (points in 2D) of the hole that lie in the end face; the mean of their nodes lies
         on the hinge axis.
     """

@@ -130,11 +130,8 @@ def require_bearable(geometry: FingerGeometry, sizing: Sizing, elements: int) ->
     A tip that is refined alone has few elements however fine it is, but its edge sets the time
     step of them all: steps count as elements do.
 
-    Raises
-    ------
-    MeshError
-        With memory and time, if there are more than ``sizing.max_elements``, or their updates in
-        a tap are more than ``sizing.max_updates``.
+    Raises MeshError: with memory and time, if there are more than ``sizing.max_elements``, or their
+        updates in a tap are more than ``sizing.max_updates``.
     """
     smallest = min(sizing.section_size, sizing.axial_size, sizing.tip_size)
     steps = STEPS_A_TAP * max(geometry.lengths) / smallest

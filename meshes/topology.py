@@ -52,12 +52,8 @@ def orient(points: Floats, cells: Ints) -> Ints:
 def renumber(cells: Ints, n_points: int) -> tuple[Ints, Ints]:
     """Order nodes by reverse Cuthill-McKee on the element graph and elements by their mean node.
 
-    Returns
-    -------
-    order
-        Old node number of each new one, (n_points,).
-    cells
-        The elements in their new order and node numbers, (n_cells, nodes per cell).
+    Returns the old node number of each new one, (n_points,), and the elements in their new order
+    and node numbers, (n_cells, nodes per cell).
     """
     per_cell = cells.shape[1]
     rows = np.repeat(cells, per_cell, axis=1).ravel()

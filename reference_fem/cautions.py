@@ -150,11 +150,8 @@ def spike(normal: Array, longest: int) -> float:
 def contact_edge_ratio(edges: Array, touched: Flags) -> float | None:
     """Mean edge of the nodes that touch over the 2 % quantile of all; None within a refined patch.
 
-    Parameters
-    ----------
-    edges : (k,), roots of the areas of the nodes that may touch; an even mesh is nowhere refined,
-        and gives None.
-    touched : (k,)
+    edges, touched : (k,), of the nodes that may touch; edges are the roots of their areas. An even
+        mesh is nowhere refined, and gives None.
     """
     if not touched.any() or not np.isfinite(edges).all():
         return None

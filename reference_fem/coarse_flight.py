@@ -95,10 +95,7 @@ class CoarseFlight:
 def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
     """How fields go from the flight's mesh to the run's.
 
-    Raises
-    ------
-    ValueError
-        The two are not meshes of one finger, or the flight's nodes are too few.
+    Raises ValueError: the two are not meshes of one finger, or the flight's nodes are too few.
     """
     one, other = ((m.points.shape[1], m.symmetry_factor, m.hinges.count) for m in (flight, run))
     if one != other or not np.allclose(
@@ -134,10 +131,7 @@ def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
 def moving_least_squares(nodes: Array, places: Array, reach: float) -> tuple[Index, Array]:
     """Numbers (m, k) of `nodes` (n, dim) near each of `places` (m, dim), and their φ (m, k).
 
-    Raises
-    ------
-    ValueError
-        They do not determine a polynomial of second order.
+    Raises ValueError: they do not determine a polynomial of second order.
     """
     tree, above = cKDTree(nodes), np.triu_indices(nodes.shape[1])
     most = int(tree.query_ball_point(places, reach, return_length=True).max())

@@ -94,14 +94,9 @@ def estimated(
 ) -> TapResult:
     """A completed run with estimates of its errors, and a caution where one is large.
 
-    Parameters
-    ----------
-    again : solves the tap of another mesh from a rigid state
+    again : solves the tap of another mesh from a rigid state.
 
-    Raises
-    ------
-    KeyboardInterrupt
-        The companion was interrupted.
+    Raises KeyboardInterrupt: the companion was interrupted.
     """
     chain, first = chain_and_start(inputs.model.chain, inputs.start)
     gap = surface_gap(inputs.model, chain)

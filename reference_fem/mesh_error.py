@@ -119,9 +119,7 @@ def tap_errors(
 ) -> dict[str, float]:
     """Absolute errors of what the contact gives; inf where the companion has no such number.
 
-    Parameters
-    ----------
-    companion : without one the resolution alone says what the mesh leaves wrong
+    companion : without one the resolution alone says what the mesh leaves wrong.
     """
     soft, softer = springs(run), 0.0 if companion is None else springs(companion.run)
     ratio, allowance = resolution.edge_over_patch, resolution.allowance

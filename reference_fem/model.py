@@ -88,11 +88,8 @@ def build_model(
 
     A mesh without any hinge set is a free body.
 
-    Raises
-    ------
-    ValueError
-        If sets are missing, their numbers do not match materials or torques, or hinges do not
-        meet.
+    Raises ValueError: sets are missing, their numbers do not match materials or torques, or hinges
+        do not meet.
     """
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
     cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)

@@ -85,11 +85,7 @@ class RigidChain:
 
         with l_j from hinge to hinge, the last to the place, and M the inertia of the joints.
 
-        Returns
-        -------
-        mobility : (2, 2)
-            G, 1/kg.
-        velocity : (2,)
+        Returns G (2, 2), 1/kg, and v (2,).
         """
         hinges, _ = self.hinges_at(state.angles, state.rates)
         links = np.diff(np.vstack([hinges, place]), axis=0)
@@ -129,12 +125,9 @@ def build_chain(
 ) -> RigidChain:
     """Chain from the mesh's masses.
 
-    Parameters
-    ----------
-    points : (n_points, dim)
+    points : (n_points, dim). body_nodes : of each phalanx.
     lumped_mass : (n_points,), as meshed; `torques` must belong to the same (half or full) body.
-    body_nodes : nodes of each phalanx
-    hinge_points : (P, 2), rest position of each phalanx's first hinge
+    hinge_points : (P, 2), rest position of each phalanx's first hinge.
     """
     count = len(body_nodes)
     mass, inertia = np.zeros(count), np.zeros(count)
@@ -156,10 +149,7 @@ def chain_and_start(
 ) -> tuple[RigidChain, ChainState]:
     """The chain of a mesh, and the state that its flight starts from: at rest unless given.
 
-    Raises
-    ------
-    ValueError
-        The mesh has no chain, or the state is none of as many phalanges.
+    Raises ValueError: the mesh has no chain, or the state is none of as many phalanges.
     """
     if chain is None:
         raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")
@@ -184,9 +174,7 @@ def pose(
 ) -> tuple[Array, Array]:
     """Displacement u = R(θ)(X - h) + x_h - X and velocity x_h' + ω x (x - x_h) of all points.
 
-    Returns
-    -------
-    displacement, velocity : (n_points, dim)
+    Both are (n_points, dim).
     """
     rest = chain.origins[body_of_point]
     arm = points[:, :2] - rest

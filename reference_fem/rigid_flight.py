@@ -29,17 +29,11 @@ def fly(
 
     Dormand-Prince 8(5,3); what opens again within a step is found by `first_closing`.
 
-    Parameters
-    ----------
-    gap : of the angles (P,): height of the lowest surface node above the plane, m
-    tolerance : relative, of a step
+    gap : of the angles (P,): height of the lowest surface node above the plane, m.
+    tolerance : relative, of a step.
 
-    Returns
-    -------
-    state_at
-        State at any time of the flight.
-    contact_time_s
-        None if the surface is not reached before `end_time_s`.
+    Returns the state at any time of the flight, and the time of contact, s; None if the surface is
+    not reached before `end_time_s`.
     """
     links = chain.links
 

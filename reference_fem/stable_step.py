@@ -41,10 +41,7 @@ def stable_step(
     configuration: rotation does not change the spectrum, strain does in its own order, for which
     the step factor leaves room.
 
-    Raises
-    ------
-    ValueError
-        If the frequency is not a positive finite number.
+    Raises ValueError: the frequency is not a positive finite number.
     """
     damping = np.zeros(contact_nodes.size) if contact_damping is None else contact_damping
     springs = np.zeros(kernel.n_nodes)
@@ -83,10 +80,8 @@ def lanczos_frequency(
     λ_max; θ + ‖A y - θ y‖ of its Ritz vector y lies above it in practice (Zhou, Li 2011, "Bounding
     the spectrum of large Hermitian matrices").
 
-    Parameters
-    ----------
-    springs : (n_nodes,), k_i of the contact nodes, zero elsewhere, N/m
-    symmetry : (k,), nodes held in the plane Z = 0
+    springs : (n_nodes,), k_i of the contact nodes, zero elsewhere, N/m.
+    symmetry : (k,), nodes held in the plane Z = 0.
     """
     shape = (kernel.n_nodes, kernel.dim)
     mass = kernel.lumped_mass

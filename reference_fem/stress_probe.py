@@ -57,14 +57,9 @@ def build_probe(
     Cells whose centres lie within the length of those that the section cuts: a layer on either
     side, or the one in whose middle it lies.
 
-    Parameters
-    ----------
-    points : (n_points, dim)
-    cells : (n_cells, 8 | 4)
-    candidates : (m,), cells of the last phalanx
-    cell_volume : (n_cells,)
-    lumped_mass : (n_points,)
-    radius : distance R of the lower surface from the axis, m
+    points : (n_points, dim). cells : (n_cells, 8 | 4). cell_volume : (n_cells,).
+    candidates : (m,), cells of the last phalanx. lumped_mass : (n_points,).
+    radius : distance R of the lower surface from the axis, m.
     """
     along = points[cells[candidates], 0]
     first, last = along.min(axis=1), along.max(axis=1)

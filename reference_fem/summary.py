@@ -32,11 +32,8 @@ def summarize(
     - impulse: ∫ F_n dt, trapezoid over every step
     - stress at R: the reading of largest magnitude during the tap, signed (`stress_during`)
 
-    Parameters
-    ----------
     friction : μ; stick and slip mean nothing at 0 and are then None.
-    tip_velocity : of the pole at the first touch
-    separation_s : absolute time of the first tap's end
+    tip_velocity : of the pole at the first touch. separation_s : of the first tap's end, absolute.
     """
     touched = np.flatnonzero(forces.normal_force_N > 0.0)
     if not touched.size:

@@ -15,10 +15,7 @@ def confirmed_maxima(force: Array, prominence: float) -> list[int]:
     from compression to restitution. High-frequency ringing of single nodes would add turning
     points without end; a turn counts once the curve has gone `prominence` beyond it.
 
-    Parameters
-    ----------
-    force : (n,), F_n, N
-    prominence : N, greater than 0
+    force : (n,), F_n, N. prominence : N, greater than 0.
     """
     maxima: list[int] = []
     rising, place = True, 0
@@ -52,11 +49,7 @@ def slip_states(
     direction; lateral bulging keeps q a little lower). Samples with F_n below `least_normal` are
     left out. Reverse slip: slipping occurs with both signs of F_t.
 
-    Parameters
-    ----------
-    normal, tangential : (n,), F_n and F_t, N
-    friction : μ, greater than 0
-    least_normal : N
+    normal, tangential : (n,), F_n and F_t, N. friction : μ, greater than 0. least_normal : N.
     """
     counted = normal >= least_normal
     f_t = tangential[counted]

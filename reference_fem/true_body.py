@@ -93,11 +93,8 @@ def mass_factors(
     A body whose masses would have to change by more than `LARGEST_CHANGE`, as one of a single
     element along its axis, keeps its own.
 
-    Parameters
-    ----------
-    lumped_mass : (n_points,), as meshed
-    true : the chain of `true_chain`
-    symmetry_factor : of the full body's masses over the mesh's
+    lumped_mass : (n_points,), as meshed. true : the chain of `true_chain`.
+    symmetry_factor : of the full body's masses over the mesh's.
     """
     factors = np.ones(len(points))
     for w, nodes in enumerate(body_nodes):

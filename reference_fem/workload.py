@@ -17,10 +17,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
     tap takes no less than a wave along the last phalanx (the soft finger's contact takes 4.2 of
     them in 3D, 2.0 in plane stress).
 
-    Raises
-    ------
-    ValueError
-        With the number of steps and the time that they would take.
+    Raises ValueError: with the number of steps and the time that they would take.
     """
     remedy = "shorten it"
     if settings.end_time_s is not None:

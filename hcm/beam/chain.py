@@ -81,10 +81,8 @@ class Probe(NamedTuple):
 def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     """Number the unknowns and evaluate the constant element matrices.
 
-    Returns
-    -------
-    chain : the finger as arrays.
-    rest : (n,) nodal coordinates at rest along -X: positions (-s, 0), slopes (-1, 0).
+    Returns the finger as arrays, and nodal coordinates (n,) at rest along -X: positions (-s, 0),
+    slopes (-1, 0).
     """
     phalanges = finger.phalanges
     counts = [p.elements for p in phalanges]

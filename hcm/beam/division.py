@@ -30,10 +30,7 @@ def divided(
 ) -> Floats:
     """Nodal coordinates or velocities (m, n) on the elements of `many`, multipliers zero.
 
-    Parameters
-    ----------
-    values : (m, n) bordered, on the elements of `few`.
-    chain : of `many`.
+    values : (m, n) bordered, on the elements of `few`. chain : of `many`.
     """
     out = np.zeros((len(values), chain.scale.size))
     beams = beams_of(few, assumptions).phalanges

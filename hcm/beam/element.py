@@ -39,13 +39,8 @@ def fill_matrices(
 ) -> None:
     """Write one component's mass, rho A int S^T S dx (eq. 4), and E I int S''^T S'' dx (eq. 6).
 
-    Parameters
-    ----------
-    mass_per_length : rho A, kg/m.
-    bending_stiffness : E I, N m^2.
-    length : l, m.
-    mass : (4, 4), for (r_1, r'_1, r_2, r'_2): kg, kg m, kg m^2.
-    bending : (4, 4), for the same: N/m, N, N m.
+    mass_per_length : rho A, kg/m. bending_stiffness : E I, N m^2. length : l, m.
+    mass, bending : (4, 4), for (r_1, r'_1, r_2, r'_2): kg, kg m, kg m^2, and N/m, N, N m.
     """
     inertia_unit, stiffness_unit = mass_per_length * length / 420.0, bending_stiffness / length**3
     for i in range(4):
@@ -122,14 +117,11 @@ def internal_force(
 ) -> Six:  # fmt: skip
     """(dU/dc, dU/dr'_1, dU/dr'_2), X before Y: int E A e grad e + E I k^2/2's gradient dx, N m.
 
-    The bending part uses
-    alpha_i = r'_i - c, the slopes' deviation from the chord: the moments conjugate to them are
-    E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2).
+    The bending part uses alpha_i = r'_i - c, the slopes' deviation from the chord: the moments
+    conjugate to them are E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2).
 
-    Parameters
-    ----------
-    cx, cy, g1x, g1y, g2x, g2y : chord and slopes.
-    axial : E A l, N m. near, far : 4 E I/l and 2 E I/l, N m.
+    cx, cy, g1x, g1y, g2x, g2y : chord and slopes. axial : E A l, N m.
+    near, far : 4 E I/l and 2 E I/l, N m.
     """
     ax, bx, dx = polynomial(cx, g1x, g2x)
     ay, by, dy = polynomial(cy, g1y, g2y)

@@ -39,10 +39,8 @@ POINTS, WEIGHTS = 0.5 * (1.0 + _GAUSS[0]), 0.5 * _GAUSS[1]
 def beams_of(finger: Finger, assumptions: Assumptions) -> Finger:
     """The finger's beams: the last one ends at the centre of a tip whose lowest point touches.
 
-    Raises
-    ------
-    ParameterError
-        The last phalanx is not longer than its round end, or a Poisson's ratio is missing.
+    Raises ParameterError: the last phalanx is not longer than its round end, or a Poisson's ratio
+        is missing.
     """
     if not assumptions.any:
         return finger

@@ -37,11 +37,7 @@ def facet_quadrature(
 ) -> FacetQuadrature:
     """Gauss-Legendre rule of POINTS per direction on every facet.
 
-    Parameters
-    ----------
-    points : (n_points, dim)
-    facets : (n_facets, 4 | 2)
-    thickness : (n_facets,), of edges, m
+    points : (n_points, dim). facets : (n_facets, 4 | 2). thickness : (n_facets,), of edges, m.
     """
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     corners = points[facets]

@@ -19,18 +19,10 @@ def return_map(
         stick    |f*| <= μ f_n:  f = f*,              a unchanged
         slip     otherwise:      f = μ f_n f*/|f*|,   a <- x + f/k
 
-    Parameters
-    ----------
-    stiffness : k, N/m
-    offset_x, offset_z : x - a, m; a planar problem has no z component.
-    limit : μ f_n, N
+    stiffness : k, N/m. offset_x, offset_z : x - a, m; a planar problem has no z component.
+    limit : μ f_n, N.
 
-    Returns
-    -------
-    force_x, force_z
-        f on the node, N.
-    slip_x, slip_z
-        Motion of the anchor, m.
+    Returns force_x, force_z: f on the node, N, and slip_x, slip_z: motion of the anchor, m.
     """
     # hypot would be exact below 1e-154 m, whose squares vanish, and took a quarter of the contact
     length = math.sqrt(offset_x * offset_x + offset_z * offset_z)

@@ -97,10 +97,8 @@ class ContactLaw(ABC):
     def new_memory(self, displacement: Array, _angle: float) -> Memory:
         """History of a surface that has not touched yet.
 
-        Parameters
-        ----------
-        displacement : (n_points, dim)
-        _angle : rotation of the last phalanx so far, to within half a turn, rad
+        displacement : (n_points, dim).
+        _angle : rotation of the last phalanx so far, to within half a turn, rad.
         """
         shape = self.sites, displacement.shape[1] - 1
         return Memory(np.zeros(self.sites, dtype=np.bool_), np.zeros(shape), np.zeros(shape))

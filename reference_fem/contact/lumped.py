@@ -170,12 +170,9 @@ def lumped_force(
     hysteresis ½(1 - e*²)(F'² - F²)/k while compressing; what both elements can give
     back is F_n² e*²/2k + F_t²/2k_t.
 
-    Parameters
-    ----------
-    x, gap : m
-    speed_x, speed_y : of the half step that led here, m/s: they place the crossing inside the step
-    memory : (MEMORY,), changed in place. TOUCHING is 0 or 1.
-    energies : (ENERGIES,), filled
+    x, gap : m. memory : (MEMORY,), changed in place; TOUCHING is 0 or 1.
+    speed_x, speed_y : of the half step that led here, m/s: they place the crossing inside the step.
+    energies : (ENERGIES,), filled.
     """
     energies[:] = 0.0
     if memory[TOUCHING] == 0.0:

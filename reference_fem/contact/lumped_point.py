@@ -52,10 +52,8 @@ class LumpedPoint:
 def lumped_point(mesh: meshes.FingerMesh, mass: Array) -> LumpedPoint:
     """The flat end's mean, or the lowest point of the hemispherical end.
 
-    Raises
-    ------
-    ValueError
-        If the last phalanx has neither a flat end face nor a section at its sphere's equator.
+    Raises ValueError: the last phalanx has neither a flat end face nor a section at its sphere's
+        equator.
     """
     last = mesh.phalanges
     flat = np.asarray(mesh.node_sets.get(f"distal_face_{last}", ()), dtype=np.int64)

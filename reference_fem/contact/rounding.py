@@ -43,9 +43,7 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
 
     and zero on all others, and where the tip is no sphere.
 
-    Parameters
-    ----------
-    shape : (q, n), N_i at the points
+    shape : (q, n), N_i at the points.
     """
     tip = mesh.points[np.unique(mesh.facet_sets.get("tip", np.empty(0, dtype=np.int64)))]
     ball = sphere(tip)

@@ -10,10 +10,7 @@ from reference_fem.contact.penalty import PenaltyContact
 def adjoining_cells(cells: Index, facets: Index) -> Index:
     """Cell behind each facet, (n_facets,).
 
-    Raises
-    ------
-    ValueError
-        If a facet is no face of exactly one cell.
+    Raises ValueError: a facet is no face of exactly one cell.
     """
     local = local_facets(3 if cells.shape[1] == 8 else 2)
     touched = np.flatnonzero(np.isin(cells, np.unique(facets)).any(axis=1))
@@ -36,14 +33,9 @@ def adjoining_cells(cells: Index, facets: Index) -> Index:
 
 
 def facet_areas(points: Array, facets: Index) -> tuple[Array, Array]:
-    """Area of each facet and its nodes' shares ∫ N_i dA.
+    """Area of each facet (n_facets,) and its nodes' shares ∫ N_i dA (n_facets, 4 | 2).
 
     Bilinear quadrilaterals by 2 x 2 Gauss points; edges exactly (per unit thickness).
-
-    Returns
-    -------
-    area : (n_facets,)
-    share : (n_facets, 4 | 2)
     """
     corners = points[facets]
     if facets.shape[1] == 2:
@@ -80,13 +72,8 @@ def penalty_contact(
     In two dimensions an edge's area is its length times the mean thickness of its cell: the
     round section's own thickness vanishes at the outline, and with it would the stiffness.
 
-    Parameters
-    ----------
-    points : (n_points, dim)
-    cells : (n_cells, 8 | 4)
-    facets : (n_facets, 4 | 2)
-    cell_volume, cell_bulk_modulus : (n_cells,)
-    penalty_factor : f
+    points : (n_points, dim). cells : (n_cells, 8 | 4). facets : (n_facets, 4 | 2).
+    cell_volume, cell_bulk_modulus : (n_cells,). penalty_factor : f.
     """
     cell = adjoining_cells(cells, facets)
     area, share = facet_areas(points, facets)

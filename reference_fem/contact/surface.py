@@ -122,16 +122,9 @@ def surface_forces(
     A bilinear facet lies between its nodes, so one with all nodes higher above the surface than
     any point stands out is passed over.
 
-    Parameters
-    ----------
     motion, memory : see `law`; one site a point, tangential forces are tractions times w_q, N.
-    facets : (n_facets, n)
-    shape : (q, n)
-    weight : (n_facets, q), m²
-    out : (n_facets, q), s, m
-    modulus, viscosity : κ, Pa/m, and c, Pa s/m
-    residual : (n_points, dim)
-    row : (COLUMNS,)
+    facets : (n_facets, n). shape : (q, n). weight : (n_facets, q), m². out : (n_facets, q), s, m.
+    modulus, viscosity : κ, Pa/m, and c, Pa s/m. residual : (n_points, dim). row : (COLUMNS,).
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step = motion.height, motion.friction, motion.step

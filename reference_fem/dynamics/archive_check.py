@@ -27,10 +27,7 @@ def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = N
 
     A state in a coarse flight is on its mesh, and nothing was recorded.
 
-    Raises
-    ------
-    ValueError
-        Names the array and what is wrong.
+    Raises ValueError: names the array and what is wrong.
     """
     if flight is not None and archive.get("coarse", False):
         model = flight.model

@@ -22,11 +22,8 @@ def leapfrog(
     Second order, explicit, symplectic; stable for Δt < 2/ω_max (Belytschko, Liu, Moran,
     Nonlinear Finite Elements, 2000, box 6.1, without its damping).
 
-    Parameters
-    ----------
-    displacement, velocity : (n_points, dim), updated in place
-    residual : (n_points, dim), r: internal minus external force without gravity, N
-    inverse_mass : (n_points,)
+    displacement, velocity : (n_points, dim), updated in place. inverse_mass : (n_points,).
+    residual : (n_points, dim), r: internal minus external force without gravity, N.
     gravity_vector, step : f, acceleration by gravity in the plane of motion, m/s²; Δt, s.
     """
     solid = displacement.shape[1] == 3

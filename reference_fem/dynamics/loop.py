@@ -48,10 +48,8 @@ def explicit_tap(
 
     A tap's end: see `tap.tap_after`.
 
-    Parameters
-    ----------
-    recorder : of the run that this one continues
-    flight : where `loop_state` is that of its model, until it hands over; nothing of it is recorded
+    recorder : of the run that this one continues.
+    flight : where `loop_state` is of its model, until it hands over; nothing of it is recorded.
     """
     reporting = reporting or Reporting()
     recorder = recorder or Recorder(settings)

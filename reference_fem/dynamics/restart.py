@@ -97,10 +97,7 @@ def digest(value: object) -> str:
 class RestartFile:
     """One run's restart file.
 
-    Parameters
-    ----------
-    restart : where, and how often
-    run : the run's identity; a file with another one is refused.
+    restart : where, and how often. run : the run's identity; a file with another one is refused.
     """
 
     def __init__(self, restart: Restart, run: Mapping[str, str]) -> None:

@@ -56,15 +56,10 @@ def start_state(
 
     v(-Δt/2) = v(0) - Δt/2 a(0): central differences keep their second order from the start.
 
-    Parameters
-    ----------
     angles : (phalanges,), rotations of the phalanges so far, to within half a turn; None: less than
         half a turn.
 
-    Raises
-    ------
-    ValueError
-        If the surface already cuts into the body.
+    Raises ValueError: the surface already cuts into the body.
     """
     near = np.zeros(model.touching_body + 1) if angles is None else angles
     state = State(
@@ -107,12 +102,10 @@ def lowest_gap(model: Model, displacement: Array) -> float:
 def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State, Block]:
     """Take `steps` explicit steps; the state that goes in is left as it is.
 
-    Parameters
-    ----------
-    search : False skips contact: the caller knows that the surface is out of reach
-
     A driven face must not turn by half a turn or more within a block: the drive work counts its
     turns from one block to the next.
+
+    search : False skips contact: the caller knows that the surface is out of reach.
     """
     first = replace(state, memory=state.memory.copy())
     residual = np.empty_like(state.displacement)

@@ -40,10 +40,7 @@ def tap_after(
     chatter at the start and at the end), and will not be for twice that contact or transit.
     With `until_s` it has the touches that begin within that time of the first one, ten steps apart.
 
-    Parameters
-    ----------
-    touch_in_s : `next_touch_s` of the block's start
-    until_s : `Settings.tap_until_s`
+    touch_in_s : `next_touch_s` of the block's start. until_s : `Settings.tap_until_s`.
     """
     if tap.over:
         return tap
@@ -90,9 +87,7 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
 
         g / -v_y,  v_y = v_cy + ω (x - x_c) < 0
 
-    Parameters
-    ----------
-    displacement, velocity : (n_points, dim)
+    displacement, velocity : (n_points, dim).
     """
     nodes = model.contact.nodes
     body = np.flatnonzero(model.body_of_point == model.touching_body)

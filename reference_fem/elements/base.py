@@ -153,10 +153,8 @@ class ElementKernel:
     def _checked(self, field: Array, out: Array | None = None) -> Array:
         """A nodal field as the contiguous float64 array that the kernels take.
 
-        Raises
-        ------
-        ValueError
-            Its shape is not (n_nodes, dim), or a kernel could not write to `out` in place.
+        Raises ValueError: its shape is not (n_nodes, dim), or a kernel could not write to `out` in
+            place.
         """
         shape = self.points.shape
         field = np.ascontiguousarray(field, dtype=np.float64)

@@ -22,10 +22,8 @@ CHUNK = 4096  # elements looked at in one go: 24 x 24 stiffness matrices of 19 M
 def check_mesh(points: Array, cells: Index, dim: int) -> tuple[Array, Index]:
     """Return points (n, dim) and cells (m, 2^dim) as contiguous float64 and int64.
 
-    Raises
-    ------
-    ValueError
-        If a shape is wrong, a coordinate is not finite or a cell names a node that is not there.
+    Raises ValueError: a shape is wrong, a coordinate is not finite or a cell names a node that is
+        not there.
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     cells = np.ascontiguousarray(cells, dtype=np.int64)
@@ -112,15 +110,10 @@ def reference_element(dim: int) -> ReferenceElement:
 def geometries(points: Array, cells: Index, thickness: Array | None = None) -> Iterator[Geometry]:
     """Geometry of all elements, CHUNK at a time, so that set-up needs little memory.
 
-    Parameters
-    ----------
-    points, cells : (n_nodes, dim), m, and (n_cells, 2^dim) in VTK's order
-    thickness : (n_cells, 4), m, of a sheet at its points
+    points, cells : (n_nodes, dim), m, and (n_cells, 2^dim) in VTK's order.
+    thickness : (n_cells, 4), m, of a sheet at its points.
 
-    Raises
-    ------
-    ValueError
-        If an element's Jacobian is not positive at one of its points.
+    Raises ValueError: an element's Jacobian is not positive at one of its points.
     """
     dim = points.shape[1]
     reference, kind = reference_element(dim), MeshHex if dim == 3 else MeshQuad
@@ -169,13 +162,10 @@ def triangular_inverse(jacobian: Array) -> Array:
 
     Modified Gram-Schmidt on the columns of J, whose R is backward stable.
 
-    Parameters
-    ----------
-    jacobian : (n, q, dim, dim), m, positive determinants
+    jacobian : (n, q, dim, dim), m, positive determinants.
 
-    Returns
-    -------
-    (n, q, dim (dim + 1)/2) rows of the upper triangle (11, 12, 13, 22, 23, 33 or 11, 12, 22), 1/m
+    Returns (n, q, dim (dim + 1)/2), rows of the upper triangle (11, 12, 13, 22, 23, 33 or
+    11, 12, 22), 1/m.
     """
     dim = jacobian.shape[-1]
     columns = [jacobian[..., k] for k in range(dim)]

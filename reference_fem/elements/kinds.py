@@ -25,18 +25,11 @@ def hex8(
 ) -> ElementKernel:  # fmt: skip
     """8-node hexahedra with a mean dilatation, St. Venant-Kirchhoff.
 
-    Parameters
-    ----------
-    points : (n_nodes, 3), m
-    cells : (n_cells, 8) in VTK's node order
-    young, poisson, density : (n_cells,) Young's modulus (Pa), Poisson's ratio and density (kg/m^3),
-        within the bounds of `Material`
-    relaxation : (n_cells,) tau of the damping, s; None: none
+    points : (n_nodes, 3), m. cells : (n_cells, 8) in VTK's node order.
+    young (Pa), poisson, density (kg/m^3) : (n_cells,), within the bounds of `Material`.
+    relaxation : (n_cells,) tau of the damping, s; None: none.
 
-    Raises
-    ------
-    ValueError
-        If a shape is wrong or an element is inverted.
+    Raises ValueError: a shape is wrong or an element is inverted.
     """
     mesh = check_mesh(points, cells, 3)
     return _at_all_points(EIGHT_POINT, mesh, lame_constants(young, poisson), density, relaxation)
@@ -51,10 +44,8 @@ def quad4_plane_stress(
     Other parameters and errors are those of `hex8`; `ElementKernel.lame` is lambda* of plane
     stress, 2 lambda mu/(lambda + 2 mu).
 
-    Parameters
-    ----------
-    points, cells : (n_nodes, 2), m; (n_cells, 4) in VTK's node order
-    thickness : (n_cells, 4), m, above zero, at the points of `quad4_quadrature_points`
+    points, cells : (n_nodes, 2), m; (n_cells, 4) in VTK's node order.
+    thickness : (n_cells, 4), m, above zero, at the points of `quad4_quadrature_points`.
     """
     mesh = check_mesh(points, cells, 2)
     lame = lame_constants(young, poisson)[0], young * poisson / (1.0 - poisson**2)
@@ -147,11 +138,8 @@ def chord_thickness(points: Array, cells: Index, radius: Array) -> Array:
     quadrature error of the square root next to the outline. The round end keeps the chord of the
     section: it is half a cylinder across Z cut to that thickness, not half a ball.
 
-    Parameters
-    ----------
-    points : (n_points, 2), m
-    cells : (n_cells, 4)
-    radius : (n_cells,) R of the phalanx that the cell belongs to, m
+    points : (n_points, 2), m. cells : (n_cells, 4).
+    radius : (n_cells,) R of the phalanx that the cell belongs to, m.
     """
     return chord(quad4_quadrature_points(points, cells)[..., 1], radius[:, None])
 

@@ -93,10 +93,8 @@ def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Ar
     Components are those of `cauchy_stress`, or of `cauchy_plane_stress`. Of a sheet with lambda* it
     is per volume of the undeformed thickness.
 
-    Parameters
-    ----------
-    f, rate : (n, dim, dim) F and dF/dt, 1/s
-    mu, lame, relaxation : (n,) Lame's constants, Pa, and tau, s
+    f, rate : (n, dim, dim) F and dF/dt, 1/s.
+    mu, lame, relaxation : (n,) Lame's constants, Pa, and tau, s.
     """
     half = f.transpose(0, 2, 1) @ rate
     strain_rate = 0.5 * (half + half.transpose(0, 2, 1))
@@ -112,9 +110,7 @@ def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Ar
 def von_mises(stress: Array) -> Array:
     """Equivalent stress sqrt(3/2 dev:dev), Pa, (n,).
 
-    Parameters
-    ----------
-    stress : (n, 6) as xx, yy, zz, xy, yz, xz, or (n, 3) as xx, yy, xy of plane stress (zz = 0), Pa
+    stress : Pa, (n, 6) as xx, yy, zz, xy, yz, xz or (n, 3) as xx, yy, xy of plane stress (zz = 0).
     """
     if stress.shape[1] == 3:
         xx, yy, xy = stress.T

@@ -36,10 +36,7 @@ class Hinges:
 def build_hinges(sides: list[tuple[tuple[Index, Array], ...]], lumped_mass: Array) -> Hinges:
     """Hinges from sides [(nodes, signed weights), ...]; one or two sides per hinge.
 
-    Parameters
-    ----------
-    sides : per hinge its sides; a side's weights sum to +1 or -1.
-    lumped_mass : (n_points,)
+    sides : per hinge its sides; a side's weights sum to +1 or -1. lumped_mass : (n_points,).
     """
     nodes = [np.concatenate([side[0] for side in hinge]) for hinge in sides]
     weights = [np.concatenate([side[1] for side in hinge]) for hinge in sides]
@@ -79,12 +76,10 @@ def hinge_reactions(
 
     The last term is round-off: it keeps the linear constraint from drifting.
 
-    Parameters
-    ----------
-    displacement, velocity : (n_points, dim), u at t_n and v at t_n - Δt/2
+    displacement, velocity : (n_points, dim), u at t_n and v at t_n - Δt/2.
     residual : (n_points, dim), r, internal minus external force without gravity; changed in place
         to r - Cᵀλ.
-    reactions : (P, 2), filled with λ, the force of the hinge on its proximal set, N
+    reactions : (P, 2), filled with λ, the force of the hinge on its proximal set, N.
     """
     count = starts.size - 1
     right = np.zeros((count, 2))

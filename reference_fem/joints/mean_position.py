@@ -21,22 +21,12 @@ def mean_weights(points: Array, cells: Index, nodes: Index, radius: float) -> tu
     face needs no factor. In 2D A is the edges' length times the chord of the round section
     (`kinds.chord`); the edges of a shaft's hole count by their length (in 2D: as points).
 
-    Parameters
-    ----------
-    points : (n_points, dim)
-    cells : (n_cells, 8 | 4)
-    nodes : (k,)
+    points : (n_points, dim). cells : (n_cells, 8 | 4). nodes : (k,).
     radius : R of the phalanx, m; used in 2D.
 
-    Returns
-    -------
-    nodes : (k,), sorted
-    weights : (k,), of sum 1
+    Returns the nodes (k,), sorted, and their weights (k,), of sum 1.
 
-    Raises
-    ------
-    ValueError
-        If the nodes span neither facets nor edges, or not all of them belong to those.
+    Raises ValueError: the nodes span neither facets nor edges, or not all of them belong to those.
     """
     nodes = np.unique(nodes)
     dim = points.shape[1]

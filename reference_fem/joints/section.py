@@ -95,8 +95,6 @@ def apply_couple(
     t Δθ exactly, which lets the audit take it from the angle. In the paper the torque acts on
     the first node's slope (eq. 14); this is its counterpart for a solid face.
 
-    Parameters
-    ----------
     residual : (n_points, dim), internal minus external force; changed in place.
     """
     sine, cosine = cross_and_dot(displacement, nodes, arms, masses)

@@ -101,12 +101,8 @@ def contact_area(tip: TipCompliance) -> ContactArea:
 def indent(tip: TipCompliance, area: ContactArea, force: float) -> Indentation:
     """Press the plane with `force` (N, on the full body).
 
-    Raises
-    ------
-    ValueError
-        If the force is not positive, or the contact reaches the edge of the candidates.
-    ArithmeticError
-        If Newton's method does not converge.
+    Raises ValueError: the force is not positive, or the contact reaches the edge of the candidates.
+    Raises ArithmeticError: Newton's method does not converge.
     """
     if not (math.isfinite(force) and force > 0.0):
         raise ValueError(f"force = {force}: must be a finite number above 0, in N")

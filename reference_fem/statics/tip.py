@@ -55,18 +55,13 @@ def tip_compliance(
 ) -> TipCompliance:
     """Compliance of the last phalanx, its first face held, at the nodes that may touch.
 
-    Parameters
-    ----------
     mesh : 3D with a hemispherical end; only the last phalanx takes part.
-    angle : between the axis (towards the tip) and the direction to the plane, towards -Y, rad
-    reach : facets with a node within this distance of the contact point may touch, m
+    angle : between the axis (towards the tip) and the direction to the plane, towards -Y, rad.
+    reach : facets with a node within this distance of the contact point may touch, m.
     behind : distance of the reference section behind the hemisphere's centre, m; the mesh's nearest
         section is taken.
 
-    Raises
-    ------
-    ValueError
-        If the mesh is planar, or no candidate lies within reach.
+    Raises ValueError: the mesh is planar, or no candidate lies within reach.
     """
     if mesh.dim != 3:
         raise ValueError(f"mesh: {mesh.dim}-dimensional; the indentation needs a 3D mesh")

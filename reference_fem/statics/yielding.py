@@ -45,10 +45,7 @@ class TipYield:
 def tip_yield(mesh: meshes.FingerMesh, material: Material, angle: float) -> TipYield:
     """The tip's own compliance.
 
-    Parameters
-    ----------
-    mesh : 3D with a hemispherical end, fine over `PATCHES`; only the last phalanx takes part.
-    angle : between the axis (towards the tip) and the direction to the plane, towards -Y, rad
+    mesh, angle : as for `tip.tip_compliance`; the mesh is fine over `PATCHES`.
     """
     _, body = last_phalanx(mesh)
     points, symmetry = body.points, body.node_sets["symmetry"]

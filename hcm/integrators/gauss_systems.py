@@ -124,6 +124,26 @@ def fits(h: float, contact: ContactState, integrator: GaussIntegrator) -> bool:
 
 
 @kernel
+def factorize_system(
+    mu: complex, lam: complex, damped: bool, unsymmetric_factor: float, y: int, column: Floats,
+    gauss: GaussWork, factors: Floats | Complexes, rank_one: Floats | Complexes,
+) -> bool:  # fmt: skip
+    """Factorize M + mu (K - M) + lam (D - M), and its rank-one part, with real or complex mu, lam.
+
+    M, K, D : gauss.mass, .stiff, .damp, of which K and D hold the mass too.
+    """
+    for i in range(factors.shape[0]):
+        for j in range(factors.shape[1]):
+            factors[i, j] = gauss.mass[i, j] + mu * (gauss.stiff[i, j] - gauss.mass[i, j])
+    if damped:
+        add_difference(lam, gauss.damp, gauss.mass, factors)
+    if not factorize(factors):
+        return False
+    unsymmetric = unsymmetric_factor != 0.0
+    return not unsymmetric or solve_rank_one(factors, mu * unsymmetric_factor, y, column, rank_one)
+
+
+@kernel
 def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Keep the factors of all systems for the stiffness at q (n,)."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
@@ -133,37 +153,19 @@ def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussInt
     if unsymmetric_factor != 0.0:
         column[:] = 0.0
         fill_column(q, chain.tip, chain.scale, contact, law, column[HALF_BANDWIDTH:])
-    mass, stiff, damp = gauss.mass, gauss.stiff, gauss.damp
     damped = depends_on_velocity(chain, law)
     if damped:
-        tangent(q, 0.0, h, chain, contact, law, damp)
+        tangent(q, 0.0, h, chain, contact, law, gauss.damp)
+    rest = damped, unsymmetric_factor, y, column, gauss
     for k in range(table.mu.size):
-        mu = table.mu[k]
+        mu, lam = table.mu[k], table.lam[k]
         if k == 0 and table.c.size % 2 == 1:
-            for i in range(mass.shape[0]):
-                for j in range(mass.shape[1]):
-                    gauss.real_factors[i, j] = mass[i, j] + mu.real * (stiff[i, j] - mass[i, j])
-            if damped:
-                add_difference(table.lam[k].real, damp, mass, gauss.real_factors)
-            if not factorize(gauss.real_factors):
-                return False
-            if unsymmetric_factor != 0.0 and not solve_rank_one(
-                gauss.real_factors, mu.real * unsymmetric_factor, y, column, gauss.real_rank_one
-            ):
-                return False
+            real = gauss.real_factors, gauss.real_rank_one
+            done = factorize_system(mu.real, lam.real, *rest, *real)
         else:
-            factors = gauss.factors[k]
-            for i in range(mass.shape[0]):
-                for j in range(mass.shape[1]):
-                    factors[i, j] = mass[i, j] + mu * (stiff[i, j] - mass[i, j])
-            if damped:
-                add_difference(table.lam[k], damp, mass, factors)
-            if not factorize(factors):
-                return False
-            if unsymmetric_factor != 0.0 and not solve_rank_one(
-                factors, mu * unsymmetric_factor, y, column, gauss.rank_one[k]
-            ):
-                return False
+            done = factorize_system(mu, lam, *rest, gauss.factors[k], gauss.rank_one[k])
+        if not done:
+            return False
     for w in range(chain.hinge.size):
         gauss.frame[w, 0], gauss.frame[w, 1] = direction(q, w, chain)
     gauss.key[1], gauss.key[2], gauss.key[3] = stiffness_key(contact, law)

@@ -82,7 +82,7 @@ def test_torques_over_time_turn_a_rod_by_the_closed_form() -> None:
     # J w' = t: a ramp from 0.01 s, that jumps at 0.03 s, and is held from there on; no gravity
     top, about_hinge = 2e-4, ROD + MASS * LENGTH**2 / 4
     table = Torques(np.array([0.01, 0.03, 0.03]), np.array([[0.0], [top], [-top]]))
-    body = replace(chain(1, ROD), torques=table, fall=np.zeros(2))
+    body = replace(chain(1, ROD), torques=table, gravity_vector=np.zeros(2))
     state_at, _ = fly(body, rest(1), never, 0.1)
     rate, angle = top * 0.02 / 2, top * 0.02**2 / 6
     for time in (0.005, 0.02, 0.03, 0.05, 0.1):
@@ -125,7 +125,7 @@ def test_a_whirling_end_touches_within_a_step(turns: float, past: float) -> None
     the same gap at all of its ends.
     """
     spin = 2.0 * np.pi * turns / 5e-3
-    body = replace(chain(1, ROD), fall=np.zeros(2))
+    body = replace(chain(1, ROD), gravity_vector=np.zeros(2))
     start = ChainState(np.array([-0.3]), np.array([spin]), 0.0)
     top = 1.0 - past
     _, contact = fly(body, start, lambda a: LENGTH * (top - np.sin(a[0])), 0.02)

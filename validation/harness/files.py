@@ -61,18 +61,28 @@ def sole_use(folder: Path) -> Iterator[None]:
 
     Raises UserError: another command is at work there.
     """
-    with (folder / ".in_use").open("a") as file:
-        try:
-            # of the process: unlike `flock`, not of its workers, which may outlive it for a moment
-            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except (BlockingIOError, PermissionError):
-            raise UserError(
-                f"{folder}: another command is writing its results there; wait for its end, or"
-                " give another --out"
-            ) from None
-        except OSError:  # a file system without locks
-            pass
-        yield
+    path = folder / ".in_use"
+    while True:
+        with path.open("a") as file:
+            try:
+                # of the process: unlike `flock`, not of its workers, which may outlive it a moment
+                fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except (BlockingIOError, PermissionError):
+                raise UserError(
+                    f"{folder}: another command is writing its results there; wait for its end, or"
+                    " give another --out"
+                ) from None
+            except OSError:  # a file system without locks
+                pass
+            # the one that had it may have removed it, and a third one may hold another of its name
+            if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
+                continue
+            try:
+                yield
+            finally:
+                with contextlib.suppress(OSError):
+                    path.unlink()
+            return
 
 
 def write_text(path: Path, text: str) -> None:

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from tests.validation.commands import Make, Patch, Run, call
-from validation.compare import command as compare_command
 from validation.compare.command import difference_lines, difference_table
 from validation.models.adapter import Outcome
+from validation.runs import execute
 
 HCM = ("compare", "soft", "--model", "hcm")
 
@@ -57,7 +57,7 @@ def fake_runs(monkeypatch: Patch, make_record: Make) -> None:
         message = "it is wet" * (friction > 0.5) if ok else "slid away; add friction"
         return Outcome(make_record(peak=100 * friction, ok=ok, message=message))
 
-    monkeypatch.setattr(compare_command, "solve", solve)
+    monkeypatch.setattr(execute, "solve", solve)
 
 
 @pytest.mark.usefixtures("fake_runs")

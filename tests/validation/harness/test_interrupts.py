@@ -13,12 +13,11 @@ import pytest
 import hcm
 from tests.validation.commands import Capture, Make, Patch
 from validation import cli
-from validation.compare import command as compare_command
 from validation.harness.interrupts import PATIENCE_S, heard_interrupts
 from validation.harness.timing import shortest
 from validation.models.adapter import Outcome
 from validation.models.hcm import hcm_scene, warm_up
-from validation.render import command as render_command
+from validation.runs import execute
 from validation.scenes.load import load_scene
 from validation.validate.ladder import runs
 
@@ -132,14 +131,10 @@ def test_what_needs_a_whole_run_keeps_an_interrupted_one_and_ends(
     make_record: Make, monkeypatch: Patch, tmp_path: Path
 ) -> None:
     outcome = Outcome(make_record(model="fem3d", status="INTERRUPTED", ok=False))
-    for module in (compare_command, render_command):
-        monkeypatch.setattr(module, "solve", lambda *_: outcome)
+    monkeypatch.setattr(execute, "solve", lambda *_: outcome)
     with pytest.raises(KeyboardInterrupt):
-        compare_command._run(load_scene("soft"), "fem3d", tmp_path / "compared")
-    with pytest.raises(KeyboardInterrupt):
-        render_command._run("soft", "fem3d", (), tmp_path)
-    assert (tmp_path / "compared" / "summary.json").exists()
-    assert (tmp_path / "run" / "soft-fem3d" / "summary.json").exists()
+        execute.solve_into(tmp_path / "kept", load_scene("soft"), "fem3d", "")
+    assert (tmp_path / "kept" / "summary.json").exists()
     with pytest.raises(KeyboardInterrupt):
         runs._completed(outcome.record)
 

@@ -13,9 +13,8 @@ def test_a_users_solve_ivp_taps() -> None:
     """SciPy's defaults find the tap of a soft rod, a few per cent off."""
     soft = replace(TAP, finger=hcm.Finger((replace(SOFT, youngs_modulus=1e7, elements=1),)),
                    tip=hcm.Tip(1e4))  # fmt: skip
-    given = (soft.finger, soft.surface, soft.tip, soft.drive)
-    ending, tap = solve_first_tap(*given, 60.0)
+    ending, tap = solve_first_tap(soft, 60.0)
     assert ending == "completed"
     own = peak_and_impulse(hcm.simulate(**soft.arguments()))
     assert largest_difference(tap, own) < 0.5
-    assert solve_first_tap(*given, 1e-9)[1] is None
+    assert solve_first_tap(soft, 1e-9)[1] is None

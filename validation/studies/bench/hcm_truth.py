@@ -26,23 +26,16 @@ def impact_start(surface_height: float, length: float) -> Any:
 
 def solve_tap(elements: int, rtol: float) -> TapQuantities:
     """The tap from rest: minutes."""
-    s = soft_scene(elements)
-    solved = reference_solution.solve(
-        s.finger, s.surface, s.tip, s.drive, rtol=rtol, atol=1e-4 * rtol
-    )
-    return _quantities(solved)
+    return _solve(soft_scene(elements), rtol)
 
 
 def solve_impact(elements: int, rtol: float) -> TapQuantities:
     """The contact alone, from `impact_start`: a second at 5 elements, a half minute at 20."""
-    s = soft_scene(elements)
-    chain, _ = build_chain(s.finger, s.drive)
-    state = impact_start(s.surface.height, s.finger.phalanges[0].length)
-    start = reference_solution.ChainStart(*rigid_motion(s.finger, chain, state))
-    solved = reference_solution.solve(
-        s.finger, s.surface, s.tip, s.drive, rtol=rtol, atol=1e-4 * rtol, start=start
-    )
-    return _quantities(solved)
+    scene = soft_scene(elements)
+    chain, _ = build_chain(scene.finger, scene.drive)
+    state = impact_start(scene.surface.height, scene.finger.phalanges[0].length)
+    start = reference_solution.ChainStart(*rigid_motion(scene.finger, chain, state))
+    return _solve(scene, rtol, start)
 
 
 def soft_scene(elements: int) -> hcm.Scene:
@@ -50,7 +43,11 @@ def soft_scene(elements: int) -> hcm.Scene:
     return hcm_scene(load_scene("soft", (f"finger.elements={elements}",)), estimate=False)
 
 
-def _quantities(solved: Any) -> TapQuantities:
+def _solve(
+    scene: hcm.Scene, rtol: float, start: reference_solution.ChainStart | None = None
+) -> TapQuantities:
+    of = scene.finger, scene.surface, scene.tip, scene.drive
+    solved = reference_solution.solve(*of, rtol=rtol, atol=1e-4 * rtol, start=start)
     contact = solved.time_of("contact")
     return TapQuantities(
         contact_time_s=contact,

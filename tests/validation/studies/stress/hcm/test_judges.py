@@ -6,6 +6,7 @@ import pytest
 
 import hcm
 from tests.validation.studies.stress.taps import SOFT, TAP
+from validation.studies.stated_errors import StatedError
 from validation.studies.stress.hcm.judge import judge_by_dop853, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.hcm.rigid_rod import closed_form, judge_by_closed_form
@@ -59,8 +60,8 @@ NUMBERS: list[tuple[float, float, bool, Answer]] = [
 def test_right_is_within_what_the_run_states(
     stated: float, true: float, cautioned: bool, answer: Answer
 ) -> None:
-    good = (100.0, 1e-3, 1e-4, 100.0)
-    peak = (100.0, 100.0 * stated, 100.0 * true, 100.0)
+    good = StatedError(100.0, 1e-3, 1e-4, 100.0)
+    peak = StatedError(100.0, 100.0 * stated, 100.0 * true, 100.0)
     judged = CellVerdict(Answer.RIGHT, "").within_stated(
         "a tighter run", {"impulse": good, "peak": peak}, cautioned
     )

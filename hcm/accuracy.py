@@ -196,7 +196,7 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     if rods and (fall := chosen.fall):
         finger = chosen.scene.finger
         bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
-        late = omitted_time(fall.largest / fall.speed, finger)
+        late = omitted_time(fall.largest / fall.speed, finger, fall.time)
     # what rods leave out is no difference of two runs, and has no need of its safety
     omitted = bent / SAFETY, late / SAFETY
     apart_by = compare(result, coarse, of_stress, left_out, rods, located, *omitted)
@@ -214,7 +214,8 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     pairs = [[getattr(of, name) for of in both] for name in ACCURACY_QUANTITIES]
     known = coarse.status in USABLE_STATUSES
     apart = [abs(its / own - 1.0) if known and its is not None else math.inf for own, its in pairs]
-    expected = max(SAFETY * max(apart) / over, 0.5 * lost_energy(result), left_out)
+    late /= max(result.summary.contact_time_s or 0.0, 1e-300)
+    expected = max(SAFETY * max(apart) / over, 0.5 * lost_energy(result), left_out, late)
     return replace(result, errors=errors, cautions=cautions), expected
 
 

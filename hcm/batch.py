@@ -60,6 +60,9 @@ class Outcome:
     wall_time_s: float = 0.0
 
 
+NO_COLUMN = Mapping, Set, str, bytes, bytearray  # sized, but not by scenes
+
+
 def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene | ParameterError]:
     """Scenes like `scene`, one a row of the columns; in its place why a row is refused.
 
@@ -74,10 +77,12 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     """
     check_kind("columns", columns, Mapping)
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
+    columns = {
+        name: np.asarray(column).tolist() if hasattr(column, "__array__") else column
+        for name, column in columns.items()
+    }
     for name, column in columns.items():
-        # an array of no dimension has a size only by its class; of a mapping keys would be varied
-        kind = isinstance(column, Sized) and not isinstance(column, Mapping | Set | str | bytes)
-        if not kind or getattr(column, "ndim", 1) == 0:
+        if not isinstance(column, Sized) or isinstance(column, NO_COLUMN):
             raise ParameterError(f"column {name!r}: must be a list, one value a scene")
         part, _, of = str(name).partition(".")
         owner = scene.finger.phalanges[0] if part == "phalanx" else getattr(scene, part, None)

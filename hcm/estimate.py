@@ -144,8 +144,8 @@ def compare(
 
     omitted_speed_share : of the speed of approach, what both runs leave out (a vibration about as
     long as the tap). rods : whether both flew as rods. located : whether the peak is a located
-    event's row, as collocation's is, and no vertex between rows. omitted_stress, omitted_s : at R,
-    Pa, and of the time of contact, s, what both leave out.
+    event's row, as collocation's is, and no vertex between rows. omitted_stress : of the stress at
+    R, Pa; omitted_s : of the time of contact, s; both are what the two runs leave out alike.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
@@ -283,9 +283,10 @@ def estimate_errors(
     how = {"rods": settings.flight == "rigid", "located": settings.contact_integrator == GAUSS}
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
+    lasts = max((own.summary.contact_time_s or 0.0) - float(own.history.time_s[0]), 0.0)
     errors = compare(
         own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER,
-        omitted_stress=bent, omitted_s=omitted_time(left_out, finger), **how,
+        omitted_stress=bent, omitted_s=omitted_time(left_out, finger, lasts), **how,
     )  # fmt: skip
     if folded(own, finger.length) or grazes(own):
         tight = again(finger, rescaled_settings(settings, own, TIGHTER ** (1 / 3), most))

@@ -73,13 +73,14 @@ def slowest_frequency(finger: Finger) -> float:
     )
 
 
-def omitted_time(speed_share: float, finger: Finger) -> float:
+def omitted_time(speed_share: float, finger: Finger, lasts_s: float) -> float:
     """Time, s, by which rods may touch too early or late that leave out this share of the speed.
 
-    2 share/w_1: a beam that is loaded at once swings to twice its static deflection. Of 180 random
-    fingers none is beyond that, or beyond what else is known of the touch.
+    2 share/w_1: a beam that is loaded at once swings to twice its static deflection; in a shorter
+    flight the tip moves by no more than the speed times the flight's time. Of 180 random fingers
+    none is beyond that, or beyond what else is known of the touch.
     """
-    return 2.0 * speed_share / slowest_frequency(finger)
+    return speed_share * min(2.0 / slowest_frequency(finger), lasts_s)
 
 
 def bending_wave_stress(speed: float, phalanx: Phalanx) -> float:

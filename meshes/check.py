@@ -1,11 +1,9 @@
 """What a mesh must be before a solver may have it."""
 
-import re
-
 import numpy as np
 
 from meshes.errors import MeshError
-from meshes.mesh import FingerMesh
+from meshes.mesh import PHALANX, FingerMesh
 from meshes.quality import scaled_jacobians
 from meshes.topology import facets
 
@@ -60,11 +58,7 @@ def required_node_sets(dim: int, phalanges: int) -> list[str]:
 
 
 def _check_sets(mesh: FingerMesh) -> None:
-    numbers = sorted(
-        int(found[1])
-        for name in mesh.cell_sets
-        if (found := re.fullmatch(r"phalanx_([1-9]\d*)", name))
-    )
+    numbers = sorted(int(found[1]) for name in mesh.cell_sets if (found := PHALANX.fullmatch(name)))
     if not numbers or numbers != list(range(1, len(numbers) + 1)):
         raise MeshError(
             f"cell sets phalanx_1, phalanx_2, ... are missing: found {numbers or 'none'}; "

@@ -1,5 +1,6 @@
 """The mesh that everything else receives, and the package's array types."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from types import MappingProxyType
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 
+PHALANX = re.compile(r"phalanx_([1-9]\d*)")  # names of the cell sets, by number
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
@@ -69,7 +71,7 @@ class FingerMesh:
     @property
     def phalanges(self) -> int:
         """Number of phalanges: of cell sets ``phalanx_w``."""
-        return sum(name.startswith("phalanx_") for name in self.cell_sets)
+        return sum(PHALANX.fullmatch(name) is not None for name in self.cell_sets)
 
 
 def _numbers(name: str, given: Any, width: int | None = None) -> Ints:

@@ -12,8 +12,8 @@ from meshes.topology import orient, renumber
 def mirrored(half: FingerMesh) -> FingerMesh:
     """Both halves as one mesh, without a node set ``symmetry``; the plane's nodes are shared.
 
-    Sets hold the images of their members too; the pole stays one node. Nodes and elements are
-    numbered for locality again, phalanx by phalanx.
+    Sets of nodes and facets and the phalanges hold the images of their members too; the pole stays
+    one node. Nodes and elements are numbered for locality again, phalanx by phalanx.
 
     Raises
     ------

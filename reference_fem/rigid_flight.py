@@ -32,8 +32,8 @@ def fly(
     gap : of the angles (P,): height of the lowest surface node above the plane, m.
     tolerance : relative, of a step.
 
-    Returns the state at any time of the flight, and the time of contact, s; None if the surface is
-    not reached before `end_time_s`.
+    Returns a function that gives the state at any time of the flight, and the time of contact, s;
+    None if the surface is not reached before `end_time_s`.
     """
     links = chain.links
 

@@ -130,7 +130,9 @@ def factorize_system(
 ) -> bool:  # fmt: skip
     """Factorize M + mu (K - M) + lam (D - M), and its rank-one part, with real or complex mu, lam.
 
-    M, K, D : gauss.mass, .stiff, .damp, of which K and D hold the mass too.
+    M, K, D : gauss.mass, .stiff, .damp, of which K and D hold the mass too; D only if `damped`.
+    y, column : row and column of the rank-one part, times mu unsymmetric_factor; none if that is
+    0. Returns whether it could be done.
     """
     for i in range(factors.shape[0]):
         for j in range(factors.shape[1]):
@@ -139,8 +141,9 @@ def factorize_system(
         add_difference(lam, gauss.damp, gauss.mass, factors)
     if not factorize(factors):
         return False
-    unsymmetric = unsymmetric_factor != 0.0
-    return not unsymmetric or solve_rank_one(factors, mu * unsymmetric_factor, y, column, rank_one)
+    if unsymmetric_factor == 0.0:
+        return True
+    return solve_rank_one(factors, mu * unsymmetric_factor, y, column, rank_one)
 
 
 @kernel

@@ -49,7 +49,7 @@ def impulse_forces(
         node gives back that turns round within it is no friction's and is left to the balance.
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
-    height, friction, step, f = motion.height, motion.friction, motion.step, motion.gravity_vector
+    height, friction, step, g = motion.height, motion.friction, motion.step, motion.gravity_vector
     inverse_mass = motion.inverse_mass
     touching, spring_force = memory.touching, memory.spring_force
     planar = points.shape[1] == 2
@@ -60,11 +60,11 @@ def impulse_forces(
         gap = points[i, 1] + displacement[i, 1] + height
         lowest = min(lowest, gap)
         inverse = inverse_mass[i]
-        ahead = gap + step * (velocity[i, 1] - step * (inverse * residual[i, 1] - f[1]))
+        ahead = gap + step * (velocity[i, 1] - step * (inverse * residual[i, 1] - g[1]))
         if ahead >= 0.0 and not touching[j]:
             continue
         normal = max(0.0, -ahead) / (step * step * inverse)
-        force_x = residual[i, 0] - velocity[i, 0] / (step * inverse) - f[0] / inverse
+        force_x = residual[i, 0] - velocity[i, 0] / (step * inverse) - g[0] / inverse
         force_z = 0.0 if planar else residual[i, 2] - velocity[i, 2] / (step * inverse)
         size = np.sqrt(force_x * force_x + force_z * force_z)
         limit = friction * normal

@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 
     points, displacement, velocity : (n_points, dim), X, u at t_n and v at t_n - Δt/2
     inverse_mass : (n_points,)
-    gravity_vector, step : acceleration by gravity f in the plane of motion, m/s²; Δt, s.
+    gravity_vector, step : acceleration by gravity in the plane of motion, m/s²; Δt, s.
     height, friction : H, m, and μ
     """
 

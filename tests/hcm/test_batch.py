@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray
 
@@ -199,6 +200,15 @@ def test_arrays_make_scenes() -> None:
     assert one.surface == replace(SCENE.surface, friction=0.0)
     assert other.finger.phalanges[0].density == 2000
     assert other.tip is SCENE.tip
+    for kind in (pd.Series, xarray.DataArray, tuple):
+        first, _ = hcm.vary(SCENE, {"surface.friction": kind([0.25, 0.5])})
+        assert isinstance(first, hcm.Scene)
+        assert first.surface.friction == 0.25
+    torques = pd.DataFrame([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]], columns=list("abc"))
+    rows = list(hcm.vary(SCENE, {"drive.torques": torques}))
+    assert [row.drive.torques for row in rows if isinstance(row, hcm.Scene)] == [
+        (0.1, 0.2, 0.3), (0.4, 0.5, 0.6)
+    ]  # fmt: skip
     (refused,) = hcm.vary(SCENE, {"tip.restitution": [2.0]})
     assert "restitution = 2.0" in str(refused)
     assert [o.status for o in hcm.simulate_each([refused, one])] == ["REFUSED", "COMPLETED"]
@@ -242,6 +252,7 @@ def test_what_is_no_scene_is_refused_in_its_place(accuracy: float | None) -> Non
         ({"surface.friction": {0: 0.5, 1: 0.7}}, "'surface.friction': must be a list"),
         ({"surface.friction": {0.5, 0.7}}, "'surface.friction': must be a list"),
         ({"surface.friction": "0.5"}, "'surface.friction': must be a list"),
+        ({"surface.friction": bytearray(b"ab")}, "'surface.friction': must be a list"),
         ({}, "must hold one column or more"),
         ({"surface.friction": [1.0], "tip.restitution": [1.0, 0.5]}, r"\[1, 2\] rows"),
     ],

@@ -10,7 +10,7 @@ from validation.compare.verdict import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
 from validation.harness.console import WIDTH, output, say, shown
-from validation.harness.files import output_folder, safe_name, write_text
+from validation.harness.files import exclusive_folder, safe_name, write_text
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
 from validation.harness.uncertainty import with_error
@@ -87,13 +87,13 @@ def compare(
         "changed": load_scene(scene, (*overrides, *without)),
     }
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
-    folder = output_folder(out / "compare" / name)
-    records = {
-        which: solve_into(folder / which, named, model, f"{named.name} {model} {which}").record
-        for which, named in scenes.items()
-    }
-    table = difference_table(records["scene"], records["changed"])
-    write_text(folder / "differences.csv", table.to_csv(index=False))
+    with exclusive_folder(out / "compare" / name) as folder:
+        records = {
+            which: solve_into(folder / which, named, model, f"{named.name} {model} {which}").record
+            for which, named in scenes.items()
+        }
+        table = difference_table(records["scene"], records["changed"])
+        write_text(folder / "differences.csv", table.to_csv(index=False))
     output(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
     for line in difference_lines(records["scene"], records["changed"], table):
         output(line)

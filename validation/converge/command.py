@@ -30,7 +30,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
-from validation.harness.files import output_folder, safe_name, sole_use, write_json
+from validation.harness.files import exclusive_folder, output_folder, safe_name, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
@@ -103,31 +103,31 @@ def run_converge(
         scene.json.
     """
     output_folder(out / "converge")
-    with ExitStack() as alone, progress_bar("converge") as progress:
-        progress(0.0, "impact state")
-        runs = LevelRuns(scene, overrides, model, Store(out / "store"))
-        wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
-        check_given(overrides, wanted)
-        name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
-        folder = output_folder(out / "converge" / name)
-        alone.enter_context(sole_use(folder))
-        results, failures = run_levels(runs, wanted, progress)
-        progress(0.98, "preset converged")
-        preset = None
-        if not quick:
-            try:
-                preset = runs.run({PRESET_KEY: "converged", **NO_ACCURACY})
-            except RunFailedError as error:
-                failures.append(f"preset converged: {error}")
-    title = f"{runs.scene.name} finger, {model}"
-    verdicts = judged(results)
-    (folder / STUDIED).unlink(missing_ok=True)  # of other tables
-    write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
-    of_preset = [] if preset is None else preset_rows(preset, verdicts)
-    rows = [*verdict_rows(verdicts), *of_preset]
-    write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
-    write_json(folder / STUDIED, scene_inputs(runs.scene.tables, model))
-    draw(folder / "convergence.png", results, title)
+    with ExitStack() as alone:
+        with progress_bar("converge") as progress:
+            progress(0.0, "impact state")
+            runs = LevelRuns(scene, overrides, model, Store(out / "store"))
+            wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
+            check_given(overrides, wanted)
+            name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
+            folder = alone.enter_context(exclusive_folder(out / "converge" / name))
+            results, failures = run_levels(runs, wanted, progress)
+            progress(0.98, "preset converged")
+            preset = None
+            if not quick:
+                try:
+                    preset = runs.run({PRESET_KEY: "converged", **NO_ACCURACY})
+                except RunFailedError as error:
+                    failures.append(f"preset converged: {error}")
+        title = f"{runs.scene.name} finger, {model}"
+        verdicts = judged(results)
+        (folder / STUDIED).unlink(missing_ok=True)  # of other tables
+        write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
+        of_preset = [] if preset is None else preset_rows(preset, verdicts)
+        rows = [*verdict_rows(verdicts), *of_preset]
+        write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
+        write_json(folder / STUDIED, scene_inputs(runs.scene.tables, model))
+        draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     wide = max(len(refinement.name) for refinement in wanted)
     for (refined, entry), found in verdicts.items():

@@ -59,6 +59,8 @@ def atomic(path: Path) -> Iterator[Path]:
 def sole_use(folder: Path) -> Iterator[None]:
     """Keep other commands out of a folder of results; however this process ends, they may use it.
 
+    Not to be nested on one folder: a process has its locks once.
+
     Raises UserError: another command is at work there.
     """
     path = folder / ".in_use"
@@ -75,7 +77,11 @@ def sole_use(folder: Path) -> Iterator[None]:
             except OSError:  # a file system without locks
                 pass
             # the one that had it may have removed it, and a third one may hold another of its name
-            if not (path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())):
+            try:
+                same = os.path.samestat(os.fstat(file.fileno()), path.stat())
+            except FileNotFoundError:
+                same = False
+            if not same:
                 continue
             try:
                 yield
@@ -83,6 +89,13 @@ def sole_use(folder: Path) -> Iterator[None]:
                 with contextlib.suppress(OSError):
                     path.unlink()
             return
+
+
+@contextlib.contextmanager
+def exclusive_folder(path: Path) -> Iterator[Path]:
+    """The `output_folder` for `sole_use`."""
+    with sole_use(output_folder(path)):
+        yield path
 
 
 def write_text(path: Path, text: str) -> None:
@@ -133,7 +146,9 @@ def safe_name(name: str) -> str:
 
 
 def clear_run(folder: Path) -> None:
-    """Remove what says that a run is complete: a kill must not leave two runs mixed in a folder."""
+    """Remove what says that a run is complete, then the fields of its steps: a kill must not leave
+    two runs mixed in a folder.
+    """
     names = ("error.txt", "summary.json", "history.nc", "curves.csv", "curves.csv.toml")
     steps = (folder / "fields").glob("tap_*.vtu")
     for path in (*(folder / name for name in (*names, "fields/tap.pvd")), *steps):

@@ -48,7 +48,7 @@ def check_run(record: RunRecord) -> None:
         raise ValueError("normal_force_N is not finite")
 
 
-def check_fields(fields: object) -> None:
+def check_given_fields(fields: object) -> None:
     """Check what a model gave back as its fields, before they are written.
 
     Raises TypeError: they are none. Raises ValueError: their cells are no elements of their points,
@@ -60,7 +60,14 @@ def check_fields(fields: object) -> None:
         raise TypeError(f"its run gave {type(fields).__name__} as fields, not Fields")
     points, cells = np.asarray(fields.points), np.asarray(fields.cells)
     if points.ndim != 2 or cells.ndim != 2 or (points.shape[1], cells.shape[1]) not in DIMENSIONS:
-        raise ValueError(f"fields.points are {points.shape}, fields.cells {cells.shape}")
+        raise ValueError(
+            f"fields.points are {points.shape}, fields.cells {cells.shape}: must be (n, 2) and"
+            " (m, 4), or (n, 3) and (m, 8)"
+        )
+    if points.dtype.kind not in "iuf" or not np.isfinite(points).all():
+        raise ValueError("fields.points are not all finite real numbers")
+    if cells.dtype.kind not in "iu" or not cells.size:
+        raise ValueError(f"fields.cells are {len(cells)} of {cells.dtype}: must be whole numbers")
     if cells.min(initial=0) < 0 or cells.max(initial=0) >= len(points):
         ends = f"{cells.min()} to {cells.max()}"
         raise ValueError(f"fields.cells name points {ends}, but there are {len(points)}")

@@ -10,7 +10,7 @@ from validation.compare.grid_convergence import Convergence, convergence
 from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
-from validation.harness.files import output_folder, safe_name, sole_use, write_json
+from validation.harness.files import exclusive_folder, safe_name, write_json
 from validation.harness.record import plain
 from validation.harness.tables import table_of, write_table
 from validation.identify.contact import EDGES, ContactIdentification, identify_contact
@@ -124,15 +124,15 @@ def run_identify_contact(
         Folder for identify/: contact-SCENE as CSV, Markdown, LaTeX, JSON and PNG.
     """
     named = load_scene(scene, overrides)
-    folder = output_folder(out / "identify")
-    with sole_use(folder), progress_bar(f"identify contact {named.name}") as progress:
-        found = identify_contact(named, progress=progress)
     name = safe_name(f"contact-{named.name}")
-    table = rows(found)
     title = f"Contact of the {named.name} finger's tip, from static indentation"
-    write_table(folder, name, table_of(table, COLUMNS), title)
-    write_json(folder / f"{name}.json", to_json(found))
-    draw(folder / f"{name}.png", found)
+    with exclusive_folder(out / "identify") as folder:
+        with progress_bar(f"identify contact {named.name}") as progress:
+            found = identify_contact(named, progress=progress)
+        table = rows(found)
+        write_table(folder, name, table_of(table, COLUMNS), title)
+        write_json(folder / f"{name}.json", to_json(found))
+        draw(folder / f"{name}.png", found)
     if as_json:
         output(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
         return

@@ -8,7 +8,7 @@ from typing import Literal
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import output, say
-from validation.harness.files import output_folder, safe_name
+from validation.harness.files import exclusive_folder, safe_name
 from validation.models import without_estimate
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
@@ -43,19 +43,19 @@ def render(
     problem = missing_libraries()
     if problem:
         raise UserError(f"cannot draw: {problem}")
-    pictures = output_folder(out / "render")
-    if os.path.isdir(run_or_scene):
-        if model is not None or overrides:
-            raise UserError(
-                f"render {run_or_scene}: a finished run takes neither --model nor --set"
-            )
-        folder = Path(run_or_scene)
-    else:
-        folder = _run(run_or_scene, model or "fem3d", overrides, out)
-    if doubt := read_run(folder).doubt:  # what is no run is refused before anything is drawn
-        say(f"caution: {doubt}")
-    name = safe_name(folder.resolve().name)
-    drawn = render_run(folder, pictures, name, (*PICTURES, *[INTERACTIVE] * interactive))
+    with exclusive_folder(out / "render") as pictures:
+        if os.path.isdir(run_or_scene):
+            if model is not None or overrides:
+                raise UserError(
+                    f"render {run_or_scene}: a finished run takes neither --model nor --set"
+                )
+            folder = Path(run_or_scene)
+        else:
+            folder = _run(run_or_scene, model or "fem3d", overrides, out)
+        if doubt := read_run(folder).doubt:  # what is no run is refused before anything is drawn
+            say(f"caution: {doubt}")
+        name = safe_name(folder.resolve().name)
+        drawn = render_run(folder, pictures, name, (*PICTURES, *[INTERACTIVE] * interactive))
     if drawn.refused:
         raise UserError(drawn.problem)
     if drawn.problem:

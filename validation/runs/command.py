@@ -17,7 +17,7 @@ from validation.harness.command_line import (
     Source,
 )
 from validation.harness.console import output, output_kept, progress_bar, say, summary_text
-from validation.harness.files import output_folder, safe_name, sole_use, write_run
+from validation.harness.files import exclusive_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
@@ -83,16 +83,15 @@ def run_scene(
     folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
     checkpoint = None
     if out is not None or not as_json or resume:
-        output_folder(folder)
         if resumable:
             checkpoint = Checkpoint(folder / "restart.npz", resume)
-        store = Store((out or DEFAULT_OUT) / "store", fresh)
-        with sole_use(folder):
+        with exclusive_folder(folder):
+            store = Store((out or DEFAULT_OUT) / "store", fresh)
             kept = _stored_or_solved(named, model, folder, store, checkpoint)
     else:
         outcome = _solved(named, model, folder, None)
         failed = not outcome.record.ok
-        kept = Kept(outcome.record, _unwritten(keep, folder, outcome) if failed else "")
+        kept = Kept(outcome.record, _unwritten(_keep_alone, folder, outcome) if failed else "")
     record = kept.record
     if record.ok and record.message:
         say(f"caution: {record.message}")
@@ -176,6 +175,11 @@ def _going_on(checkpoint: Checkpoint | None) -> str:
     return f"with --resume goes on from {checkpoint.path}"
 
 
+def _keep_alone(folder: Path, outcome: Outcome) -> None:
+    with exclusive_folder(folder):
+        keep(folder, outcome)
+
+
 def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Result) -> str:
     """Why a result's files could not all be written, empty if they were.
 
@@ -185,4 +189,6 @@ def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Resu
         write(folder, result)
     except OSError as error:
         return file_reason(error)
+    except UserError as error:  # another command writes there
+        return str(error)
     return ""

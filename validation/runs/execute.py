@@ -12,9 +12,8 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.console import progress_bar
 from validation.harness.files import (
     clear_run,
-    output_folder,
+    exclusive_folder,
     safe_name,
-    sole_use,
     write_run,
     write_text,
 )
@@ -22,7 +21,13 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store
-from validation.harness.stored_run import check_fields, check_run, keep_run, relabelled, restore_run
+from validation.harness.stored_run import (
+    check_given_fields,
+    check_run,
+    keep_run,
+    relabelled,
+    restore_run,
+)
 from validation.models import adapter, is_own
 from validation.models.adapter import Checkpoint, Outcome, Progress
 from validation.models.inputs import run_inputs
@@ -124,7 +129,7 @@ def solve(
         if not isinstance(outcome, Outcome):
             raise TypeError(f"its run gave a {type(outcome).__name__}, not an Outcome")
         check_run(outcome.record)
-        check_fields(outcome.fields)
+        check_given_fields(outcome.fields)
     except (UserError, KeyboardInterrupt):
         raise
     except (Exception, SystemExit) as error:  # a script made a model may exit
@@ -152,9 +157,10 @@ def solve_into(folder: Path, scene: NamedScene, model: str, label: str) -> Outco
     """Solve with a progress bar of that label, and keep the run in a folder.
 
     Raises UserError: the model cannot take this scene, or another command writes to the folder.
+    Raises RunFailedError: as `solve`.
     Raises KeyboardInterrupt: the user stopped it; what the run had is kept.
     """
-    with sole_use(output_folder(folder)):
+    with exclusive_folder(folder):
         with progress_bar(label) as progress:
             outcome = solve(scene, model, folder, progress)
         keep(folder, outcome)

@@ -18,7 +18,6 @@ WRONG_SHARE = 0.02
 class StatedError(NamedTuple):
     """A number's stated and true error, and what a relative error is taken over, SI units."""
 
-    value: float
     stated: float
     true: float
     scale: float
@@ -52,5 +51,5 @@ def compare(
         exact = truth.get(whole)
         true = np.inf if exact is None else abs(value[axis] - np.atleast_1d(exact)[axis])
         scale = max(float(np.linalg.norm(value)), 1e-300)
-        found[key] = StatedError(float(value[axis]), float(stated[axis]), float(true), scale)
+        found[key] = StatedError(float(stated[axis]), float(true), scale)
     return found

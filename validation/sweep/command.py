@@ -8,7 +8,7 @@ import xarray
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import output_folder, safe_name, sole_use
+from validation.harness.files import exclusive_folder, safe_name
 from validation.harness.line_store import LineStore
 from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process
@@ -46,8 +46,7 @@ def run_sweep(
         raise UserError(f"--workers {workers}: {why}")
     chosen = read_plan(plan)
     points = points_of(chosen)
-    folder = output_folder(out / "sweep" / safe_name(chosen.name))
-    with sole_use(folder):
+    with exclusive_folder(out / "sweep" / safe_name(chosen.name)) as folder:
         whole, retried = solve_plan(chosen, points, folder, (workers, dask))
         write_report(folder, chosen, points, whole)
     counts = Counter(whole["status"].to_numpy().ravel().tolist())

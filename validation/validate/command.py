@@ -6,7 +6,7 @@ from typing import Any
 from validation.errors import OutsideToleranceError, RunFailedError
 from validation.harness.command_line import Flag, Fresh, NoEstimate
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import output_folder, sole_use
+from validation.harness.files import exclusive_folder, output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
@@ -114,19 +114,18 @@ def run_validation(
     """
     check_interactive(interactive)
     plan = plan_of(scenes, models, reference, tolerance)
-    folder = output_folder(out / "validate")
-    for name in ("runs", "figures", "renders"):
-        output_folder(folder / name)
-    store = Store(out / "store", fresh)
-    with sole_use(folder), progress_bar("validate") as progress:
+    with exclusive_folder(out / "validate") as folder, progress_bar("validate") as progress:
+        for name in ("runs", "figures", "renders"):
+            output_folder(folder / name)
+        store = Store(out / "store", fresh)
         runs = run_all(folder / "runs", plan, progress, store, not no_estimate)
         progress(0.8, "ladder: structure and contact")
         rungs = isolated_ladder(plan, out, ladder, store)
         progress(0.95, "tables, figures, renders")
         context = report(folder, runs, rungs, interactive)
-    failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
-    failures += rungs.failures
-    checks = write_checks(folder, runs, failures)
+        failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
+        failures += rungs.failures
+        checks = write_checks(folder, runs, failures)
     page = folder / "index.html"
     said = (*context["sentences"], *context["reasons"], *context["ladder_sentences"])
     output("\n".join(said))

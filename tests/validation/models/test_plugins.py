@@ -107,6 +107,10 @@ def _no_fields(scene: Any, *_: Any) -> Outcome:
     return replace(_whole(scene), fields=given)
 
 
+def _fields_of_real_cells(scene: Any, *_: Any) -> Outcome:
+    return replace(_whole(scene), fields=Fields(np.zeros((4, 2)), np.array([[0, 1, 2, 2.5]]), ()))
+
+
 def _fields_of_another_mesh(scene: Any, *_: Any) -> Outcome:
     points, cells = np.zeros((4, 2)), np.array([[0, 1, 2, 4]])
     return replace(_whole(scene), fields=Fields(points, cells, ()))
@@ -142,6 +146,7 @@ def test_whole_numbers_are_times_and_forces_too() -> None:
         ({"run": _lists}, "time_s is a list: must be a NumPy array"),
         ({"run": _complex}, "normal_force_N is an array of complex128: must be one of real"),
         ({"run": _no_fields}, "gave str as fields, not Fields"),
+        ({"run": _fields_of_real_cells}, "fields.cells are 1 of float64: must be whole numbers"),
         ({"run": _fields_of_another_mesh}, "fields.cells name points 0 to 4, but there are 4"),
         ({"run": _changed(summary={"peak_normal_force_N": float("nan")})}, "peak_normal_force_N"),
         ({"run": _changed(summary={})}, "summary"),

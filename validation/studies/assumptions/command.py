@@ -10,7 +10,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import GREY, panels
-from validation.harness.files import output_folder, safe_name, sole_use
+from validation.harness.files import exclusive_folder, safe_name
 from validation.harness.quantities import TAP_AND_STRESS, Quantity
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -34,25 +34,25 @@ def waterfall(
 ) -> None:
     """Solve a scene by the reference and by the reduced model, assumption by assumption."""
     named = load_scene(scene, overrides)
-    folder = output_folder(out / "waterfall" / safe_name(named.name))
     store = Store(out / "store", fresh)
     variants, jobs = all_variants(), assumption_jobs(scene, overrides)
-    with sole_use(folder), progress_bar(f"waterfall {named.name}") as progress:
-        progress(0.0, REFERENCE)
-        job = Job(scene, REFERENCE, tuple(overrides))
-        (reference,) = in_fresh_process([job], folder / "runs", store)
-        progress(0.7, "hcm")
-        runs = in_fresh_process(jobs, folder / "runs", store)
-    if not reference.ok:
-        raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
-    rows = [
-        [
-            difference(named.name, v.name, q, run if run.ok else None, reference)
-            for q in TAP_AND_STRESS
+    with exclusive_folder(out / "waterfall" / safe_name(named.name)) as folder:
+        with progress_bar(f"waterfall {named.name}") as progress:
+            progress(0.0, REFERENCE)
+            job = Job(scene, REFERENCE, tuple(overrides))
+            (reference,) = in_fresh_process([job], folder / "runs", store)
+            progress(0.7, "hcm")
+            runs = in_fresh_process(jobs, folder / "runs", store)
+        if not reference.ok:
+            raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
+        rows = [
+            [
+                difference(named.name, v.name, q, run if run.ok else None, reference)
+                for q in TAP_AND_STRESS
+            ]
+            for v, run in zip(variants, runs, strict=True)
         ]
-        for v, run in zip(variants, runs, strict=True)
-    ]
-    _write(folder, named.name, variants, rows, reference)
+        _write(folder, named.name, variants, rows, reference)
     output("".join(f"{of.title:>18}" for of in TAP_AND_STRESS))
     for variant, found in zip(variants, rows, strict=True):
         output("".join(f"{_percent(one):>18}" for one in found) + f"  {variant.name}")

@@ -20,7 +20,7 @@ from validation.compare.figures import assumption_bars
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output
 from validation.harness.figures import BLACK, GREY, ORANGE, panels
-from validation.harness.files import output_folder, write_json, write_text
+from validation.harness.files import exclusive_folder, write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS, Quantity
 from validation.harness.tables import write_table
@@ -87,41 +87,47 @@ def study(
             raise UserError(f"{option} {number}: must be {words}")
     if again and solve:
         raise UserError(f"--again {again}: --solve takes scenes of its own; leave one out")
-    folder = output_folder(out / "study")
-    if solve:
-        table = solved(points(solve, seed), workers, out)
-        write_text(folder / FILE, table.to_csv(index=False))
-        made = {"accuracies": ACCURACIES, "growth": GROWTH, "bars": BARS, "seed": seed}
-        made["provenance"] = provenance({})
-        write_json((folder / FILE).with_suffix(".json"), made)
-        output(f"{known(table).sum()} of {len(table)} scenes keep the bars; {folder / FILE}")
-    elif again:
-        _repeat(solid.sample(again, random_state=seed), workers, out)
-    else:
-        variants = all_variants()
-        runs = by_variants(table, variants, workers, out)
-        numbers = numbers_of(runs)
-        given = solid[[e.key for e in TAP_AND_STRESS]].to_numpy()
-        errors = 100.0 * (numbers[:, ended] / given - 1.0)
-        names = [*(variant.name for variant in variants), ELASTIC, OWN]
-        bars = 100.0 * (solid[[f"{e.key}_error" for e in TAP_AND_STRESS]].to_numpy() / given)
-        shares, chosen = shares_of(errors, names, bars), _rules(table, numbers[:-2], runs)
-        title = f"The reduced model over {ended.sum()} scenes, assumption by assumption"
-        write_table(folder, "study", shares, title)
-        title = f"Which assumptions a scene can do without, by {len(table)} scenes"
-        write_table(folder, "rules", chosen, title)
-        _draw(folder / "study.png", solid, errors[:-2], variants)
-        for found in (shares, chosen):
-            output(found.to_string(index=False, float_format=lambda x: f"{x:.1f}"))
-        output(
-            f"of {len(table)} scenes {ended.sum()} have a reference, {known(table).sum()} keep the"
-            f" bars; files in {folder}"
-        )
-        output(_flight(numbers, table))
-        lasts = numbers[..., [entry.key for entry in TAP_AND_STRESS].index("contact_duration_s")]
-        apart = np.abs(lasts[-1] / lasts[len(cumulative()) - 1] - 1.0)
-        others = int((apart > APART).sum())
-        output(f"in {others} scenes the refined model's own tap has other touches")
+    with exclusive_folder(out / "study") as folder:
+        if solve:
+            table = solved(points(solve, seed), workers, out)
+            write_text(folder / FILE, table.to_csv(index=False))
+            made = {"accuracies": ACCURACIES, "growth": GROWTH, "bars": BARS, "seed": seed}
+            made["provenance"] = provenance({})
+            write_json((folder / FILE).with_suffix(".json"), made)
+            output(f"{known(table).sum()} of {len(table)} scenes keep the bars; {folder / FILE}")
+        elif again:
+            _repeat(solid.sample(again, random_state=seed), workers, out)
+        else:
+            _compare(table, ended, workers, out, folder)
+
+
+def _compare(table: pd.DataFrame, ended: Any, workers: int | None, out: Path, folder: Path) -> None:
+    """Solve the scenes by each variant; tables, a figure, and what they say."""
+    solid = table[ended]
+    variants = all_variants()
+    runs = by_variants(table, variants, workers, out)
+    numbers = numbers_of(runs)
+    given = solid[[e.key for e in TAP_AND_STRESS]].to_numpy()
+    errors = 100.0 * (numbers[:, ended] / given - 1.0)
+    names = [*(variant.name for variant in variants), ELASTIC, OWN]
+    bars = 100.0 * (solid[[f"{e.key}_error" for e in TAP_AND_STRESS]].to_numpy() / given)
+    shares, chosen = shares_of(errors, names, bars), _rules(table, numbers[:-2], runs)
+    title = f"The reduced model over {ended.sum()} scenes, assumption by assumption"
+    write_table(folder, "study", shares, title)
+    title = f"Which assumptions a scene can do without, by {len(table)} scenes"
+    write_table(folder, "rules", chosen, title)
+    _draw(folder / "study.png", solid, errors[:-2], variants)
+    for found in (shares, chosen):
+        output(found.to_string(index=False, float_format=lambda x: f"{x:.1f}"))
+    output(
+        f"of {len(table)} scenes {ended.sum()} have a reference, {known(table).sum()} keep the"
+        f" bars; files in {folder}"
+    )
+    output(_flight(numbers, table))
+    lasts = numbers[..., [entry.key for entry in TAP_AND_STRESS].index("contact_duration_s")]
+    apart = np.abs(lasts[-1] / lasts[len(cumulative()) - 1] - 1.0)
+    others = int((apart > APART).sum())
+    output(f"in {others} scenes the refined model's own tap has other touches")
 
 
 def _flight(numbers: Floats, table: pd.DataFrame) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import output_folder, sole_use
+from validation.harness.files import exclusive_folder
 from validation.harness.provenance import version
 from validation.harness.store import Store
 from validation.models.adapter import Progress, part
@@ -158,8 +158,7 @@ def bench(
     out
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
     """
-    folder = output_folder(out / "bench")
-    with sole_use(folder):
+    with exclusive_folder(out / "bench") as folder:
         if skips:
             _bench_shortcuts(folder, quick)
         if peers:

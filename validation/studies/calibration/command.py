@@ -6,7 +6,7 @@ from typing import Literal
 from validation.errors import UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
-from validation.harness.files import output_folder, sole_use
+from validation.harness.files import exclusive_folder
 from validation.harness.line_store import LineStore
 from validation.harness.processes import workers
 from validation.harness.provenance import cores
@@ -56,12 +56,11 @@ def calibrate(
         raise UserError(f"--scenes {count} --first {first}: must be 1 or more, and 0 or more")
     if accuracy is not None:
         load_scene("soft", (f"solver.accuracy={accuracy}",))
-    folder = output_folder(out / "calibration")
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
     cells = [Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in chosen.items()]
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
     name = model if accuracy is None else f"{model}-{accuracy:g}"
-    with sole_use(folder):
+    with exclusive_folder(out / "calibration") as folder:
         finished = LineStore(folder / "scenes.jsonl")
         with progress_bar("calibrate") as progress:
             progress(0.0, "loading compiled code, compiling it the first time")

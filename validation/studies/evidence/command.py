@@ -6,7 +6,7 @@ from pathlib import Path
 from validation.harness import identity
 from validation.harness.command_line import Flag, Fresh
 from validation.harness.console import output, progress_bar
-from validation.harness.files import output_folder, sole_use
+from validation.harness.files import exclusive_folder
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
@@ -40,8 +40,8 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     out
         Folder for evidence/: index.html, evidence.csv, the figures.
     """
-    folder, store = output_folder(out / "evidence"), Store(out / "store", fresh)
-    with sole_use(folder), progress_bar("evidence") as progress:
+    with exclusive_folder(out / "evidence") as folder, progress_bar("evidence") as progress:
+        store = Store(out / "store", fresh)
         shown = [look(piece, quick, store, progress) for piece in PIECES]
         tap_figures.draw_forces(folder / "taps.png", Store(out / "store"))
         for name in tap_figures.FIELDS_OF:

@@ -5,7 +5,7 @@ from pathlib import Path
 from validation.compare.claims import read_claims
 from validation.harness.command_line import Fresh
 from validation.harness.console import output, progress_bar
-from validation.harness.files import output_folder, sole_use
+from validation.harness.files import exclusive_folder, output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import workers
 from validation.harness.provenance import cores, provenance
@@ -62,10 +62,9 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
     reference
         Whether to run the ls-dyna-like reference too; its rows are not judged without it.
     """
-    folder = output_folder(out / "paper")
-    figures, runs_folder = (output_folder(folder / name) for name in ("figures", "runs"))
-    store = Store(out / "store", fresh)
-    with sole_use(folder), progress_bar("paper") as progress:
+    with exclusive_folder(out / "paper") as folder, progress_bar("paper") as progress:
+        figures, runs_folder = (output_folder(folder / name) for name in ("figures", "runs"))
+        store = Store(out / "store", fresh)
         runs, found = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
         apart = run_scenes(runs_folder, "hcm", (), "", store)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
-from validation.harness.files import output_folder, sole_use, write_json
+from validation.harness.files import exclusive_folder, write_json
 from validation.harness.line_store import LineStore
 from validation.harness.processes import call_isolated, workers
 from validation.harness.provenance import cores
@@ -41,22 +41,22 @@ def run_peers(out: Path) -> None:
     from validation.studies.stress.hcm.peers import peers_table
     from validation.studies.stress.reference.peers import ABSENT, calculix_table
 
-    folder = output_folder(out / "stress")
-    with sole_use(folder), progress_bar("stress --peers") as progress:
-        rows = peers_table(part(progress, 0.0, 0.6))
-        reference = calculix_table(part(progress, 0.6, 1.0))
-    tables = {
-        "peers": (rows, "Ten hard cells, the same equations"),
-        "peers-reference": (reference, "Hard cells of the reference, CalculiX' automatic step"),
-    }
-    for name, (found, caption) in tables.items():
-        if not found:
-            output(ABSENT)
-            continue
-        write_json(folder / f"{name}.json", {"rows": found})
-        table = table_of(found)
-        write_table(folder, name, table, caption)
-        output(table.to_markdown(index=False, disable_numparse=True))
+    with exclusive_folder(out / "stress") as folder:
+        with progress_bar("stress --peers") as progress:
+            rows = peers_table(part(progress, 0.0, 0.6))
+            reference = calculix_table(part(progress, 0.6, 1.0))
+        tables = {
+            "peers": (rows, "Ten hard cells, the same equations"),
+            "peers-reference": (reference, "Hard cells of the reference, CalculiX' automatic step"),
+        }
+        for name, (found, caption) in tables.items():
+            if not found:
+                output(ABSENT)
+                continue
+            write_json(folder / f"{name}.json", {"rows": found})
+            table = table_of(found)
+            write_table(folder, name, table, caption)
+            output(table.to_markdown(index=False, disable_numparse=True))
     output(f"files in {folder}")
 
 
@@ -84,10 +84,10 @@ def run_stress(
     if peers:
         run_peers(out)
         return
-    folder = output_folder(out / "stress" / ("quick" if quick else "full"))
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
     cells = [cell for wanted in maps for cell in wanted.cells()]
-    with sole_use(folder), progress_bar("stress") as progress:
+    wanted_folder = out / "stress" / ("quick" if quick else "full")
+    with exclusive_folder(wanted_folder) as folder, progress_bar("stress") as progress:
         finished = LineStore(folder / "cells.jsonl")
         # a cell's time is one of its checks, and it must not pay for the compiler
         progress(0.0, "loading compiled code, compiling it the first time")

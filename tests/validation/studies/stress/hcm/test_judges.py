@@ -60,8 +60,8 @@ NUMBERS: list[tuple[float, float, bool, Answer]] = [
 def test_right_is_within_what_the_run_states(
     stated: float, true: float, cautioned: bool, answer: Answer
 ) -> None:
-    good = StatedError(100.0, 1e-3, 1e-4, 100.0)
-    peak = StatedError(100.0, 100.0 * stated, 100.0 * true, 100.0)
+    good = StatedError(1e-3, 1e-4, 100.0)
+    peak = StatedError(100.0 * stated, 100.0 * true, 100.0)
     judged = CellVerdict(Answer.RIGHT, "").within_stated(
         "a tighter run", {"impulse": good, "peak": peak}, cautioned
     )

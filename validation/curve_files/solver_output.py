@@ -17,7 +17,7 @@ from validation.errors import UserError
 
 SIDES = {"surfa": "slave", "surfb": "master"}
 _FLAGS = re.IGNORECASE | re.MULTILINE
-RCFORC = re.compile(r"^[ \t]*(slave|master|surfa|surfb)\b(.*\btime\b.*)$", _FLAGS)
+RCFORC = re.compile(r"^[ \t]*(slave|master|surfa|surfb)(\s+\S+\s+time\s+[-+.\d].*)$", _FLAGS)
 DAT = re.compile(r"^[ \t]*statistics for (slave) set(.*(?:\n\s*.+){0,2})", _FLAGS)
 _RCFORC_ROW = re.compile(r"\s+(\S+)\s+time\s+(\S+)\s+x\s+(\S+)\s+y\s+(\S+)\s+z\s+(\S+)", _FLAGS)
 _DAT_ROW = re.compile(

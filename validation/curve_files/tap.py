@@ -1,13 +1,17 @@
 """Samples checked as a tap, and what was done to them in lines."""
 
+import math
+
 import numpy as np
 
 from validation.curve_files.samples import Floats, Samples
 from validation.curve_files.sidecar import Sidecar
 from validation.errors import UserError
-from validation.models.curves import Curves, other_than_stated, tap_scalars
+from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
+FEWEST, SMALL = 2, 3.0  # samples of a first touch, and times its force, beside which it is scatter
+FAR = (np.inf, np.inf)
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 
 
@@ -37,21 +41,35 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         )
     lowest, touches = int(np.argmin(normal)), normal > least
     if (pull := -normal[lowest]) > least:
+        zero, scatter = _zero_line(normal[np.abs(normal) <= pull])
+        remedy = f"take the offset of the zero line off, {zero:.2g} N"
+        if abs(zero) < 2.0 * scatter:
+            remedy = (
+                "for scatter about zero, the force up to which nothing touches, "
+                f"threshold_N = {1.5 * pull / body:.2g}"
+            )
         raise UserError(
             f"{origin}, line {line[lowest]}: normal force {-pull:.4g} N, and a contact can't pull; "
-            f"state in {beside} the right normal (it is {sidecar.normal}) or, for scatter about "
-            f"zero, the force up to which nothing touches, threshold_N = {1.5 * pull / body:.2g}"
+            f"state in {beside} the right normal (it is {sidecar.normal}) or, {remedy}"
         )
-    edges = np.diff(touches.astype(int))
-    starts, ends = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
-    if touches[0] or not ends.size:
+    first, last, joined = 0, time.size, 0
+    if touches.any() and not touches[0]:
+        first, last, joined = touches_of_tap(time, touches)
+    if last == time.size:
         how = f"begins in contact, {normal[0]:.4g} N" if touches[0] else "ends in contact"
         how = how if touches.any() else f"has no normal force above {least:g} N"
         raise UserError(
             f"{origin}: {how}; give a longer record, take an offset of the zero line off, or state "
             f"in {beside} the right normal (it is {sidecar.normal}) and threshold_N"
         )
-    tap = slice(int(starts[0]) - 1, int(ends[0]) + 1)
+    tap = slice(first - 1, last + 1)
+    count = int(np.count_nonzero(np.diff(touches.astype(int)) == 1))
+    if last - first <= FEWEST and (higher := normal.max()) > SMALL * normal[tap].max():
+        raise UserError(
+            f"{origin}, line {line[first]}: touches for {last - first} samples, with "
+            f"{normal[tap].max():.4g} N, before a tap of {higher:.4g} N; if that is scatter, state "
+            f"in {beside} threshold_N = {1.5 * normal[tap].max() / body:.2g}, else cut it off"
+        )
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     tangential, sigma = contact.get("tangential_force"), forces.get("normal_force_sigma")
     notes = [*filter(None, [sidecar.source]), *samples.notes, _of_the_whole(sidecar, beside)]
@@ -60,18 +78,25 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         notes.append(
             f"{idle.sum()} samples of up to {least:g} N count as no contact, without force"
         )
-    if (touch := time[tap][0]) <= 0.0:
+    from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
+    if unknown_start := from_trigger or time[tap][0] <= 0.0:
+        what, begins = ("record", time[0]) if from_trigger else ("tap", time[tap][0])
         notes.append(
-            f"the tap begins at {touch:.4g} s and the motion at 0 s, so its arrival says nothing; "
-            f"state when the motion starts in {beside}: time_offset_s"
+            f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival says "
+            f"nothing; state when the motion starts in {beside}: time_offset_s"
         )
     if tangential is None:
         notes.append("no tangential force: it is not compared")
-    if starts.size > 1:
+    if count > 1:
+        of = f"{joined} touches" if joined > 1 else "one touch"
         notes.append(
-            f"touches {starts.size} times; the first tap is compared, of {normal[tap].max():.4g} N "
-            f"where the largest has {normal.max():.4g} N (if some are scatter, raise threshold_N)"
+            f"touches {count} times; the first tap is compared, of {of} and "
+            f"{normal[tap].max():.4g} N where the largest has {normal.max():.4g} N (if some are "
+            "scatter, raise threshold_N)"
         )
+    zero, scatter = _zero_line(normal[~touches])
+    if offset := abs(zero) > 3.0 * scatter / math.sqrt(max(int((~touches).sum()), 1)):
+        notes.append(f"the zero line lies at {zero:.2g} N: take it off; errors have it")
     steps = np.diff(time[tap])
     if steps.max() > COARSE * np.median(steps):
         where = line[tap][1 + int(np.argmax(steps))]
@@ -81,13 +106,16 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         )
     if steps.size <= FEW:
         notes.append(f"the tap has {steps.size - 1} samples, its peak lies between two of them")
-    errors = {}
+    errors: dict[str, float] = {}
     if sigma is not None:
         errors = _errors(time[tap], contact["normal_force"][tap], sigma[tap], least)
+        if offset:
+            errors["peak_normal_force_N"] += abs(zero)
+            errors["normal_impulse_N_s"] += abs(zero) * float(time[tap][-1] - time[tap][0])
     if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
         most = int(np.argmax(np.abs(tangential[tap])))
         errors["peak_tangential_force_N"] = float(deviation[tap][most])
-    if touch <= 0.0 and errors:
+    if unknown_start and errors:
         errors["contact_time_s"] = np.inf
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if not errors:
@@ -102,6 +130,11 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     return curves, [*notes, *[f"{line}: {remedy}" for line in doubts]]
 
 
+def _zero_line(idle: Floats) -> tuple[float, float]:
+    """Mean and standard deviation of a force where nothing touches, N."""
+    return (float(idle.mean()), float(idle.std())) if idle.size else (0.0, 0.0)
+
+
 def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     """What holds for all samples."""
     body = "doubled, as half a body's" if sidecar.half_model else "taken as the whole body's"
@@ -114,18 +147,29 @@ def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
 def _errors(time: Floats, normal: Floats, sigma: Floats, least: float) -> dict[str, float]:
     """What one standard deviation means for the numbers of a tap, correlated all along it.
 
-    - peak: sigma there, and what n samples of a half sine may miss of it, 1/cos(pi/2/n) - 1; its
-      time: how far away the force is as high within sigma
+    - peak: sigma there, and what n samples of a half sine may miss of it, which are no further
+      apart than T/m, m = n - 1 of even n and n of odd: 1/cos(pi/2/m) - 1; its time: how far away
+      the force is as high within sigma
     - impulse: the integral of sigma, and the trapezoid's (pi/n)^2/12
     - start, end: how long the force is no more than sigma and the threshold (for a linear rise,
-      sigma over the slope)
+      sigma over the slope), and how long it is below the threshold, unseen: no longer than it then
+      takes to three times that, linear or as Hertz's t^(3/2)
     """
     top, seen = int(np.argmax(normal)), np.flatnonzero(normal > least + sigma)
-    ends = (time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else (np.inf, np.inf)
+    ends = np.array((time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else FAR)
+    unseen = np.zeros(2)
+    if least > 0.0:
+        well = np.flatnonzero(normal > 3.0 * least)
+        unseen = np.array(
+            (time[well[0]] - time[1], time[-2] - time[well[-1]]) if well.size else FAR
+        )
+    ends = ends + unseen
     high = np.abs(time[normal + sigma >= normal[top]] - time[top]).max()
     samples = time.size - 2
-    missed = (1.0 / np.cos(0.5 * np.pi / max(samples, 2)) - 1.0) * normal[top]
-    rule = (np.pi / samples) ** 2 / 12.0 * np.trapezoid(normal, time)
+    parts = samples - 1 + samples % 2
+    missed = (1.0 / np.cos(0.5 * np.pi / parts) - 1.0) * normal[top] if parts > 1 else np.inf
+    rule = (np.pi / samples) ** 2 / 12.0 * np.trapezoid(normal, time) if parts > 1 else np.inf
+    rule += least * unseen.sum()
     return {
         "contact_time_s": float(ends[0]),
         "contact_duration_s": float(sum(ends)),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
@@ -14,6 +15,7 @@ from validation.scenes.load import NamedScene
 TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
 # of a number, or of the tap's duration, by which a stated one may differ without a line about it
 APART = 0.05
+SAME_TAP = 2.0
 PUSHED = 0.5  # of the largest F_n, from which on F_t over F_n is no scatter's
 
 
@@ -35,8 +37,28 @@ class Curves:
     errors: Mapping[str, Any] = field(default_factory=dict)
 
 
+def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, int]:
+    """First sample of the first tap, the one after its last, and how many touches it has.
+
+    A touch that begins no later after a separation than `SAME_TAP` times what the tap has lasted is
+    of it, as in the references (`hcm.tap`).
+
+    touches : (n,) whether a sample is in contact, which the first is not; a tap that the record
+    cuts has the number of samples as its end.
+    """
+    edges = np.diff(touches.astype(int), append=0)
+    starts, ends = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
+    count = 1
+    while count < starts.size and (
+        time[starts[count]] - time[ends[count - 1]]
+        <= SAME_TAP * (time[ends[count - 1]] - time[starts[0] - 1])
+    ):
+        count += 1
+    return int(starts[0]), int(ends[count - 1]), count
+
+
 def tap_scalars(curves: Curves) -> dict[str, Any]:
-    """Scalars of the first tap: from where F_n leaves zero to where it is back, linear between.
+    """Scalars of the first tap: from where F_n leaves zero to where it stays back, linear between.
 
     - contact time, duration: of those two places
     - peaks: of the samples in between, that of F_t signed, of the largest magnitude
@@ -65,12 +87,11 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
     touched = np.flatnonzero(normal > 0.0)
     if not touched.size:
         raise ValueError("the normal force is nowhere positive")
-    first = int(touched[0])
-    ended = np.flatnonzero(normal[first:] <= 0.0)
-    if first == 0 or not ended.size:
-        where = "begin" if first == 0 else "end"
-        raise ValueError(f"the curves {where} in contact: they need a sample without force there")
-    last = first + int(ended[0])
+    if touched[0] == 0:
+        raise ValueError("the curves begin in contact: they need a sample without force there")
+    first, last, _ = touches_of_tap(time, normal > 0.0)
+    if last == time.size:
+        raise ValueError("the curves end in contact: they need a sample without force there")
     start, end = (_zero(time, normal, step) for step in (first, last))
     inside = slice(first, last)
     knots = np.concatenate([[start], time[inside], [end]])

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,6 +30,7 @@ NAMES = {
     "tangential": "peak_tangential_force_N",
     "stress": "peak_stress_R_Pa",
 }
+NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # a name may hold them
 KEYS = tuple(entry.key for entry in COMPARED)
 
 
@@ -185,4 +187,5 @@ def _junit(checks: Sequence[Difference], failures: Sequence[str]) -> str:
         case = ET.SubElement(suite, "testcase", classname="runs", name=failure)
         ET.SubElement(case, "error", message=failure)
     ET.indent(suite)
-    return ET.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+    text = ET.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+    return NO_XML.sub("?", text)

@@ -145,6 +145,62 @@ def test_the_arrival_of_a_record_from_its_trigger_is_not_judged(read: Read) -> N
     assert np.isinf(read(text, "time_offset_s = 0.1").record.errors["contact_time_s"])
 
 
+HALF_SINE_HEAD = "time_s,normal_force_N,normal_force_sigma_N"
+
+
+def half_sine(times: np.ndarray, sigma: float, zero: float = 0.0) -> str:
+    """A tap of 64 N from 1 to 2 s, its samples all off by `zero`."""
+    force = np.where((times > 1.0) & (times < 2.0), 64.0 * np.sin(np.pi * (times - 1.0)), 0.0)
+    rows = zip(times.tolist(), (force + zero).tolist(), strict=True)
+    return "\n".join([HALF_SINE_HEAD, *(f"{t!r},{f!r},{sigma}" for t, f in rows)])
+
+
+@pytest.mark.parametrize("threshold", [5.0, 10.0, 20.0])
+def test_what_a_threshold_hides_is_in_the_errors(threshold: float, read: Read) -> None:
+    """A duration was 5 to 19 times its stated error too short."""
+    text = half_sine(np.linspace(0.5, 2.5, 2001), 0.01)
+    found = read(text, f"threshold_N = {threshold}").record
+    for key, true in (
+        ("contact_time_s", 1.0), ("contact_duration_s", 1.0), ("normal_impulse_N_s", 128 / np.pi)
+    ):  # fmt: skip
+        assert abs(found.summary[key] - true) < found.errors[key] < 0.6 * true, key
+
+
+@pytest.mark.parametrize("zero", [0.5, 5.0])
+def test_an_offset_below_the_threshold_is_said_and_in_the_errors(zero: float, read: Read) -> None:
+    text = half_sine(np.linspace(0.5, 2.5, 2001), 0.05, zero)
+    found = read(text, f"threshold_N = {1.2 * zero}")
+    assert any(f"the zero line lies at {zero:.2g} N: take it off" in n for n in found.notes)
+    errors, summary = found.record.errors, found.record.summary
+    assert abs(summary["peak_normal_force_N"] - 64.0) < errors["peak_normal_force_N"]
+    assert abs(summary["normal_impulse_N_s"] - 128 / np.pi) < errors["normal_impulse_N_s"]
+
+
+@pytest.mark.parametrize("places", [(0.1,), (0.07, 0.93), (0.125, 0.375, 0.625, 0.875)])
+def test_a_peak_that_few_samples_miss_is_known_to_that(
+    places: tuple[float, ...], read: Read
+) -> None:
+    times = np.array([0.5, 0.99, *(1.0 + p for p in places), 2.01, 2.5])
+    found = read(half_sine(times, 0.01)).record
+    for key, true in (("peak_normal_force_N", 64.0), ("normal_impulse_N_s", 128 / np.pi)):
+        assert abs(found.summary[key] - true) <= found.errors[key], key
+
+
+def test_touches_that_follow_at_once_are_one_tap(read: Read) -> None:
+    """As in the references: a run that bounces was 50 % off its own curves."""
+    time = np.linspace(0.0, 10.0, 2001)
+    force = sum(np.where(abs(time - t) < 0.5, np.cos(np.pi * (time - t)), 0.0) for t in (1.0, 2.2))
+    later = np.where(abs(time - 9.0) < 0.05, 0.1, 0.0)
+    found = read(written(time, force + later, 0.0 * time)).record
+    assert found.summary["contact_duration_s"] == pytest.approx(2.2, abs=0.01)
+    assert found.summary["normal_impulse_N_s"] == pytest.approx(4 / np.pi, rel=1e-3)
+
+
+def test_a_title_is_no_row_of_an_rcforc(read: Read) -> None:
+    found = read("Master thesis run, time 3\n" + rcforc(), name="rcforc")
+    assert found.record.summary["peak_normal_force_N"] == 3.0
+
+
 def test_scatter_up_to_the_threshold_is_no_contact(read: Read) -> None:
     time = np.linspace(0.0, 4.0, 401)
     force = 100.0 * np.clip(1.0 - np.abs(time - 2.0), 0.0, None)  # 1 N from sample to sample
@@ -225,6 +281,11 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
         (GOOD.replace("4,-2", "0,0").replace("6,-3", "0,0"), "", "has no normal force above 0 N"),
         (GOOD.replace("0,0,0\n", "0,-0.1,0\n", 1), "", "can't pull.*threshold_N = 0.15"),
         (GOOD[: len(HEAD) + 7], "", "has 1 samples"),
+        (GOOD.replace("0,0,0\n", "0,-0.5,0\n").replace("3e-4,0,0", "3e-4,-0.5,0"), "",
+         "can't pull.*take the offset of the zero line off, -0.5 N"),
+        (GOOD.replace("0,0,0\n", "-1,0,0\n-.9999,1,0\n-.9998,0,0\n0,0,0\n", 1), "",
+         r"line 3: touches for 1 samples, with 1 N, before a tap of 6 N.*threshold_N = 1\.5"),
+        (GOOD.replace("3e-4,0,0\n", "3e-4,0,0\n4e-4,3,0\n"), "", "ends in contact"),
         (GOOD, "scene = 'hard'", "scene = 'hard', and not soft"),
         (GOOD, "half_modle = true", "unknown key; did you mean half_model"),
         (GOOD, "half_model = 2", "must be true or false"),
@@ -261,7 +322,11 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
         (GOOD, "time_offset_s = 1.0", "begins at -1 s and the motion at 0 s"),
         (GOOD, "", "the tap has 2 samples"),
         (GOOD, "", "no uncertainty is known"),
-        (GOOD + "4e-4,1,0\n5e-4,0,0\n", "", "touches 2 times; .* of 6 N where the largest has 6"),
+        (
+            GOOD + "4e-4,1,0\n5e-4,0,0\n",
+            "",
+            "touches 2 times; .* of 2 touches and 6 N where the largest has 6",
+        ),
         (
             "0,-0.1,0\n".join(GOOD.split("0,0,0\n", 1)),
             "threshold_N = 0.2",

@@ -10,8 +10,9 @@ from validation.errors import UserError
 from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
-FEWEST, SMALL = 2, 3.0  # samples of a first touch, and times its force, beside which it is scatter
-FAR = (np.inf, np.inf)
+# Samples of a first touch, and times its force a later one has, beside which it is scatter.
+SCATTER_SAMPLES, SCATTER_RATIO = 2, 3.0
+UNKNOWN = (np.inf, np.inf)  # of both ends
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 
 
@@ -41,9 +42,9 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         )
     lowest, touches = int(np.argmin(normal)), normal > least
     if (pull := -normal[lowest]) > least:
-        zero, scatter = _zero_line(normal[np.abs(normal) <= pull])
-        remedy = f"take the offset of the zero line off, {zero:.2g} N"
-        if abs(zero) < 2.0 * scatter:
+        zero, known = _zero_line(normal[np.abs(normal) <= pull])
+        remedy = f"take the offset of the zero line off, {zero / body:.2g} N"
+        if abs(zero) <= known or abs(zero) < 0.5 * pull:
             remedy = (
                 "for scatter about zero, the force up to which nothing touches, "
                 f"threshold_N = {1.5 * pull / body:.2g}"
@@ -52,24 +53,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"{origin}, line {line[lowest]}: normal force {-pull:.4g} N, and a contact can't pull; "
             f"state in {beside} the right normal (it is {sidecar.normal}) or, {remedy}"
         )
-    first, last, joined = 0, time.size, 0
-    if touches.any() and not touches[0]:
-        first, last, joined = touches_of_tap(time, touches)
-    if last == time.size:
-        how = f"begins in contact, {normal[0]:.4g} N" if touches[0] else "ends in contact"
-        how = how if touches.any() else f"has no normal force above {least:g} N"
-        raise UserError(
-            f"{origin}: {how}; give a longer record, take an offset of the zero line off, or state "
-            f"in {beside} the right normal (it is {sidecar.normal}) and threshold_N"
-        )
-    tap = slice(first - 1, last + 1)
+    tap, joined = _first_tap(samples, time, normal, least, origin, sidecar)
     count = int(np.count_nonzero(np.diff(touches.astype(int)) == 1))
-    if last - first <= FEWEST and (higher := normal.max()) > SMALL * normal[tap].max():
-        raise UserError(
-            f"{origin}, line {line[first]}: touches for {last - first} samples, with "
-            f"{normal[tap].max():.4g} N, before a tap of {higher:.4g} N; if that is scatter, state "
-            f"in {beside} threshold_N = {1.5 * normal[tap].max() / body:.2g}, else cut it off"
-        )
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     tangential, sigma = contact.get("tangential_force"), forces.get("normal_force_sigma")
     notes = [*filter(None, [sidecar.source]), *samples.notes, _of_the_whole(sidecar, beside)]
@@ -94,9 +79,9 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"{normal[tap].max():.4g} N where the largest has {normal.max():.4g} N (if some are "
             "scatter, raise threshold_N)"
         )
-    zero, scatter = _zero_line(normal[~touches])
-    if offset := abs(zero) > 3.0 * scatter / math.sqrt(max(int((~touches).sum()), 1)):
-        notes.append(f"the zero line lies at {zero:.2g} N: take it off; errors have it")
+    zero, known = _zero_line(normal[~touches])
+    if offset := abs(zero) > known:
+        notes.append(f"the zero line lies at {zero / body:.2g} N: take it off; errors have it")
     steps = np.diff(time[tap])
     if steps.max() > COARSE * np.median(steps):
         where = line[tap][1 + int(np.argmax(steps))]
@@ -130,9 +115,44 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     return curves, [*notes, *[f"{line}: {remedy}" for line in doubts]]
 
 
+def _first_tap(
+    samples: Samples, time: Floats, normal: Floats, least: float, origin: str, sidecar: Sidecar
+) -> tuple[slice, int]:
+    """The first tap's samples with the one before and after it, and how many touches it has.
+
+    Raises UserError: there is none, the record begins or ends in it, or it is scatter.
+    """
+    touches, beside, body = normal > least, f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
+    first, last, joined = 0, time.size, 0
+    if touches.any() and not touches[0]:
+        first, last, joined = touches_of_tap(time, touches)
+    if last == time.size:
+        how = f"begins in contact, {normal[0]:.4g} N" if touches[0] else "ends in contact"
+        how = how if touches.any() else f"has no normal force above {least:g} N"
+        raise UserError(
+            f"{origin}: {how}; give a longer record, take an offset of the zero line off, or state "
+            f"in {beside} the right normal (it is {sidecar.normal}) and threshold_N"
+        )
+    tap = slice(first - 1, last + 1)
+    highest = normal[tap].max()
+    if last - first <= SCATTER_SAMPLES and normal.max() > SCATTER_RATIO * highest:
+        raise UserError(
+            f"{origin}, line {samples.lines[first]}: touches for {last - first} samples, with "
+            f"{highest:.4g} N, before a tap of {normal.max():.4g} N; if that is scatter, state in "
+            f"{beside} threshold_N = {1.5 * highest / body:.2g}, else cut it off"
+        )
+    return tap, joined
+
+
 def _zero_line(idle: Floats) -> tuple[float, float]:
-    """Mean and standard deviation of a force where nothing touches, N."""
-    return (float(idle.mean()), float(idle.std())) if idle.size else (0.0, 0.0)
+    """Median of a force where nothing touches, which edges of a tap hardly move, and how well it is
+    known, N: three standard deviations, by the median of what samples are off.
+    """
+    if not idle.size:
+        return 0.0, 0.0
+    zero = float(np.median(idle))
+    scatter = 1.4826 * float(np.median(np.abs(idle - zero)))
+    return zero, 3.0 * 1.2533 * scatter / math.sqrt(idle.size)
 
 
 def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
@@ -156,12 +176,12 @@ def _errors(time: Floats, normal: Floats, sigma: Floats, least: float) -> dict[s
       takes to three times that, linear or as Hertz's t^(3/2)
     """
     top, seen = int(np.argmax(normal)), np.flatnonzero(normal > least + sigma)
-    ends = np.array((time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else FAR)
+    ends = np.array((time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else UNKNOWN)
     unseen = np.zeros(2)
     if least > 0.0:
         well = np.flatnonzero(normal > 3.0 * least)
         unseen = np.array(
-            (time[well[0]] - time[1], time[-2] - time[well[-1]]) if well.size else FAR
+            (time[well[0]] - time[1], time[-2] - time[well[-1]]) if well.size else UNKNOWN
         )
     ends = ends + unseen
     high = np.abs(time[normal + sigma >= normal[top]] - time[top]).max()

@@ -15,7 +15,7 @@ from validation.scenes.load import NamedScene
 TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
 # of a number, or of the tap's duration, by which a stated one may differ without a line about it
 APART = 0.05
-SAME_TAP = 2.0
+SAME_TAP = 2.0  # times what a tap has lasted, within which a touch after it is of it
 PUSHED = 0.5  # of the largest F_n, from which on F_t over F_n is no scatter's
 
 

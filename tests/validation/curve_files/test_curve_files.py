@@ -159,7 +159,9 @@ def half_sine(times: np.ndarray, sigma: float, zero: float = 0.0) -> str:
 def test_what_a_threshold_hides_is_in_the_errors(threshold: float, read: Read) -> None:
     """A duration was 5 to 19 times its stated error too short."""
     text = half_sine(np.linspace(0.5, 2.5, 2001), 0.01)
-    found = read(text, f"threshold_N = {threshold}").record
+    reference = read(text, f"threshold_N = {threshold}")
+    assert not any("zero line" in note for note in reference.notes)
+    found = reference.record
     for key, true in (
         ("contact_time_s", 1.0), ("contact_duration_s", 1.0), ("normal_impulse_N_s", 128 / np.pi)
     ):  # fmt: skip

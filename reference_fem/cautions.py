@@ -30,6 +30,8 @@ SPRINGS = 0.1
 # Mean edge where the surface touches at the peak over the finest, above which the contact lies
 # outside of what was refined for it; and longest edges over finest, below which a mesh is even.
 REFINED_EDGE_RATIO, EVEN = 1.5, 3.0
+# How far from its pole, over its radius, a phalanx touches with its end.
+END = 1.1
 # The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
 HOURGLASS = 0.1
 # Share of mu F_n from which on a tip slides as a whole.
@@ -65,6 +67,7 @@ def cautions(
     - penalty springs hold so much of the elastic energy that they, not the body, make the contact
     - hourglass control holds so much of the strain energy that it is part of the answer
     - the contact has rolled, or never was, where the mesh was refined for it
+    - the last phalanx touches with its shaft
     """
     found = []
     if spike(forces.normal_force_N, steps_per_cell_transit(model)) > SPIKE:
@@ -101,9 +104,18 @@ def cautions(
     touched = [s.contact_pressure_Pa[model.contact.nodes] > 0.0 for s in snapshots if s.at_peak]
     edges = np.sqrt(model.contact.area) if model.points.shape[1] == 3 else np.zeros(0)
     times = contact_edge_ratio(edges, touched[0]) if edges.size and touched else None
+    body = model.points[model.body_of_point == model.touching_body]
+    last, radius = body[:, 0].max(), body[:, 1].max()
+    under = model.contact.nodes[touched[0]] if touched else model.contact.nodes[:0]
+    at = model.points[under, 0].mean() if under.size else -math.inf
+    away = 1e3 * (last - at)
+    if at > body[:, 0].min() + END * radius:
+        found.append(
+            f"at the peak force it touches {away:.3g} mm from the last hinge, with the shaft and "
+            "not with its end, which the reduced model does not carry: put surface.height higher "
+            "or lower for a touch of the end"
+        )
     if times is not None:
-        last = model.points[model.body_of_point == model.touching_body, 0].max()
-        away = 1e3 * (last - model.points[model.contact.nodes[touched[0]], 0].mean())
         found.append(
             f"at the peak force it touches {away:.3g} mm from the last hinge, where edges are "
             f"{times:.2g} times those that were refined for contact: refine more of it "

@@ -217,6 +217,19 @@ def test_a_contact_beside_the_refined_part_of_the_tip_is_said() -> None:
     assert float(away[1]) == pytest.approx(place, abs=0.8)
 
 
+@pytest.mark.parametrize(("height", "rim"), [(0.02, True), (0.035, False)])
+def test_a_touch_with_the_shaft_is_called_so(height: float, rim: bool) -> None:
+    """Of a finger that lies nearly flat it is the rim at the last hinge that touches."""
+    geometry = meshes.FingerGeometry((0.03, 0.02), (0.012, 0.012))
+    result = rf.simulate(
+        meshes.finger_hexahedra(geometry, meshes.Sizing(3e-3, 5e-3, 1.5e-3)),
+        (rf.Material(5e7, 0.4, 1400.0),) * 2, rf.Surface(height, 0.3), rf.Drive(),
+        rf.Settings(contact="impulse", estimate=False),
+    )  # fmt: skip
+    assert result.status is rf.Status.COMPLETED
+    assert any("with the shaft and not with its end" in text for text in result.cautions) == rim
+
+
 def test_a_corner_that_is_pushed_through_its_element_is_called_so() -> None:
     """The one-point element's own determinant, at its middle, is still above 0."""
     _, model = fall(max_steps=1, element="hex8-one-point")

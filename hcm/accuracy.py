@@ -214,8 +214,8 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     pairs = [[getattr(of, name) for of in both] for name in ACCURACY_QUANTITIES]
     known = coarse.status in USABLE_STATUSES
     apart = [abs(its / own - 1.0) if known and its is not None else math.inf for own, its in pairs]
-    late /= max(result.summary.contact_time_s or 0.0, 1e-300)
-    expected = max(SAFETY * max(apart) / over, 0.5 * lost_energy(result), left_out, late)
+    late_share = late / max(result.summary.contact_time_s or 0.0, 1e-300)
+    expected = max(SAFETY * max(apart) / over, 0.5 * lost_energy(result), left_out, late_share)
     return replace(result, errors=errors, cautions=cautions), expected
 
 

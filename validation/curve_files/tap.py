@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from validation.curve_files.samples import Floats, Samples
 from validation.curve_files.sidecar import Sidecar
@@ -53,8 +54,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"{origin}, line {line[lowest]}: normal force {-pull:.4g} N, and a contact can't pull; "
             f"state in {beside} the right normal (it is {sidecar.normal}) or, {remedy}"
         )
-    tap, joined = _first_tap(samples, time, normal, least, origin, sidecar)
-    count = int(np.count_nonzero(np.diff(touches.astype(int)) == 1))
+    tap, joined, count = _first_tap(samples, time, normal, touches, origin, sidecar)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     tangential, sigma = contact.get("tangential_force"), forces.get("normal_force_sigma")
     notes = [*filter(None, [sidecar.source]), *samples.notes, _of_the_whole(sidecar, beside)]
@@ -116,16 +116,18 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
 
 
 def _first_tap(
-    samples: Samples, time: Floats, normal: Floats, least: float, origin: str, sidecar: Sidecar
-) -> tuple[slice, int]:
-    """The first tap's samples with the one before and after it, and how many touches it has.
+    samples: Samples, time: Floats, normal: Floats, touches: NDArray[np.bool_], origin: str,
+    sidecar: Sidecar,
+) -> tuple[slice, int, int]:  # fmt: skip
+    """The first tap's samples with the one before and after it; how many touches it has, and all.
 
     Raises UserError: there is none, the record begins or ends in it, or it is scatter.
     """
-    touches, beside, body = normal > least, f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
-    first, last, joined = 0, time.size, 0
+    beside, body = f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
+    least = body * sidecar.threshold_N
+    first, last, joined, count = 0, time.size, 0, 0
     if touches.any() and not touches[0]:
-        first, last, joined = touches_of_tap(time, touches)
+        first, last, joined, count = touches_of_tap(time, touches)
     if last == time.size:
         how = f"begins in contact, {normal[0]:.4g} N" if touches[0] else "ends in contact"
         how = how if touches.any() else f"has no normal force above {least:g} N"
@@ -141,7 +143,7 @@ def _first_tap(
             f"{highest:.4g} N, before a tap of {normal.max():.4g} N; if that is scatter, state in "
             f"{beside} threshold_N = {1.5 * highest / body:.2g}, else cut it off"
         )
-    return tap, joined
+    return tap, joined, count
 
 
 def _zero_line(idle: Floats) -> tuple[float, float]:

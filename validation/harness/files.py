@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import compress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,46 +56,42 @@ def atomic(path: Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def sole_use(folder: Path) -> Iterator[None]:
-    """Keep other commands out of a folder of results; however this process ends, they may use it.
+def exclusive_folder(folder: Path) -> Iterator[Path]:
+    """The `output_folder`, with other commands kept out; what keeps them ends with the process.
 
     Not to be nested on one folder: a process has its locks once.
 
-    Raises UserError: another command is at work there.
+    Raises UserError: the folder cannot be written, or another command is at work there.
     """
-    path = folder / ".in_use"
+    path = output_folder(folder) / ".in_use"
+    with _locked(path):
+        try:
+            yield folder
+        finally:
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+
+def _locked(path: Path) -> TextIO:
+    """A lock's file, held by this process until it is closed."""
     while True:
-        with path.open("a") as file:
-            try:
-                # of the process: unlike `flock`, not of its workers, which may outlive it a moment
-                fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except (BlockingIOError, PermissionError):
-                raise UserError(
-                    f"{folder}: another command is writing its results there; wait for its end, or"
-                    " give another --out"
-                ) from None
-            except OSError:  # a file system without locks
-                pass
-            # the one that had it may have removed it, and a third one may hold another of its name
-            try:
-                same = os.path.samestat(os.fstat(file.fileno()), path.stat())
-            except FileNotFoundError:
-                same = False
-            if not same:
-                continue
-            try:
-                yield
-            finally:
-                with contextlib.suppress(OSError):
-                    path.unlink()
-            return
-
-
-@contextlib.contextmanager
-def exclusive_folder(path: Path) -> Iterator[Path]:
-    """The `output_folder` for `sole_use`."""
-    with sole_use(output_folder(path)):
-        yield path
+        file = path.open("a")
+        try:
+            # of the process: unlike `flock`, not of its workers, which may outlive it for a moment
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            file.close()
+            raise UserError(
+                f"{path.parent}: another command is writing its results there; wait for its end, or"
+                " give another --out"
+            ) from None
+        except OSError:  # a file system without locks
+            pass
+        # the one that had it may have removed it, and a third one may hold another of its name
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                return file
+        file.close()
 
 
 def write_text(path: Path, text: str) -> None:

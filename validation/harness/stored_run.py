@@ -19,7 +19,7 @@ from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store
 
-DIMENSIONS = ((2, 4), (3, 8))  # of points and corners of cells
+CORNERS = {2: 4, 3: 8}  # of a cell, by its points' dimension
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
 
@@ -59,7 +59,8 @@ def check_given_fields(fields: object) -> None:
     if not isinstance(fields, Fields):
         raise TypeError(f"its run gave {type(fields).__name__} as fields, not Fields")
     points, cells = np.asarray(fields.points), np.asarray(fields.cells)
-    if points.ndim != 2 or cells.ndim != 2 or (points.shape[1], cells.shape[1]) not in DIMENSIONS:
+    flat = points.ndim != 2 or cells.ndim != 2
+    if flat or cells.shape[1] != CORNERS.get(points.shape[1]):
         raise ValueError(
             f"fields.points are {points.shape}, fields.cells {cells.shape}: must be (n, 2) and"
             " (m, 4), or (n, 3) and (m, 8)"

@@ -37,8 +37,8 @@ class Curves:
     errors: Mapping[str, Any] = field(default_factory=dict)
 
 
-def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, int]:
-    """First sample of the first tap, the one after its last, and how many touches it has.
+def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """First sample of the first tap, the one after its last; how many touches it has, and all have.
 
     A touch that begins no later after a separation than `SAME_TAP` times what the tap has lasted is
     of it, as in the references (`hcm.tap`).
@@ -54,7 +54,7 @@ def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, 
         <= SAME_TAP * (time[ends[count - 1]] - time[starts[0] - 1])
     ):
         count += 1
-    return int(starts[0]), int(ends[count - 1]), count
+    return int(starts[0]), int(ends[count - 1]), count, starts.size
 
 
 def tap_scalars(curves: Curves) -> dict[str, Any]:
@@ -89,7 +89,7 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
         raise ValueError("the normal force is nowhere positive")
     if touched[0] == 0:
         raise ValueError("the curves begin in contact: they need a sample without force there")
-    first, last, _ = touches_of_tap(time, normal > 0.0)
+    first, last, *_ = touches_of_tap(time, normal > 0.0)
     if last == time.size:
         raise ValueError("the curves end in contact: they need a sample without force there")
     start, end = (_zero(time, normal, step) for step in (first, last))

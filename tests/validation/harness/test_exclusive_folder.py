@@ -8,12 +8,12 @@ import pytest
 from tests.processes import started
 from tests.validation.commands import Run
 from tests.validation.sweep.plans import written
-from validation.harness.files import sole_use
+from validation.harness.files import exclusive_folder
 
 HOLD = """
 import pathlib, sys
-from validation.harness.files import sole_use
-with sole_use(pathlib.Path(sys.argv[1])):
+from validation.harness.files import exclusive_folder
+with exclusive_folder(pathlib.Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
 """
@@ -61,5 +61,5 @@ def test_a_second_command_is_refused(
     assert {path.name for path in (tmp_path / folder).iterdir()} <= {
         ".in_use", "runs", "figures", "renders"
     }  # fmt: skip
-    with sole_use(tmp_path / folder):
+    with exclusive_folder(tmp_path / folder):
         pass

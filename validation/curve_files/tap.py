@@ -1,10 +1,9 @@
 """Samples checked as a tap, and what was done to them in lines."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.curve_files.sample_errors import excess, normal_force_errors, zero_line
 from validation.curve_files.samples import Floats, Samples
 from validation.curve_files.sidecar import Sidecar
 from validation.errors import UserError
@@ -13,8 +12,9 @@ from validation.models.curves import Curves, other_than_stated, tap_scalars, tou
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
 # Samples of a first touch, and times its force a later one has, beside which it is scatter.
 SCATTER_SAMPLES, SCATTER_RATIO = 2, 3.0
-UNKNOWN = (np.inf, np.inf)  # of both ends
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
+RAISED = 0.01  # of the peak, what scatter may raise it by that is worth a line
+AXES = ("normal_force", "tangential_force")
 
 
 def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, list[str]]:
@@ -25,51 +25,43 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     Raises UserError: times do not rise, a force pulls, there is none, or a record begins or ends in
         contact.
     """
-    line, beside, body = samples.lines, f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
-    if line.size < 3:
-        raise UserError(f"{origin}: has {line.size} samples; a tap needs three or more")
-    time = samples.time_s - sidecar.time_offset_s
-    axes = {"normal_force": sidecar.normal, "tangential_force": sidecar.tangential}
+    beside, body = f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
+    time, least = _times(samples, origin, sidecar), body * sidecar.threshold_N
+    signs = {"normal_force": sidecar.normal, "tangential_force": sidecar.tangential}
     forces = {
-        name: array * (-body if "-" in axes.get(name, "") else body)
+        name: array * (-body if "-" in signs.get(name, "") else body)
         for name, array in samples.forces.items()
     }
-    normal, least = forces["normal_force"], body * sidecar.threshold_N
-    if (np.diff(time) <= 0.0).any():
-        at = 1 + int(np.argmax(np.diff(time) <= 0.0))
-        raise UserError(
-            f"{origin}, line {line[at]}: its time, {samples.time_s[at]:g} s, is not after that of "
-            "the sample before; sort the samples, one of each time"
-        )
-    lowest, touches = int(np.argmin(normal)), normal > least
-    if (pull := -normal[lowest]) > least:
-        zero, known = _zero_line(normal[np.abs(normal) <= pull])
-        remedy = f"take the offset of the zero line off, {zero / body:.2g} N"
-        if abs(zero) <= known or abs(zero) < 0.5 * pull:
-            remedy = (
-                "for scatter about zero, the force up to which nothing touches, "
-                f"threshold_N = {1.5 * pull / body:.2g}"
-            )
-        raise UserError(
-            f"{origin}, line {line[lowest]}: normal force {-pull:.4g} N, and a contact can't pull; "
-            f"state in {beside} the right normal (it is {sidecar.normal}) or, {remedy}"
-        )
+    normal, tangential = forces["normal_force"], forces.get("tangential_force")
+    _check_pushes(samples, normal, origin, sidecar)
+    touches = _touches(normal, least)
     tap, joined, count = _first_tap(samples, time, normal, touches, origin, sidecar)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
-    tangential, sigma = contact.get("tangential_force"), forces.get("normal_force_sigma")
-    notes = [*filter(None, [sidecar.source]), *samples.notes, _of_the_whole(sidecar, beside)]
-    idle = ~touches & np.any([forces[name] != 0.0 for name in axes if name in forces], axis=0)
-    if idle.any():
-        notes.append(
-            f"{idle.sum()} samples of up to {least:g} N count as no contact, without force"
+    line = zero_line(normal[~touches])
+    errors, notes = {}, [*filter(None, [sidecar.source]), *samples.notes]
+    if (sigma := forces.get("normal_force_sigma")) is not None:
+        errors = normal_force_errors(
+            time[tap], contact["normal_force"][tap], sigma[tap], least, line
         )
+    if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
+        pulled = contact["tangential_force"][tap]
+        errors["peak_tangential_force_N"] = float(
+            deviation[tap][np.argmax(np.abs(pulled))]
+        ) + excess(pulled, zero_line(tangential[~touches]).scatter)
+    notes.append(_of_the_whole(sidecar, beside))
+    idle = ~touches & np.any([forces[name] != 0.0 for name in AXES if name in forces], axis=0)
+    if idle.any():
+        most = max(least, float(normal[idle].max()))
+        notes.append(f"{idle.sum()} samples of up to {most:g} N count as no contact, without force")
     from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
-    if unknown_start := from_trigger or time[tap][0] <= 0.0:
+    if from_trigger or time[tap][0] <= 0.0:
         what, begins = ("record", time[0]) if from_trigger else ("tap", time[tap][0])
         notes.append(
             f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival says "
             f"nothing; state when the motion starts in {beside}: time_offset_s"
         )
+        if errors:
+            errors["contact_time_s"] = np.inf
     if tangential is None:
         notes.append("no tangential force: it is not compared")
     if count > 1:
@@ -79,40 +71,75 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"{normal[tap].max():.4g} N where the largest has {normal.max():.4g} N (if some are "
             "scatter, raise threshold_N)"
         )
-    zero, known = _zero_line(normal[~touches])
-    if offset := abs(zero) > known:
-        notes.append(f"the zero line lies at {zero / body:.2g} N: take it off; errors have it")
-    steps = np.diff(time[tap])
-    if steps.max() > COARSE * np.median(steps):
-        where = line[tap][1 + int(np.argmax(steps))]
+    if line.offset:
+        notes.append(f"the zero line lies at {line.zero / body:.2g} N: take it off; errors have it")
+    if (raised := excess(normal[tap], line.scatter)) > RAISED * normal[tap].max():
         notes.append(
-            f"before line {where} a gap in the tap, {steps.max():.3g} s where the median step is "
-            f"{np.median(steps):.3g} s, bridged by a straight line"
+            f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
+            f"{raised / body:.2g} N: filter them; errors have it"
         )
-    if steps.size <= FEW:
-        notes.append(f"the tap has {steps.size - 1} samples, its peak lies between two of them")
-    errors: dict[str, float] = {}
-    if sigma is not None:
-        errors = _errors(time[tap], contact["normal_force"][tap], sigma[tap], least)
-        if offset:
-            errors["peak_normal_force_N"] += abs(zero)
-            errors["normal_impulse_N_s"] += abs(zero) * float(time[tap][-1] - time[tap][0])
-    if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
-        most = int(np.argmax(np.abs(tangential[tap])))
-        errors["peak_tangential_force_N"] = float(deviation[tap][most])
-    if unknown_start and errors:
-        errors["contact_time_s"] = np.inf
+    notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if not errors:
         notes.append(f"no uncertainty is known, so no verdict: give sigma columns, or {beside}")
     scalars = sidecar.scalars.model_dump(exclude_unset=True)
-    curves = Curves(time, contact["normal_force"], tangential, scalars, errors)
+    curves = Curves(time, contact["normal_force"], contact.get("tangential_force"), scalars, errors)
     remedy = (
         f"take it out of {beside} unless it is the better one (half_model, time_offset_s and"
         " threshold_N change the curves alone)"
     )
     doubts = other_than_stated(curves, tap_scalars(curves))
-    return curves, [*notes, *[f"{line}: {remedy}" for line in doubts]]
+    return curves, [*notes, *[f"{doubt}: {remedy}" for doubt in doubts]]
+
+
+def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
+    """Times since the motion starts, s.
+
+    Raises UserError: there are less than three samples, or their times do not rise.
+    """
+    line = samples.lines
+    if line.size < 3:
+        raise UserError(f"{origin}: has {line.size} samples; a tap needs three or more")
+    time: Floats = samples.time_s - sidecar.time_offset_s
+    if (np.diff(time) <= 0.0).any():
+        at = 1 + int(np.argmax(np.diff(time) <= 0.0))
+        raise UserError(
+            f"{origin}, line {line[at]}: its time, {samples.time_s[at]:g} s, is not after that of "
+            "the sample before; sort the samples, one of each time"
+        )
+    return time
+
+
+def _check_pushes(samples: Samples, normal: Floats, origin: str, sidecar: Sidecar) -> None:
+    """Raise UserError where the normal force pulls by more than the threshold."""
+    body = 2.0 if sidecar.half_model else 1.0
+    lowest = int(np.argmin(normal))
+    pull = -normal[lowest]
+    if pull <= body * sidecar.threshold_N:
+        return
+    line = zero_line(normal[np.abs(normal) <= pull])
+    remedy = f"take the offset of the zero line off, {line.zero / body:.2g} N"
+    if not line.offset or line.offset < 0.5 * pull:
+        remedy = (
+            "for scatter about zero, the force up to which nothing touches, "
+            f"threshold_N = {1.5 * pull / body:.2g}"
+        )
+    raise UserError(
+        f"{origin}, line {samples.lines[lowest]}: normal force {-pull:.4g} N, and a contact can't "
+        f"pull; state in {origin}.toml the right normal (it is {sidecar.normal}) or, {remedy}"
+    )
+
+
+def _touches(normal: Floats, least: float) -> NDArray[np.bool_]:
+    """Whether each sample is in contact: above the threshold, and no scatter about that, which is a
+    touch of no more than twice the threshold beside a larger one.
+    """
+    touches = np.concatenate([[False], normal > least, [False]])
+    if normal.max() > 2.0 * least:
+        for begin, end in np.flatnonzero(np.diff(touches)).reshape(-1, 2):
+            if normal[begin:end].max() <= 2.0 * least:
+                touches[begin + 1 : end + 1] = False
+    return touches[1:-1]
 
 
 def _first_tap(
@@ -146,17 +173,6 @@ def _first_tap(
     return tap, joined, count
 
 
-def _zero_line(idle: Floats) -> tuple[float, float]:
-    """Median of a force where nothing touches, which edges of a tap hardly move, and how well it is
-    known, N: three standard deviations, by the median of what samples are off.
-    """
-    if not idle.size:
-        return 0.0, 0.0
-    zero = float(np.median(idle))
-    scatter = 1.4826 * float(np.median(np.abs(idle - zero)))
-    return zero, 3.0 * 1.2533 * scatter / math.sqrt(idle.size)
-
-
 def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     """What holds for all samples."""
     body = "doubled, as half a body's" if sidecar.half_model else "taken as the whole body's"
@@ -166,36 +182,15 @@ def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     return f"forces {body}, times {since}{remedy}"
 
 
-def _errors(time: Floats, normal: Floats, sigma: Floats, least: float) -> dict[str, float]:
-    """What one standard deviation means for the numbers of a tap, correlated all along it.
-
-    - peak: sigma there, and what n samples of a half sine may miss of it, which are no further
-      apart than T/m, m = n - 1 of even n and n of odd: 1/cos(pi/2/m) - 1; its time: how far away
-      the force is as high within sigma
-    - impulse: the integral of sigma, and the trapezoid's (pi/n)^2/12
-    - start, end: how long the force is no more than sigma and the threshold (for a linear rise,
-      sigma over the slope), and how long it is below the threshold, unseen: no longer than it then
-      takes to three times that, linear or as Hertz's t^(3/2)
-    """
-    top, seen = int(np.argmax(normal)), np.flatnonzero(normal > least + sigma)
-    ends = np.array((time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else UNKNOWN)
-    unseen = np.zeros(2)
-    if least > 0.0:
-        well = np.flatnonzero(normal > 3.0 * least)
-        unseen = np.array(
-            (time[well[0]] - time[1], time[-2] - time[well[-1]]) if well.size else UNKNOWN
+def _intervals(samples: Samples, time: Floats, tap: slice) -> list[str]:
+    """Lines of a gap in the tap, and of few samples."""
+    notes, steps = [], np.diff(time[tap])
+    if steps.max() > COARSE * np.median(steps):
+        where = samples.lines[tap][1 + int(np.argmax(steps))]
+        notes.append(
+            f"before line {where} a gap in the tap, {steps.max():.3g} s where the median step is "
+            f"{np.median(steps):.3g} s, bridged by a straight line"
         )
-    ends = ends + unseen
-    high = np.abs(time[normal + sigma >= normal[top]] - time[top]).max()
-    samples = time.size - 2
-    parts = samples - 1 + samples % 2
-    missed = (1.0 / np.cos(0.5 * np.pi / parts) - 1.0) * normal[top] if parts > 1 else np.inf
-    rule = (np.pi / samples) ** 2 / 12.0 * np.trapezoid(normal, time) if parts > 1 else np.inf
-    rule += least * unseen.sum()
-    return {
-        "contact_time_s": float(ends[0]),
-        "contact_duration_s": float(sum(ends)),
-        "peak_normal_force_N": float(np.hypot(sigma[top], missed)),
-        "peak_normal_force_time_s": float(high + ends[0]),
-        "normal_impulse_N_s": float(np.hypot(np.trapezoid(sigma, time), rule)),
-    }
+    if steps.size <= FEW:
+        notes.append(f"the tap has {steps.size - 1} samples, its peak lies between two of them")
+    return notes

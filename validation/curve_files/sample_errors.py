@@ -56,18 +56,19 @@ def normal_force_errors(
       and the zero line; its time: how far away the force is as high within sigma and scatter
     - impulse: the integral of sigma, the trapezoid's (pi/n)^2/12, scatter from sample to sample
       and the zero line
-    - start, end: how long the force is no more than sigma and the threshold (for a linear rise,
-      sigma over the slope), and how long it is below the threshold, unseen: no longer than it then
-      takes to three times that, linear or as Hertz's t^(3/2)
+    - start, end: how long the force is no more than the threshold, sigma and twice the scatter
+      (for a linear rise, these over the slope), and how long it is below the threshold, unseen: no
+      longer than it then takes to three times that, linear or as Hertz's t^(3/2)
 
     time, normal, sigma : (n,), s and N, of the tap with a sample without force at both ends.
     least : up to it nothing touches, N.
     """
-    top, seen = int(np.argmax(normal)), np.flatnonzero(normal > least + sigma)
+    top, off = int(np.argmax(normal)), sigma + 2.0 * line.scatter
+    seen = np.flatnonzero(normal > least + off)
     ends = np.array((time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else UNKNOWN)
     unseen = np.zeros(2)
     if least > 0.0:
-        well = np.flatnonzero(normal > 3.0 * least)
+        well = np.flatnonzero(normal > 3.0 * least + off)
         unseen = np.array(
             (time[well[0]] - time[1], time[-2] - time[well[-1]]) if well.size else UNKNOWN
         )

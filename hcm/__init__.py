@@ -22,7 +22,7 @@ from hcm.parameters import (
 )
 from hcm.posture import Posture
 from hcm.result import Accuracy, Choice, Event, History, Statistics, Status, Summary, TapResult
-from hcm.simulate import simulate
+from hcm.simulate import simulate, simulate_scene
 
 __all__ = [
     "SMALLEST",
@@ -52,6 +52,7 @@ __all__ = [
     "simulate",
     "simulate_each",
     "simulate_many",
+    "simulate_scene",
     "simulate_within",
     "vary",
 ]

@@ -33,7 +33,7 @@ from hcm.model import Scene
 from hcm.other_ends import held_touches, with_other_ends
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Status, TapResult
-from hcm.simulate import simulate
+from hcm.simulate import simulate_scene
 from hcm.stepping import Progress
 
 COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5
@@ -59,7 +59,7 @@ def simulate_within(
     stated: Mapping[str, object] = MappingProxyType({}),
     progress: Progress | None = None,
 ) -> TapResult:
-    """`hcm.simulate` with the settings of `settings_for`.
+    """`hcm.simulate_scene` with the settings of `settings_for`.
 
     A run whose energy audit does not close once it has touched is solved once more, for an accuracy
     that is 9 times smaller. Where errors are estimated, so is one that is expected to have a larger
@@ -99,7 +99,7 @@ def simulate_within(
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
         coarser = _coarser(chosen, result)
-        coarse = simulate(**coarser.arguments(), progress=progress)
+        coarse = simulate_scene(coarser, progress)
         if coarse.status is Status.INTERRUPTED:
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
             break
@@ -138,14 +138,14 @@ def simulate_within(
 
 
 def _solve(chosen: Chosen, progress: Progress | None) -> TapResult:
-    given = chosen.scene.arguments()
-    if chosen.scene.settings.estimate:
-        given["settings"] = replace(chosen.scene.settings, estimate=False)
-    return simulate(**given, progress=progress, fall=chosen.fall)
+    scene = chosen.scene
+    if scene.settings.estimate:
+        scene = replace(scene, settings=replace(scene.settings, estimate=False))
+    return simulate_scene(scene, progress, chosen.fall)
 
 
 def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> TapResult:
-    return simulate(**held_touches(run, until_s), progress=progress)
+    return simulate_scene(held_touches(run, until_s), progress)
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:

@@ -28,7 +28,7 @@ from hcm.estimate import NAMES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError
 from hcm.result import Summary
-from hcm.simulate import simulate
+from hcm.simulate import simulate_scene
 
 if TYPE_CHECKING:
     import xarray
@@ -203,7 +203,7 @@ def _tap(scene: Scene | ParameterError, accuracy: float | None) -> Outcome:
             raise scene
         check_kind("scene", scene, Scene)
         if accuracy is None:
-            result = simulate(**scene.arguments(), progress=_watch)
+            result = simulate_scene(scene, progress=_watch)
         else:
             result = simulate_within(accuracy, scene, progress=_watch)
     except ParameterError as error:

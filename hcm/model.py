@@ -12,7 +12,7 @@ r_w and v_w being the end of the phalanx before: the hinges hold at once in posi
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -52,7 +52,7 @@ class RigidStart:
 
 @dataclass(frozen=True)
 class Scene:
-    """What `simulate` is given."""
+    """A finger, what it touches and how, and how that is solved: what `simulate_scene` takes."""
 
     finger: Finger
     surface: Surface
@@ -64,10 +64,6 @@ class Scene:
 
     def __post_init__(self) -> None:
         check_fields(self)
-
-    def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of `simulate`."""
-        return dict(vars(self))
 
 
 def rods_state(finger: Finger, start: RigidStart | None) -> tuple[Floats, float]:
@@ -145,15 +141,14 @@ class Model(NamedTuple):
         return with_collocation(plain, of.stages, *gauss) if any(gauss) else plain
 
 
-def build_model(
-    finger: Finger, surface: Surface, tip: Tip, drive: Drive, settings: Settings,
-    start: RigidStart | None, assumptions: Assumptions,
-) -> Model:  # fmt: skip
+def build_model(scene: Scene) -> Model:
     """Assemble what a run computes with.
 
     Raises ParameterError: the start does not fit the finger, or puts it below the surface.
     """
-    whole, finger = finger, beams_of(finger, assumptions)
+    whole, surface, assumptions = scene.finger, scene.surface, scene.assumptions
+    drive, settings, start = scene.drive, scene.settings, scene.start
+    finger = beams_of(whole, assumptions)
     chain, q = build_chain(finger, drive)
     last, height = whole.phalanges[-1], touching_height(whole, surface, assumptions)
     if assumptions.any:
@@ -174,7 +169,7 @@ def build_model(
             " start; it must lie below it"
         )
     co = coefficients(settings.spectral_radius, settings.newton_tolerance, settings.reuse_factors)
-    plain = Integrator(co, chain, law_of(whole, surface, tip, assumptions), workspace(q.size))
+    plain = Integrator(co, chain, law_of(whole, surface, scene.tip, assumptions), workspace(q.size))
     times = np.array(settings.frame_times, dtype=float)
     frames = FrameTable(times, np.empty((times.size, q.size)))
     if times.size:

@@ -9,10 +9,10 @@ touches of that end (`Settings.tap_until`); the differences of its numbers count
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
 
 from hcm.companion import repetition_settings
 from hcm.estimate import FROM_SPEED, USABLE_STATUSES
+from hcm.model import Scene
 from hcm.result import OtherEnd, Status, TapResult
 from hcm.workload import most_steps
 
@@ -78,13 +78,16 @@ def with_other_ends(
     return found, tuple(doubts), Status.COMPLETED
 
 
-def held_touches(result: TapResult, until_s: float) -> dict[str, Any]:
-    """What `hcm.simulate` was given for a run, for its first tap alone, of these touches."""
-    given, settings = dict(result.given), result.given["settings"]
-    given["settings"] = replace(
-        repetition_settings(settings, result),
+def held_touches(result: TapResult, until_s: float) -> Scene:
+    """The scene of a run, for its first tap alone, of these touches."""
+    scene = Scene(**result.given)
+    settings = replace(
+        repetition_settings(scene.settings, result),
         tap_until=until_s,
         # another end may take more than the run had
-        max_steps=max(settings.max_steps, min(4 * settings.max_steps, most_steps(given["finger"]))),
+        max_steps=max(
+            scene.settings.max_steps,
+            min(4 * scene.settings.max_steps, most_steps(scene.finger)),
+        ),
     )
-    return given
+    return replace(scene, settings=settings)

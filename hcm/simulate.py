@@ -21,10 +21,10 @@ from hcm.other_ends import held_touches, with_other_ends
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
 from hcm.resolution import judge_steps
-from hcm.result import Statistics, Status, TapResult, history_of
-from hcm.start import start_beams, start_divided
+from hcm.result import History, Statistics, Status, Summary, TapResult, history_of
+from hcm.start import BeamStart, start_beams, start_divided
 from hcm.state import RunTotals
-from hcm.stepping import Progress, rows_between, take_steps
+from hcm.stepping import Progress, SteppingResult, rows_between, take_steps
 from hcm.summary import summarize
 from hcm.tap import near_ends_when_touched_again, nearest, next_touch_s, slow_end, taps_of
 from hcm.workload import check_size
@@ -67,29 +67,78 @@ def simulate(
         starts below the surface, or the run would need more memory or steps than allowed.
     """
     scene = Scene(finger, surface, tip, drive, settings, start, assumptions)
+    return simulate_scene(scene, progress, fall)
+
+
+def simulate_scene(
+    scene: Scene, progress: Progress | None = None, fall: Fall | None = None
+) -> TapResult:
+    """`simulate` of a scene in one piece."""
     if progress is not None and not callable(progress):
         raise ParameterError(f"progress = {progress!r}: must be a function of (fraction, text)")
     if fall is not None:
         check_kind("fall", fall, Fall)
-    check_scene(finger, surface, drive)
-    check_size(finger, settings)
+    check_scene(scene.finger, scene.surface, scene.drive)
+    check_size(scene.finger, scene.settings)
     started = time.perf_counter()
-    model = build_model(finger, surface, tip, drive, settings, start, assumptions)
+    model = build_model(scene)
+    begun = _begin(scene, model, progress, fall)
+    result, totals = _result(scene, model, begun, take_steps(model, begun, progress), started)
+    completed = result.status is Status.COMPLETED
+    if not completed or not scene.settings.estimate or result.summary.contact_time_s is None:
+        return result
+    found = estimate_errors(
+        result,
+        lambda finger, changed: simulate_scene(
+            replace(scene, finger=finger, settings=changed), progress
+        ),
+        scene.finger,
+        scene.settings,
+        begun.left_out,
+    )
+    errors, open_ends, ended = with_other_ends(
+        result,
+        found.errors,
+        lambda until: simulate_scene(held_touches(result, until), progress),
+    )
+    status, doubt = found.status, found.doubt
+    if ended is Status.INTERRUPTED:
+        status, doubt = ended, REPEATED
+    return replace(
+        result,
+        status=status,
+        message=_message(status, totals, result.statistics) + doubt,
+        errors=errors,
+        cautions=(*result.cautions, *found.cautions, *open_ends),
+    )
+
+
+def _begin(scene: Scene, model: Model, progress: Progress | None, fall: Fall | None) -> BeamStart:
+    """The state that the finger's own elements begin with: the scene's start, that of the touch
+    of a flight as rods, or that of one of few elements.
+    """
+    finger, settings, assumptions = scene.finger, scene.settings, scene.assumptions
     few = flight_elements(finger, settings)
     if few is None:
         rods = None
         if settings.flight == "rigid":
-            rods = fall.rods if fall else build_rods(finger, surface, drive, assumptions)
-        begun = start_beams(model, rods, fall)
-    else:
-        flight = build_model(few, surface, tip, drive, settings, start, assumptions)
-        flight = until_touch(flight, few, assumptions)
-        up = start_beams(flight)
-        taken = take_steps(flight, up, progress)
-        divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)
-        begun = start_divided(model, flight, taken.segments, up.motion, taken.status, divide)
-    segments, status, over_s, other_ends = take_steps(model, begun, progress)
-    last, totals = segments[-1], segments[-1].totals
+            rods = fall.rods if fall else build_rods(
+                finger, scene.surface, scene.drive, assumptions
+            )  # fmt: skip
+        return start_beams(model, rods, fall)
+    flight = until_touch(build_model(replace(scene, finger=few)), few, assumptions)
+    up = start_beams(flight)
+    taken = take_steps(flight, up, progress)
+    divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)
+    return start_divided(model, flight, taken.segments, up.motion, taken.status, divide)
+
+
+def _result(
+    scene: Scene, model: Model, begun: BeamStart, taken: SteppingResult, started: float
+) -> tuple[TapResult, RunTotals]:
+    """The run without its errors; started : by `time.perf_counter`, s."""
+    segments, status, over_s, other_ends = taken
+    settings, last, totals = scene.settings, segments[-1], segments[-1].totals
     events = tuple([event for s in segments for event in s.events])
     q, v = np.concatenate([s.q for s in segments]), np.concatenate([s.v for s in segments])
     rows = np.concatenate([s.rows for s in segments])
@@ -101,17 +150,10 @@ def simulate(
     cautions: tuple[str, ...] = ()
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings)
-        if assumptions.any and summary.peak_normal_force_N is not None:
-            slope = q[[event.kind for event in events].index("contact"), model.chain.tip + 2 :]
-            angle = math.atan2(-slope[1], abs(slope[0]))
-            peak, stress = summary.peak_normal_force_N, summary.peak_stress_R_Pa or 0.0
-            pressed = int((history.normal_force_N * (history.time_s <= taps[0][1])).argmax())
-            pull = -math.copysign(1.0, slope[0]) * float(history.tangential_force_N[pressed])
-            cautions += beyond_checks(
-                finger.phalanges[-1], tip, assumptions, angle, peak, stress, pull
-            )
-        if taps and assumptions.has("hertz"):
-            cautions += slow_end(history.time_s, history.normal_force_N, taps[0])
+        if taps and scene.assumptions.any:
+            touched = [event.kind for event in events].index("contact")
+            slope = q[touched, model.chain.tip + 2 :]
+            cautions += _refinement_cautions(scene, summary, history, taps[0], slope)
     if taps and model.tap_ends is not None:
         height = model.generalized_alpha.law.height
         other_ends += near_ends_when_touched_again(
@@ -150,30 +192,30 @@ def simulate(
         cautions=cautions,
         taps=taps,
         other_ends=nearest(other_ends),
-        given=scene.arguments(),
+        given=vars(scene),
     )
-    if status is not Status.COMPLETED or not settings.estimate or summary.contact_time_s is None:
-        return result
+    return result, totals
 
-    def again(finger: Finger, changed: Settings) -> TapResult:
-        return simulate(finger, surface, tip, drive, changed, progress, start, assumptions)
 
-    found = estimate_errors(result, again, finger, settings, begun.left_out)
-    errors, open_ends, ended = with_other_ends(
-        result,
-        found.errors,
-        lambda until: simulate(**held_touches(result, until), progress=progress),
-    )
-    status, doubt = found.status, found.doubt
-    if ended is Status.INTERRUPTED:
-        status, doubt = ended, REPEATED
-    return replace(
-        result,
-        status=status,
-        message=_message(status, totals, statistics) + doubt,
-        errors=errors,
-        cautions=(*cautions, *found.cautions, *open_ends),
-    )
+def _refinement_cautions(
+    scene: Scene, summary: Summary, history: History, tap: tuple[float, float], slope: Floats
+) -> tuple[str, ...]:
+    """Cautions of the refined assumptions for a tap; slope : r' of the tip as it touches, (2,)."""
+    cautions: tuple[str, ...] = ()
+    if summary.peak_normal_force_N is not None:
+        pressed = int((history.normal_force_N * (history.time_s <= tap[1])).argmax())
+        cautions = beyond_checks(
+            scene.finger.phalanges[-1],
+            scene.tip,
+            scene.assumptions,
+            angle=math.atan2(-slope[1], abs(slope[0])),
+            peak=summary.peak_normal_force_N,
+            stress=summary.peak_stress_R_Pa or 0.0,
+            pull=-math.copysign(1.0, slope[0]) * float(history.tangential_force_N[pressed]),
+        )
+    if scene.assumptions.has("hertz"):
+        cautions += slow_end(history.time_s, history.normal_force_N, tap)
+    return cautions
 
 
 def _message(status: Status, totals: RunTotals, statistics: Statistics) -> str:

@@ -43,7 +43,7 @@ def truth(scene: hcm.Scene) -> np.ndarray:
         flight_integrator="gauss", flight_step=1e-3, flight_tolerance=1e-9, contact_step=step,
         contact_tolerance=0.0, estimate=False,
     )  # fmt: skip
-    return numbers(hcm.simulate(**replace(scene, finger=fine, settings=settings).arguments()))
+    return numbers(hcm.simulate_scene(replace(scene, finger=fine, settings=settings)))
 
 
 def once(
@@ -52,7 +52,7 @@ def once(
     """A run with the settings of that accuracy, which nothing judges."""
     chosen = settings_for(accuracy, scene, stated).scene
     plain = replace(chosen, settings=replace(chosen.settings, estimate=False))
-    return hcm.simulate(**plain.arguments())
+    return hcm.simulate_scene(plain)
 
 
 def numbers(result: hcm.TapResult) -> np.ndarray:
@@ -124,7 +124,7 @@ def test_a_run_that_is_cut_has_no_other_beside_it(assumptions: str, touch: float
 
 
 def test_transitions_that_a_coarser_run_counts_otherwise_are_told() -> None:
-    run = hcm.simulate(**SOFT_SCENE.arguments())
+    run = hcm.simulate_scene(SOFT_SCENE)
     other = replace(run, summary=replace(run.summary, stick_to_slip=run.summary.stick_to_slip + 2))
     assert other_transitions(run, run) == ()
     (told,) = other_transitions(run, other)
@@ -278,7 +278,7 @@ def test_the_tip_is_shielded_where_its_spring_is_softer_than_the_beam() -> None:
 def test_the_rods_fall_as_a_rigid_flight_does() -> None:
     fall = rods_fall(SOFT_SCENE)
     rigid = replace(SOFT_SCENE, settings=replace(NO_ESTIMATE, flight="rigid"))
-    result = hcm.simulate(**rigid.arguments())
+    result = hcm.simulate_scene(rigid)
     assert fall is not None
     assert fall.time == pytest.approx(result.summary.contact_time_s, rel=1e-6)
     assert -fall.speed == pytest.approx(result.summary.tip_velocity_at_contact_m_per_s[1], rel=1e-5)
@@ -287,12 +287,11 @@ def test_the_rods_fall_as_a_rigid_flight_does() -> None:
     alike = replace(rigid.settings, flight_step=1.0, flight_tolerance=RODS_TOLERANCE)
     marked = replace(fall, flight=fall.flight._replace(repeats=fall.flight.repeats + 77))
     taken, own = (
-        hcm.simulate(**replace(rigid, settings=alike).arguments(), fall=known)
-        for known in (marked, None)
+        hcm.simulate_scene(replace(rigid, settings=alike), fall=known) for known in (marked, None)
     )
     assert taken.summary == own.summary
     assert taken.statistics.rejected_steps == own.statistics.rejected_steps + 77
-    other = hcm.simulate(**rigid.arguments(), fall=fall)
+    other = hcm.simulate_scene(rigid, fall=fall)
     assert (other.summary, other.statistics.steps) == (result.summary, result.statistics.steps)
 
 
@@ -393,7 +392,7 @@ def test_iterations_leave_no_error_in_a_flight_without_damping() -> None:
 
     def solved(tolerance: float) -> np.ndarray:
         changed = replace(scene.settings, newton_tolerance=tolerance)
-        return numbers(hcm.simulate(**replace(scene, settings=changed).arguments()))
+        return numbers(hcm.simulate_scene(replace(scene, settings=changed)))
 
     exact = solved(1e-3 * scene.settings.newton_tolerance)
     assert np.abs(solved(scene.settings.newton_tolerance) / exact - 1.0).max() < 1e-3
@@ -412,7 +411,7 @@ def test_a_sudden_torques_vibration_is_not_left_to_a_rigid_flight() -> None:
     assert 0.25 * fall.bending / fall.speed < 1e-3 < ringing_share
     assert settings_for(1e-2, scene).flight_error == pytest.approx(ringing_share)
     assert settings_for(1e-3, scene).followed
-    exact = numbers(hcm.simulate(**settings_for(1e-4, scene).scene.arguments()))
+    exact = numbers(hcm.simulate_scene(settings_for(1e-4, scene).scene))
     assert np.abs(numbers(simulate_within(1e-3, scene)) / exact - 1.0).max() < 1e-3
 
 
@@ -431,7 +430,7 @@ def test_what_rods_leave_out_is_in_the_time_of_their_touch() -> None:
     true = simulate_within(1e-4, scene).summary.contact_time_s  # known to 14 ns
     fixed = replace(scene, settings=hcm.Settings(flight="rigid", flight_tolerance=1e-9))
     assert true is not None
-    for run in (simulate_within(1e-3, scene), hcm.simulate(**fixed.arguments())):
+    for run in (simulate_within(1e-3, scene), hcm.simulate_scene(fixed)):
         found, stated = run.summary.contact_time_s, run.errors["contact_time_s"]
         assert isinstance(stated, float)
         assert found is not None

@@ -43,7 +43,7 @@ def scenes() -> list[hcm.Scene]:
 def test_each_scene_has_the_bits_of_its_own_run() -> None:
     many = list(hcm.simulate_each(scenes(), workers=3))
     for scene, outcome in zip(scenes(), many, strict=True):
-        alone = hcm.simulate(**scene.arguments())
+        alone = hcm.simulate_scene(scene)
         assert outcome.status == alone.status.name
         assert outcome.summary == alone.summary
         assert outcome.errors == alone.errors
@@ -53,7 +53,7 @@ def test_each_scene_has_the_bits_of_its_own_run() -> None:
 
 
 def test_a_run_as_a_dataset_comes_back_from_a_file_with_units_and_origin(tmp_path: Path) -> None:
-    run = hcm.simulate(**replace(SCENE, settings=replace(CHEAP, estimate=True)).arguments())
+    run = hcm.simulate_scene(replace(SCENE, settings=replace(CHEAP, estimate=True)))
     run.to_dataset().to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
     with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as data:
         for name, array in vars(run.history).items():
@@ -81,7 +81,7 @@ def test_an_accuracy_chooses_each_scenes_settings() -> None:
     many = list(hcm.simulate_each(given, workers=2, accuracy=1e-2))
     for scene, outcome in zip(given, many, strict=True):
         assert outcome.summary == hcm.simulate_within(1e-2, scene).summary
-        assert outcome.summary != hcm.simulate(**scene.arguments()).summary
+        assert outcome.summary != hcm.simulate_scene(scene).summary
     with pytest.raises(hcm.ParameterError, match="accuracy = 2"):
         list(hcm.simulate_each(given, accuracy=2.0))
     with pytest.raises(hcm.ParameterError, match="accuracy = 'none'"):
@@ -89,14 +89,14 @@ def test_an_accuracy_chooses_each_scenes_settings() -> None:
 
 
 def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    own = batch.simulate
+    own = batch.simulate_scene
 
-    def broken(surface: hcm.Surface, **given: Any) -> hcm.TapResult:
-        if surface.height in (HEIGHTS[1], 2 * HEIGHTS[1]):
+    def broken(scene: hcm.Scene, progress: Any) -> hcm.TapResult:
+        if scene.surface.height in (HEIGHTS[1], 2 * HEIGHTS[1]):
             raise ZeroDivisionError("of this scene")
-        return own(surface=surface, **given)
+        return own(scene, progress)
 
-    monkeypatch.setattr(batch, "simulate", broken)
+    monkeypatch.setattr(batch, "simulate_scene", broken)
     short = replace(CHEAP, max_flight_time=1e-3)
     given = scenes()
     given[2] = replace(given[2], settings=short)
@@ -110,7 +110,7 @@ def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyP
     assert "the surface cuts" in table["message"].values[3]
     peaks = table["peak_normal_force_N"].values
     assert np.isnan(peaks[[1, 2, 3, 6]]).all()
-    assert peaks[4] == own(**given[4].arguments()).summary.peak_normal_force_N
+    assert peaks[4] == own(given[4]).summary.peak_normal_force_N
 
 
 def test_the_table_has_units_and_whole_columns() -> None:
@@ -147,16 +147,16 @@ def test_what_runs_ends_when_nobody_waits_for_it(monkeypatch: pytest.MonkeyPatch
     )
     upwards = replace(SCENE, settings=endless, drive=hcm.Drive(gravity=-9.8))
     short = [replace(SCENE, surface=hcm.Surface(height, 0.5)) for height in HEIGHTS]
-    own = batch.simulate
+    own = batch.simulate_scene
 
-    def counted(progress: Any, **given: Any) -> hcm.TapResult:
+    def counted(scene: hcm.Scene, progress: Any) -> hcm.TapResult:
         def tell(fraction: float, doing: str) -> None:
             calls.value += 1
             progress(fraction, doing)
 
-        return own(progress=tell, **given)
+        return own(scene, tell)
 
-    monkeypatch.setattr(batch, "simulate", counted)
+    monkeypatch.setattr(batch, "simulate_scene", counted)
     # one here, a part of eight, and one beside it
     stream = hcm.simulate_each([*short, *short[:4], upwards], workers=2)
     assert [next(stream).status for _ in range(2)] == ["COMPLETED"] * 2

@@ -92,7 +92,7 @@ SCENE = hcm.Scene(finger(SOFT, elements=8), SURFACE, SOFT_TIP, settings=SETTINGS
 
 def tap(few: int, scene: hcm.Scene = SCENE, **changes: object) -> hcm.TapResult:
     settings = replace(scene.settings, flight_elements=few, **changes)
-    return hcm.simulate(**replace(scene, settings=settings).arguments())
+    return hcm.simulate_scene(replace(scene, settings=settings))
 
 
 @pytest.mark.parametrize(
@@ -175,6 +175,6 @@ def test_the_run_that_judges_a_followed_flight_has_fewer_elements_there() -> Non
     followed, bent = (hcm.settings_for(accuracy, SCENE) for accuracy in (1e-5, 1e-4))
     assert (followed.followed, bent.followed) == (True, False)
     few = [chosen.scene.settings.flight_elements for chosen in (followed, bent)]
-    own = hcm.simulate(**bent.scene.arguments())
+    own = hcm.simulate_scene(bent.scene)
     coarse = [_coarser(chosen, own).settings.flight_elements for chosen in (followed, bent)]
     assert coarse == [few[0] - 1, few[1]] == [round(few[0] / 3**0.25), few[1]]

@@ -66,7 +66,7 @@ def test_a_tip_that_comes_back_just_before_it_is_looked_at(
 
 def test_ends_are_open_within_what_the_duration_is_known_to() -> None:
     near, far = OtherEnd(1e-5, 2e-9, 1e-6), OtherEnd(2e-5, 9e-9, 1e-6)
-    run = hcm.simulate(**nearly_parted(estimate=False).arguments())
+    run = hcm.simulate_scene(nearly_parted(estimate=False))
     run = replace(run, other_ends=(far, near))
     assert open_ends(run, {"contact_duration_s": 1e-9}) == (near,)
     assert open_ends(run, {"contact_duration_s": 3e-9}) == (near, far)
@@ -101,7 +101,7 @@ def fixed(**settings: float) -> hcm.TapResult:
     """The same with the settings that 1e-3 chooses."""
     scene = hcm.settings_for(1e-3, nearly_parted()).scene
     given = replace(scene.settings, **({"estimate": True} | settings))  # type: ignore[arg-type]
-    return hcm.simulate(**{**scene.arguments(), "settings": given})
+    return hcm.simulate_scene(replace(scene, settings=given))
 
 
 def test_the_other_end_may_take_longer_than_the_run() -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.assumptions import PAPER
 from hcm.beam.outline import PARTS, build_outline, depth
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import build_model
@@ -127,7 +126,7 @@ def test_rods_that_a_body_stops_have_the_drive_of_that_moment() -> None:
     body, surface = finger(HARD), hcm.Surface(0.05, 0.5)
     table = hcm.TorqueTable((0.0, 1.0), ((0.0, 0.0, 0.0), (-2.0, 0.0, 0.2)))
     drive, settings = hcm.Drive(table=table), hcm.Settings(flight="rigid")
-    model = build_model(body, surface, HARD_TIP, drive, settings, None, PAPER)
+    model = build_model(hcm.Scene(body, surface, HARD_TIP, drive, settings))
     begun = start_beams(model, build_rods(body, surface, drive))
     assert begun.status is hcm.Status.BODY_TOUCHES
     torques, rates = begun.motion.drive

@@ -137,7 +137,7 @@ def test_what_does_not_fit_together_is_refused(
 )
 def test_parts_of_another_kind_are_refused(part: str, kind: str) -> None:
     scene = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP)
-    given = scene.arguments() | {part: [1.0]}
+    given = vars(scene) | {part: [1.0]}
     for make in (hcm.simulate, hcm.Scene):
         with pytest.raises(hcm.ParameterError, match=rf"{part} = \[1\.0\]: must be a {kind}"):
             make(**given)
@@ -149,7 +149,7 @@ def test_parts_of_another_kind_are_refused(part: str, kind: str) -> None:
 
 @pytest.mark.parametrize(("part", "kind"), [("progress", "function"), ("fall", "Fall")])
 def test_what_is_no_part_of_the_scene_is_checked_too(part: str, kind: str) -> None:
-    given = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP).arguments() | {part: 3}
+    given = vars(hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP)) | {part: 3}
     with pytest.raises(hcm.ParameterError, match=f"{part} = 3: must be a {kind}"):
         hcm.simulate(**given)
 

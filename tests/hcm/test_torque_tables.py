@@ -139,7 +139,7 @@ def test_torques_that_act_after_the_tap_or_never_change_no_choice(
     alike = replace(other.settings, newton_tolerance=own.settings.newton_tolerance)
     assert alike == own.settings
     rigid = replace(driven.settings, flight="rigid", estimate=False)
-    run = hcm.simulate(**replace(driven, settings=rigid).arguments())
+    run = hcm.simulate_scene(replace(driven, settings=rigid))
     assert run.status is hcm.Status.COMPLETED
 
 

@@ -200,7 +200,7 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
 
     given = hcm_scene(scene, estimate=False)
     given = replace(given, tip=replace(given.tip, normal_stiffness=stiffness))
-    result = unless_interrupted(hcm.simulate(**given.arguments()))
+    result = unless_interrupted(hcm.simulate_scene(given))
     peak = result.summary.peak_normal_force_N
     if peak is None:
         raise RunFailedError(

@@ -124,7 +124,7 @@ def warm_up_kernels(of: Kernels) -> None:
     chosen = [f"solver.hcm.{key}={value!r}" for key, value in keys.items()]
     scene = load_scene("soft", (*WARM_UP, *chosen, *([REFINED] if of.refined else [])))
     given = hcm_scene(scene, estimate=False)
-    simulate = partial(hcm.simulate, **given.arguments())
+    simulate = partial(hcm.simulate_scene, given)
     if of.within:
         simulate = partial(hcm.simulate_within, 1e-2, given, keys)
     unless_interrupted(simulate())
@@ -158,7 +158,7 @@ def run(
 
     del checkpoint
     given = hcm_scene(scene, estimate=True)
-    simulate, settings = partial(hcm.simulate, **given.arguments()), given.settings
+    simulate, settings = partial(hcm.simulate_scene, given), given.settings
     accuracy = scene.tables.solver.accuracy_of(name)
     refined = given.assumptions.any
 

@@ -114,11 +114,8 @@ def test_an_interrupted_run_is_neither_warmth_nor_measurement(
     def interrupt(fraction: float, doing: str) -> None:
         raise KeyboardInterrupt
 
-    simulate = partial(
-        hcm.simulate,
-        **hcm_scene(load_scene("soft"), estimate=False).arguments(),
-        progress=interrupt,
-    )
+    scene = hcm_scene(load_scene("soft"), estimate=False)
+    simulate = partial(hcm.simulate_scene, scene, progress=interrupt)
     assert simulate().status is hcm.Status.INTERRUPTED
     with pytest.raises(KeyboardInterrupt):
         shortest(simulate, 1.0)

@@ -257,7 +257,7 @@ def test_what_an_accuracy_chooses_is_compiled_before_it_is_timed(
         """Rods leave out 0.8e-3 of the tap: as if a first run in them had expected too much."""
         solved.append(accuracy)
         took = hcm.Choice("flight", "elastic", ""), hcm.Choice("flight_integrator", "gauss", "")
-        tap = hcm.simulate(**given.arguments())
+        tap = hcm.simulate_scene(given)
         return replace(tap, accuracy=hcm.Accuracy(accuracy, None, took))
 
     monkeypatch.setattr(hcm_adapter, "warm_up_kernels", warm_up)

@@ -15,6 +15,6 @@ def test_a_users_solve_ivp_taps() -> None:
                    tip=hcm.Tip(1e4))  # fmt: skip
     ending, tap = solve_first_tap(soft, 60.0)
     assert ending == "completed"
-    own = peak_and_impulse(hcm.simulate(**soft.arguments()))
+    own = peak_and_impulse(hcm.simulate_scene(soft))
     assert largest_difference(tap, own) < 0.5
     assert solve_first_tap(soft, 1e-9)[1] is None

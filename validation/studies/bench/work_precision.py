@@ -99,7 +99,7 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
     """A model's solve of the soft scene, with all that comes before it done (mesh, translation)."""
     scene = load_scene("soft", overrides)
     if model == "hcm":
-        return partial(hcm.simulate, **hcm_scene(scene, estimate=False).arguments())
+        return partial(hcm.simulate_scene, hcm_scene(scene, estimate=False))
 
     mesh, light = (make(scene.tables, DIMENSIONS[model]) for make in (build_mesh, flight_mesh))
     return partial(reference_fem.simulate, mesh, *inputs(scene.tables), flight_mesh=light)

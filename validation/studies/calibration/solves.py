@@ -113,7 +113,7 @@ def _tight_beams(scene: NamedScene, case: RandomTap) -> Solve | None:
     tight = _tighter(given) if case.accuracy is None else _within(scene, given, case.accuracy)
 
     def solve() -> RunRecord:
-        result = unless_interrupted(hcm.simulate(**tight.arguments()))
+        result = unless_interrupted(hcm.simulate_scene(tight))
         return to_record(result, scene, "hcm", "", result.statistics.wall_time_s)
 
     return solve if tight is not None else None

@@ -38,7 +38,7 @@ def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
     scene = load_scene(case.scene, case.overrides)
     given = hcm_scene(scene, estimate=True)
     settings = replace(given.settings, frame_times=case.frame_times)
-    result = hcm.simulate(**replace(given, settings=settings).arguments())
+    result = hcm.simulate_scene(replace(given, settings=settings))
     record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
     run = CaseRun(case, record, result.event_postures, result.frames)
     keep_case(store, run)

@@ -45,7 +45,7 @@ def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRec
     if start is not None:
         state = hcm.RigidStart(start.angles, start.rates, start.time_s)
         given = dataclasses.replace(given, start=state)
-    result = hcm.simulate(**given.arguments())
+    result = hcm.simulate_scene(given)
     record = to_record(result, scene, "hcm", "", time.perf_counter() - began)
     return _completed(record)
 

@@ -274,7 +274,7 @@ def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: Patch) ->
     measured = throughput.measure_throughput(True, lambda share, text: told.append(share))
     ended = sum(int(text.split()[0]) for text in measured["endings"].split(", "))
     assert measured["scenes"] == ended == 5
-    alone = [hcm.simulate(**scene.arguments()) for scene in throughput.scenes(5)]
+    alone = [hcm.simulate_scene(scene) for scene in throughput.scenes(5)]
     steps = sum(result.statistics.steps for result in alone)
     assert measured["steps_per_s"] == steps / measured["wall_time_s"]
     assert steps > 0

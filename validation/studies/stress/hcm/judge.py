@@ -44,7 +44,7 @@ def confirm(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> Cell
     failed = "no tighter run completes"
     for steps, tolerances in TIGHTER:
         settings = tighter(scene.settings, steps, tolerances)
-        truth = hcm.simulate(**replace(scene, settings=settings).arguments())
+        truth = hcm.simulate_scene(replace(scene, settings=settings))
         name = f"a run with {tolerances:g} times smaller tolerances"
         if truth.status is hcm.Status.COMPLETED:
             numbers = compare(vars(result.summary), result.errors, vars(truth.summary))
@@ -59,7 +59,7 @@ def examine(scene: hcm.Scene, *checks: Check) -> CellVerdict:
     """Run a scene and check its invariants, then by `checks` in turn where it is right so far."""
     run = observed(scene)
     try:
-        result = hcm.simulate(**run.arguments())
+        result = hcm.simulate_scene(run)
     except hcm.ParameterError as refusal:
         return CellVerdict(Answer.REFUSED, str(refusal))
     s = result.statistics

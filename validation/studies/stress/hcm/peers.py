@@ -85,7 +85,7 @@ def _timed(solve: Callable[[], tuple[str, Tap | None]]) -> PeerAnswer:
 
 
 def _hcm(scene: hcm.Scene) -> hcm.TapResult:
-    return unless_interrupted(hcm.simulate(**scene.arguments()))
+    return unless_interrupted(hcm.simulate_scene(scene))
 
 
 def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:

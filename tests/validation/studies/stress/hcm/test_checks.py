@@ -20,7 +20,7 @@ from validation.studies.stress.judging import largest_difference, tap_scalars
 def tap() -> hcm.TapResult:
     """A tap; for every test, so that none counts the seconds of compiling."""
     warm_up_choices()
-    return hcm.simulate(**TAP.arguments())
+    return hcm.simulate_scene(TAP)
 
 
 @seed(6)
@@ -31,7 +31,7 @@ def tap() -> hcm.TapResult:
 def test_every_random_scene_is_answered(numbers: list[float]) -> None:
     scene = random_scene(numbers, max_steps=600)
     try:
-        result = hcm.simulate(**observed(scene).arguments())
+        result = hcm.simulate_scene(observed(scene))
     except hcm.ParameterError:
         return
     assert violations(observed(scene), result) == []
@@ -72,7 +72,7 @@ def test_random_scenes_reach_their_ranges() -> None:
 )
 def test_scenes_that_once_broke_an_invariant(case: int, number: int) -> None:
     scene = observed(random_scene(random_numbers(case, number)))
-    assert violations(scene, hcm.simulate(**scene.arguments())) == []
+    assert violations(scene, hcm.simulate_scene(scene)) == []
 
 
 @pytest.mark.parametrize(("modulus", "elements"), [(1e12, 160), (1e4, 40), (1e12, 1)])
@@ -86,10 +86,10 @@ def test_a_finger_at_rest_is_balanced(modulus: float, elements: int) -> None:
 
 def test_frames_at_the_ends_of_steps_are_kept() -> None:
     """A wanted time that a step ends on, to the last bit or beside it, belongs to that step."""
-    ends = hcm.simulate(**TAP.arguments()).history.time_s
+    ends = hcm.simulate_scene(TAP).history.time_s
     times = np.unique(np.concatenate([ends, np.nextafter(ends, 1), np.nextafter(ends[1:], 0)]))
     wanted = replace(TAP.settings, frame_times=tuple(times.tolist()))
-    result = hcm.simulate(**replace(TAP, settings=wanted).arguments())
+    result = hcm.simulate_scene(replace(TAP, settings=wanted))
     rows = np.searchsorted(times, ends)
     tips = np.array([frame.positions_m[-1][-1] for frame in result.frames])
     assert np.isfinite(tips).all()
@@ -101,9 +101,9 @@ def test_small_dents_are_resolved() -> None:
     light = hcm.Finger((hcm.Phalanx(0.005, 3e-4, 1e9, 200.0, elements=2),))
     scene = hcm.Scene(light, hcm.Surface(2e-4, 0.0), hcm.Tip(1e8), hcm.Drive(),
                      hcm.Settings(max_steps=20_000))  # fmt: skip
-    coarse = hcm.simulate(**scene.arguments())
+    coarse = hcm.simulate_scene(scene)
     fine = replace(scene.settings, contact_step=1e-10, contact_tolerance=1e-15, max_steps=200_000)
-    truth = hcm.simulate(**replace(scene, settings=fine).arguments())
+    truth = hcm.simulate_scene(replace(scene, settings=fine))
     assert coarse.status is truth.status is hcm.Status.COMPLETED
     error = largest_difference(*(tap_scalars(of.summary, of.history) for of in (coarse, truth)))
     assert error is not None
@@ -172,7 +172,7 @@ def test_torques_work_is_recomputed() -> None:
     """A driven tap's energy closes with our own count of the torques' turns, and only with it."""
     longer = replace(TAP.settings, max_steps=20_000)
     scene = observed(replace(TAP, drive=hcm.Drive((0.05,)), settings=longer))
-    result = hcm.simulate(**scene.arguments())
+    result = hcm.simulate_scene(scene)
     assert result.status is hcm.Status.COMPLETED
     assert violations(scene, result) == []
     weaker = replace(scene, drive=hcm.Drive((0.04,)))

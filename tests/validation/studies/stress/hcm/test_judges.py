@@ -17,7 +17,7 @@ from validation.studies.stress.stability_map import Answer, CellVerdict, Map
 def warm() -> None:
     """Compile before any test counts seconds."""
     for scene in (TAP, refined_map().scene(1.2, 1e7, 0.5)):
-        hcm.simulate(**scene.arguments())
+        hcm.simulate_scene(scene)
 
 
 def refined_map() -> Map:
@@ -101,7 +101,7 @@ def test_a_rod_is_compared_with_its_closed_form() -> None:
     assert verdict.error is not None
     # the closed form's lever arm is constant: it shortens by 0.28 mm/L tan(11.5 degrees) = 1.4e-3
     assert verdict.error < 1.5e-3
-    result = hcm.simulate(**scene.arguments())
+    result = hcm.simulate_scene(scene)
     heavier = replace(scene.finger.phalanges[0], density=1.2 * 1400.0)
     other = closed_form(replace(scene, finger=hcm.Finger((heavier,))))
     peak = result.summary.peak_normal_force_N

@@ -44,6 +44,6 @@ def test_scipy_answers_a_hard_cell(monkeypatch: Patch) -> None:
 def test_exudyn_answers_a_hard_cell() -> None:
     """One linear spring, which both see: measured 1e-5."""
     scene = peers.hard_cells()["softest tip, k 1e3 N/m"]
-    result = hcm.simulate(**scene.arguments())
+    result = hcm.simulate_scene(scene)
     cell = peers._exudyn_cell(scene, result, peers.peak_and_impulse(result))
     assert _percent_off(cell) < 0.1

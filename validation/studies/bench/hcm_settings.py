@@ -9,6 +9,7 @@ Its time against generalized-alpha's is that of the whole program, not of the me
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -81,9 +82,9 @@ def _prepare(setting: Setting) -> Callable[[], Any]:
     run = simulation("hcm", setting.overrides())
     if setting.study != "contact":
         return run
-    given = run.keywords
-    start = impact_start(given["surface"].height, given["finger"].phalanges[0].length)
-    return partial(run, start=start)
+    (scene,) = run.args
+    start = impact_start(scene.surface.height, scene.finger.phalanges[0].length)
+    return partial(run.func, replace(scene, start=start))
 
 
 def _read(result: Any) -> Solution:

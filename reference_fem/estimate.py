@@ -7,8 +7,9 @@ their squares add up (JCGM 100, 5.1.2).
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,7 +39,7 @@ from reference_fem.other_ends import other_ends
 from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start
 from reference_fem.rigid_flight import Descent, descent, surface_gap
-from reference_fem.settings import Drive, Material, Settings
+from reference_fem.scene import Scene
 from reference_fem.true_body import true_chain, true_gap
 
 Errors = dict[str, float | tuple[float, float]]
@@ -64,15 +65,11 @@ CLEARANCE = 0.05
 
 
 @dataclass(frozen=True)
-class RunInputs:
+class SolvedScene:
     """What a run was made from, and its rigid flight if it had one."""
 
-    mesh: meshes.FingerMesh
+    scene: Scene
     model: Model
-    materials: Sequence[Material]
-    drive: Drive
-    settings: Settings
-    start: ChainState | None
     flown: Descent | None
 
     @property
@@ -84,13 +81,45 @@ class RunInputs:
     @property
     def section(self) -> float:
         """Length of the first shaft's cells over the diameter of the end that touches."""
-        cells = np.asarray(self.mesh.cell_sets["phalanx_1"])
-        lengths = np.ptp(self.mesh.points[self.mesh.cells[cells], 0], axis=1)
+        mesh = self.scene.mesh
+        lengths = np.ptp(
+            mesh.points[mesh.cells[np.asarray(mesh.cell_sets["phalanx_1"])], 0], axis=1
+        )
         return float(lengths.mean()) / (2.0 * self.radius)
+
+    def resolution(self, run: TapResult, angle: float) -> Resolution:
+        """How finely the mesh resolves the patch; angle : of the last phalanx at the touch, rad."""
+        mesh, peak = self.scene.mesh, run.summary.peak_normal_force_N or 0.0
+        patch = hertz_radius(peak, self.radius, self.scene.materials[-1], angle, mesh.dim)
+        return Resolution(spacing(mesh, angle), patch, self.section, mesh.dim)
+
+
+class FlightErrors(NamedTuple):
+    """Of the touch: time, s, velocity of the pole, (2,) m/s, and that over the speed of approach,
+    by the mesh's shape and masses; `omitted` by the motion that the flight omits.
+    """
+
+    late_s: float
+    apart: Array
+    of_speed: float
+    omitted: OmittedMotion
+
+
+NOTHING_OMITTED = OmittedMotion(0.0, np.zeros(2))
+WITHOUT_SHAPE = FlightErrors(math.inf, np.full(2, math.inf), 0.0, NOTHING_OMITTED)
+"""Of a mesh whose true body is not known; the tap's numbers have no error by its flight."""
+
+
+class TapPart(NamedTuple):
+    """Errors of the tap's numbers, those by the mesh alone, and cautions of its open ends."""
+
+    errors: Mapping[str, float]
+    of_mesh: Mapping[str, float]
+    open_ends: tuple[str, ...]
 
 
 def estimated(
-    run: TapResult, inputs: RunInputs, companion: meshes.FingerMesh | None, again: Again
+    run: TapResult, solved: SolvedScene, companion: meshes.FingerMesh | None, again: Again
 ) -> TapResult:
     """A completed run with estimates of its errors, and a caution where one is large.
 
@@ -98,109 +127,138 @@ def estimated(
 
     Raises KeyboardInterrupt: the companion was interrupted.
     """
-    chain, first = chain_and_start(inputs.model.chain, inputs.start)
-    gap = surface_gap(inputs.model, chain)
-    flown = inputs.flown or descent(chain, gap, first, inputs.settings)
-    speed = run.summary.tip_velocity_at_contact_m_per_s
-    if run.summary.contact_time_s is None or speed is None or flown is None:
+    scene = solved.scene
+    chain, first = chain_and_start(solved.model.chain, scene.start)
+    gap = surface_gap(solved.model, chain)
+    flown = solved.flown or descent(chain, gap, first, scene.settings)
+    velocity = run.summary.tip_velocity_at_contact_m_per_s
+    if run.summary.contact_time_s is None or velocity is None or flown is None:
         return run
-    if companion is None and not isinstance(inputs.settings.contact, str):
+    if companion is None and not isinstance(scene.settings.contact, str):
         return run  # a lumped law has no patch to resolve
-    flight = Flight(chain, gap, inputs.model.points[[inputs.model.pole]], flown)
-    touch = flight.touch
-    angle, approach_speed = float(touch.angles[-1]), max(abs(speed[1]), 1e-300)
-    resolution = Resolution(
-        spacing(inputs.mesh, angle),
-        hertz_radius(
-            run.summary.peak_normal_force_N or 0.0, inputs.radius, inputs.materials[-1], angle,
-            inputs.mesh.dim,
-        ),
-        inputs.section,
-        inputs.mesh.dim,
-    )  # fmt: skip
-    errors: Errors = {"contact_time_s": math.inf, VELOCITY: (math.inf, math.inf)}
-    late, of_speed, omitted, companion_run = math.inf, 0.0, OmittedMotion(0.0, np.zeros(2)), None
-    of_mesh: dict[str, float] = {}
-    of_ends: dict[str, float] = {}
-    open_ends: tuple[str, ...] = ()
-    if inputs.mesh.shape is not None:
-        late, apart = arrival_errors(flight, *_true_body(inputs, inputs.mesh.shape))
-        if inputs.settings.flight == "rigid":
-            apart = apart + np.abs(flight.pole_velocity(touch) - speed)
-        # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
-        sagitta = (inputs.mesh.dim - 1) * resolution.edge**2 / (8.0 * inputs.radius)
-        sagitta_s = sagitta / approach_speed
-        late = max(late, sagitta_s)
-        sooner = flight.pole_velocity(flown.before(sagitta_s))
-        apart = np.maximum(apart, np.abs(flight.pole_velocity(touch) - sooner))
-        of_speed = float(max(apart)) / approach_speed
-        if inputs.settings.flight != "explicit":
-            omitted = omitted_motion(
-                flight, inputs.settings.flight, inputs.drive, inputs.mesh.shape, inputs.materials,
-                approach_speed,
-            )  # fmt: skip
-        errors["contact_time_s"] = late + omitted.late_s
-        apart = apart + omitted.apart
-        errors[VELOCITY] = float(apart[0]), float(apart[1])
+    flight = Flight(chain, gap, solved.model.points[[solved.model.pole]], flown)
+    angle, approach_speed = float(flight.touch.angles[-1]), max(abs(velocity[1]), 1e-300)
+    resolution = solved.resolution(run, angle)
+    of_flight, companion_run = WITHOUT_SHAPE, None
+    if scene.mesh.shape is not None:
+        of_flight = _flight_errors(
+            solved, scene.mesh.shape, flight, velocity, approach_speed, resolution
+        )
         if companion is not None:
-            tap = again(companion, flown.before(CLEARANCE * inputs.radius / approach_speed))
-            if tap.status is Status.INTERRUPTED:
-                raise KeyboardInterrupt
-            own, its = inputs.model.symmetry_factor * len(inputs.model.cells), tap.summary.elements
-            at_contact = spacing(companion, angle) / resolution.edge
-            # the number of halved cells goes with the logarithm of their edges
-            halved = inputs.mesh.ties.size > 0
-            average = at_contact if halved else (own / its) ** (1.0 / inputs.mesh.dim)
-            ratios = (at_contact, average)
-            companion_run = CompanionRun(tap, ratios)
+            tap = again(companion, flown.before(CLEARANCE * solved.radius / approach_speed))
+            companion_run = _companion_run(solved, tap, spacing(companion, angle) / resolution.edge)
+    apart = of_flight.apart + of_flight.omitted.apart
+    of_tap = TapPart({}, {}, ())
     if run.summary.contact_duration_s is not None:
-        of_tap, of_left = tap_errors(run, companion_run, resolution), dict[str, float]()
-        for name in of_tap:
-            if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
-                of_tap[name] += of_speed * speed_exponent(name) * value
-                of_left[name] = omitted.share(name, approach_speed) * value
-        waves = 2.0 * inputs.materials[-1].density * inputs.materials[-1].bar_speed
-        of_left[STRESS] = of_left.get(STRESS, 0.0) + waves * omitted.ringing_speed
-        of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, inputs.model))
-        of_tap |= rivals(run, of_tap)
-        if inputs.settings.tap_until_s == 0.0:
-            of_ends, open_ends = other_ends(run, inputs.model)
-        if max(of_speed, omitted.late_s) < math.inf:  # a companion's tap may have the other end
-            alone = tap_errors(run, None, resolution) if open_ends else of_tap
-            of_mesh = {"contact_time_s": late, **alone}
-        errors |= {
-            name: math.hypot(max(error, of_ends.get(name, 0.0)), of_left.get(name, 0.0))
-            for name, error in of_tap.items()
-        }
-    doubts = (*imprecise(run.summary, errors, of_mesh, resolution.edge_over_patch), *open_ends)
-    # of another touch nothing is known, whatever flies to it
-    left = omitted.share(IMPULSE, approach_speed) if of_speed < math.inf else 0.0
-    if of_speed == math.inf:
-        doubts = (*doubts, ELSEWHERE)
-    elif left > LARGEST_LEFT_OUT:
-        share = percent(left) if left < math.inf else "an unknown share"
-        # a coarse flight leaves the ringing in a phase of chance
-        rings = omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
-        how = "coarse" if rings else inputs.settings.flight
-        doubts = (*doubts, RINGS.format(share, REMEDY[how]))
-    doubts += flutter(
-        run.forces, inputs.model.surface.friction, inputs.materials[-1], resolution.edge,
-        resolution.patch,
+        of_tap = _tap_part(run, solved, of_flight, companion_run, resolution, approach_speed)
+    errors: Errors = {
+        "contact_time_s": of_flight.late_s + of_flight.omitted.late_s,
+        VELOCITY: (float(apart[0]), float(apart[1])),
+        **of_tap.errors,
+    }
+    doubts = (
+        *imprecise(run.summary, errors, of_tap.of_mesh, resolution.edge_over_patch),
+        *of_tap.open_ends,
+        *_flight_doubts(of_flight, scene.settings.flight, approach_speed),
+        *flutter(
+            run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
+            resolution.patch,
+        ),
+        *(() if companion is not None else (ALONE,)),
     )  # fmt: skip
-    if companion is None:
-        doubts = (*doubts, ALONE)
     cautions = (*run.cautions, *doubts)
-    return replace(run, errors=errors, mesh_errors=of_mesh, cautions=cautions)
+    return replace(run, errors=errors, mesh_errors=of_tap.of_mesh, cautions=cautions)
+
+
+def _flight_errors(
+    solved: SolvedScene, shape: meshes.FingerGeometry, flight: Flight,
+    velocity: tuple[float, float], approach_speed: float, resolution: Resolution,
+) -> FlightErrors:  # fmt: skip
+    """Against the true body's flight, and by the motion that the run's flight omits."""
+    scene, touch = solved.scene, flight.touch
+    late, apart = arrival_errors(flight, *_true_body(solved, shape))
+    if scene.settings.flight == "rigid":
+        apart = apart + np.abs(flight.pole_velocity(touch) - velocity)
+    # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
+    sagitta = (scene.mesh.dim - 1) * resolution.edge**2 / (8.0 * solved.radius)
+    sagitta_s = sagitta / approach_speed
+    sooner = flight.pole_velocity(flight.flown.before(sagitta_s))
+    apart = np.maximum(apart, np.abs(flight.pole_velocity(touch) - sooner))
+    of_speed = float(max(apart)) / approach_speed
+    omitted = NOTHING_OMITTED
+    if scene.settings.flight != "explicit":
+        omitted = omitted_motion(
+            flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed
+        )
+    return FlightErrors(max(late, sagitta_s), apart, of_speed, omitted)
+
+
+def _companion_run(solved: SolvedScene, tap: TapResult, at_contact: float) -> CompanionRun:
+    """A companion's tap with its edges over the run's, `at_contact` and on average.
+
+    Raises KeyboardInterrupt: it was interrupted.
+    """
+    if tap.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    mesh = solved.scene.mesh
+    own, its = solved.model.symmetry_factor * len(solved.model.cells), tap.summary.elements
+    # the number of halved cells goes with the logarithm of their edges
+    halved = mesh.ties.size > 0
+    average = at_contact if halved else (own / its) ** (1.0 / mesh.dim)
+    return CompanionRun(tap, (at_contact, average))
+
+
+def _tap_part(
+    run: TapResult, solved: SolvedScene, flight: FlightErrors, companion_run: CompanionRun | None,
+    resolution: Resolution, approach_speed: float,
+) -> TapPart:  # fmt: skip
+    """Errors of a tap that ended, by its mesh, its flight and its open ends."""
+    scene, material, omitted = solved.scene, solved.scene.materials[-1], flight.omitted
+    of_tap, of_left = tap_errors(run, companion_run, resolution), dict[str, float]()
+    for name in of_tap:
+        if value := abs(getattr(run.summary, name)):  # no friction: no tangential force at all
+            of_tap[name] += flight.of_speed * speed_exponent(name) * value
+            of_left[name] = omitted.share(name, approach_speed) * value
+    waves = 2.0 * material.density * material.bar_speed
+    of_left[STRESS] = of_left.get(STRESS, 0.0) + waves * omitted.ringing_speed
+    of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, solved.model))
+    of_tap |= rivals(run, of_tap)
+    of_ends, open_ends = dict[str, float](), tuple[str, ...]()
+    if scene.settings.tap_until_s == 0.0:
+        of_ends, open_ends = other_ends(run, solved.model)
+    of_mesh: dict[str, float] = {}
+    if max(flight.of_speed, omitted.late_s) < math.inf:
+        # a companion's tap may have the other end
+        alone = tap_errors(run, None, resolution) if open_ends else of_tap
+        of_mesh = {"contact_time_s": flight.late_s, **alone}
+    errors = {
+        name: math.hypot(max(error, of_ends.get(name, 0.0)), of_left.get(name, 0.0))
+        for name, error in of_tap.items()
+    }
+    return TapPart(errors, of_mesh, open_ends)
+
+
+def _flight_doubts(errors: FlightErrors, flight: str, approach_speed: float) -> tuple[str, ...]:
+    """A caution where the true body comes to another touch, or a flight omits too much of a tap."""
+    if errors.of_speed == math.inf:  # of another touch nothing is known, whatever flies to it
+        return (ELSEWHERE,)
+    left = errors.omitted.share(IMPULSE, approach_speed)
+    if left <= LARGEST_LEFT_OUT:
+        return ()
+    share = percent(left) if left < math.inf else "an unknown share"
+    # a coarse flight leaves the ringing in a phase of chance
+    rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
+    return (RINGS.format(share, REMEDY["coarse" if rings else flight]),)
 
 
 def _true_body(
-    inputs: RunInputs, geometry: meshes.FingerGeometry
+    solved: SolvedScene, geometry: meshes.FingerGeometry
 ) -> tuple[RigidChain, Callable[[Array], float]]:
     """The true body's chain and gap; with a lumped law the gap is of the run's own point."""
-    true = true_chain(geometry, inputs.materials, inputs.drive, inputs.mesh.dim)
-    if isinstance(inputs.settings.contact, str):
-        return true, true_gap(geometry, inputs.model.surface.height)
-    return true, surface_gap(inputs.model, true)
+    true = true_chain(geometry, solved.scene.materials, solved.scene.drive, solved.scene.mesh.dim)
+    if isinstance(solved.scene.settings.contact, str):
+        return true, true_gap(geometry, solved.model.surface.height)
+    return true, surface_gap(solved.model, true)
 
 
 def standing_out(run: TapResult, model: Model) -> float:

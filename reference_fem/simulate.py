@@ -5,24 +5,23 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numba
 
 import meshes
-from meshes.bounds import check_kind
 from reference_fem.arrays import Progress
 from reference_fem.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
 from reference_fem.dynamics.loop import Reporting, explicit_tap
 from reference_fem.dynamics.loop_state import first_loop_state, unpack
 from reference_fem.dynamics.recorder import Recorder
-from reference_fem.dynamics.restart import Restart, RestartFile, digest, identity
-from reference_fem.estimate import RunInputs, estimated
+from reference_fem.dynamics.restart import Restart, RestartFile, identity
+from reference_fem.estimate import SolvedScene, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, surface_gap
+from reference_fem.scene import Scene, check_optional
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.workload import check_work
 
@@ -72,42 +71,14 @@ def simulate(
         or another run's is a `RestartError`.
     """
     settings = Settings() if settings is None else settings
-    if not isinstance(materials, list | tuple):
-        raise ValueError(f"materials = {materials!r}: must be a tuple; each a Material")
-    parts: list[tuple[str, Any, type]] = [
-        ("mesh", mesh, meshes.FingerMesh),
-        *(("materials", material, Material) for material in materials),
-        ("surface", surface, Surface),
-        ("drive", drive, Drive),
-        ("settings", settings, Settings),
-    ]
+    scene = Scene(mesh, materials, surface, drive, settings, start, flight_mesh)
     if progress is not None and not callable(progress):
         raise ValueError(f"progress = {progress!r}: must be a function of (fraction, text)")
-    optional = (
-        ("start", start, ChainState),
-        ("restart", restart, Restart),
-        ("companion", companion, meshes.FingerMesh),
-        ("compared", compared, TapResult),
-        ("flight_mesh", flight_mesh, meshes.FingerMesh),
-    )
-    for name, part, kind in parts + [given for given in optional if given[1] is not None]:
-        check_kind(name, part, kind)
-    if (settings.flight == "coarse") is not (flight_mesh is not None):
-        raise ValueError(
-            f"flight = {settings.flight!r}: a flight_mesh is for 'coarse' and needed there; give "
-            "both or neither"
-        )
-    solved = _solve(
-        mesh, materials, surface, drive, settings, progress, start, restart, flight_mesh
-    )
-    run = replace(
-        solved.result,
-        given={
-            "mesh": digest(mesh), "materials": materials, "surface": surface, "drive": drive,
-            "settings": settings, "start": start,
-        }
-        | ({} if flight_mesh is None else {"flight_mesh": digest(flight_mesh)}),
-    )  # fmt: skip
+    check_optional("restart", restart, Restart)
+    check_optional("companion", companion, meshes.FingerMesh)
+    check_optional("compared", compared, TapResult)
+    solved = _solve(scene, progress, restart)
+    run = replace(solved.result, given=scene.given)
     if not settings.estimate or run.status is not Status.COMPLETED:
         return run
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
@@ -115,13 +86,13 @@ def simulate(
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult:
         if compared is not None:
             return compared
-        return _solve(other, materials, surface, drive, once, None, state, None).result
+        tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
+        return _solve(tap).result
 
-    inputs = RunInputs(mesh, solved.model, materials, drive, settings, start, solved.flown)
     try:
         if progress is not None:
             progress(0.99, "estimate of errors")
-        return estimated(run, inputs, companion, again)
+        return estimated(run, SolvedScene(scene, solved.model, solved.flown), companion, again)
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
         return replace(run, status=Status.INTERRUPTED, message=message)
@@ -135,37 +106,28 @@ class _Solved:
 
 
 def _solve(
-    mesh: meshes.FingerMesh,
-    materials: Sequence[Material],
-    surface: Surface,
-    drive: Drive,
-    settings: Settings,
-    progress: Progress | None,
-    start: ChainState | None,
-    restart: Restart | None,
-    flight_mesh: meshes.FingerMesh | None = None,
+    scene: Scene, progress: Progress | None = None, restart: Restart | None = None
 ) -> _Solved:
     """The run itself, from the start or from where a restart file left it."""
-    with _threads(settings.threads, len(mesh.cells)):
+    settings, light_mesh = scene.settings, scene.flight_mesh
+    with _threads(settings.threads, len(scene.mesh.cells)):
         started = time.perf_counter()
         if progress is not None:
             progress(0.0, "set-up")
         file = None
         if restart is not None:
             # The same bits at every number of threads is not promised: what counts is the number.
-            given = replace(settings, threads=numba.get_num_threads(), estimate=False)
-            inputs = {"mesh": mesh, "materials": materials, "surface": surface, "drive": drive}
-            inputs["flight mesh"] = flight_mesh
-            file = RestartFile(restart, identity(**inputs, settings=given, start=start))
+            counted = replace(settings, threads=numba.get_num_threads(), estimate=False)
+            file = RestartFile(restart, identity(**vars(replace(scene, settings=counted))))
         archive = None if file is None else file.read()
-        model = build_model(mesh, materials, surface, drive, settings)
+        parts = scene.materials, scene.surface, scene.drive
+        model = build_model(scene.mesh, *parts, settings)
         coarse = None
-        if flight_mesh is not None:
+        if light_mesh is not None:
             # one point bends exactly where cells are cubes, and damps nothing
-            one = flight_mesh.dim == 3 and not any(m.relaxation_time for m in materials)
+            one = light_mesh.dim == 3 and not any(m.relaxation_time for m in scene.materials)
             others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
-            light = build_model(flight_mesh, materials, surface, drive, others)
-            coarse = coarse_flight(light, model)
+            coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
         reporting = Reporting(progress, file, started)
         if archive is not None and file is not None:
             try:
@@ -176,7 +138,7 @@ def _solve(
             recorder.restore(archive)
             result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)
             return _Solved(model, result)
-        return _run_from_start(model, settings, start, coarse, reporting)
+        return _run_from_start(model, settings, scene.start, coarse, reporting)
 
 
 def _run_from_start(

@@ -162,7 +162,7 @@ def test_an_interrupted_flight_or_contact_resumes_to_the_same_bits(
     with np.load(again.path) as kept:
         assert kept["state.displacement"].shape == FLYING[on].points.shape
     assert_same_bits(fly(restart=replace(again, every_s=1e9)), flown[0])
-    with pytest.raises(rf.RestartError, match="other flight mesh"):
+    with pytest.raises(rf.RestartError, match="other flight_mesh"):
         rf.simulate(**FLYING | {"flight_mesh": meshed(RUN)}, restart=again)
 
 

@@ -65,7 +65,7 @@ class LevelRuns:
         try:
             mesh = solid_mesh.build_mesh(tables, self._dimension)
             light = solid_mesh.flight_mesh(tables, self._dimension)
-            parts = solid_inputs.inputs(tables)
+            parts = solid_inputs.solid_parts(tables)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
         result = unless_interrupted(

@@ -109,7 +109,7 @@ def identify_contact(
 
     tables = scene.tables
     angle = float(np.clip(impact_of(scene).touch_angle, -0.5 * np.pi, 0.5 * np.pi))
-    material = solid_inputs.inputs(tables)[0][-1]
+    material = solid_inputs.solid_parts(tables).materials[-1]
     radius = tables.tip_radius
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = hertz_contact_radius(material, radius, guess)

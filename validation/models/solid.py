@@ -11,7 +11,7 @@ from validation.harness.files import Fields
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.models.solid_accuracy import accuracy_record, largest_share, solved_within
-from validation.models.solid_inputs import DIMENSIONS, Dimension, inputs, start_of
+from validation.models.solid_inputs import DIMENSIONS, Dimension, solid_parts, start_of
 from validation.models.solid_mesh import (
     build_mesh,
     companion,
@@ -112,7 +112,7 @@ class Solid:
             mesh = build_mesh(tables, self.dimension, sizing)
             coarse = flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
-            materials, surface, drive, settings = inputs(tables)
+            materials, surface, drive, settings = solid_parts(tables)
             materials = materials_within(tables, touch, materials)
             damped = any(m.relaxation_time for m in materials)
             sizes = sizes_of(tables)

@@ -1,6 +1,6 @@
 """The solid models' inputs from a scene's tables: geometry, materials, drive, start, settings."""
 
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from validation.models.adapter import torques_of
 from validation.scenes.scene import Scene
@@ -18,8 +18,20 @@ NEEDED = {
 }
 
 
-def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
-    """Materials, surface, drive and settings of the reference."""
+class SolidParts(NamedTuple):
+    """The reference's inputs beside its mesh; materials : one a phalanx."""
+
+    materials: Any
+    surface: Any
+    drive: Any
+    settings: Any
+
+
+def solid_parts(tables: Scene) -> SolidParts:
+    """The scene as the reference takes it.
+
+    Raises ValueError: as `solver_settings`, or the reference refuses a value.
+    """
     import reference_fem
 
     material = tables.material
@@ -29,7 +41,7 @@ def inputs(tables: Scene) -> tuple[Any, Any, Any, Any]:
         for properties in tables.rows(*elastic, material.relaxation_time)
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
-    return materials, surface, drive_of(tables), solver_settings(tables)
+    return SolidParts(materials, surface, drive_of(tables), solver_settings(tables))
 
 
 def finger_geometry(tables: Scene) -> Any:

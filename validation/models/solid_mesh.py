@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from validation.models.solid_inputs import Dimension, finger_geometry, inputs, start_of
+from validation.models.solid_inputs import Dimension, finger_geometry, solid_parts, start_of
 from validation.scenes.scene import Scene
 
 # Presets whose tip has even edges where the patch of contact is predicted, up to EVEN_PATCH times
@@ -203,7 +203,7 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     state = impact_state(tables, dimension)
     if state is None:
         return None
-    given = finger_geometry(tables), *inputs(tables)[:3]
+    given = finger_geometry(tables), *solid_parts(tables)[:3]
     return reference_fem.predicted_touch(*given, state, dimension)
 
 
@@ -211,7 +211,7 @@ def rod_flight(tables: Scene, dimension: Dimension) -> Any:
     """The `reference_fem.RodFlight`, before anything is solved."""
     import reference_fem
 
-    given = finger_geometry(tables), *inputs(tables)
+    given = finger_geometry(tables), *solid_parts(tables)
     return reference_fem.rod_flight(*given, start_of(tables), dimension)
 
 
@@ -224,7 +224,7 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
     import meshes
     from reference_fem.workload import UPDATES_PER_S
 
-    sizing, materials = _flight_sizing(tables), inputs(tables)[0]
+    sizing, materials = _flight_sizing(tables), solid_parts(tables).materials
     try:
         count = meshes.count_elements(finger_geometry(tables), sizing, dimension)
     except meshes.MeshError:
@@ -241,7 +241,7 @@ def impact_state(tables: Scene, dimension: Dimension) -> Any:
     """
     import reference_fem
 
-    materials, surface, drive, settings = inputs(tables)
+    materials, surface, drive, settings = solid_parts(tables)
     return reference_fem.impact_state(
         finger_geometry(tables), materials, surface, drive, CLEARANCE * tables.tip_radius,
         settings.max_flight_time_s, start_of(tables), dimension,

@@ -107,7 +107,7 @@ def test_what_a_scene_asks_of_its_mesh_does_not_mix_into_a_level(stated: str) ->
     texts = [f"{key}={value!r}" for key, value in level.items()]
     own, its = (load_scene("soft", (*given, *texts)).tables for given in ((), (stated,)))
     assert sizing_of(its, 3) == sizing_of(own, 3)
-    assert solid_inputs.inputs(its) == solid_inputs.inputs(own)
+    assert solid_inputs.solid_parts(its) == solid_inputs.solid_parts(own)
 
 
 def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:

@@ -68,7 +68,7 @@ STRICT = "solver.accuracy=5e-3"
 def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: float) -> None:
     """tau = share a / c of the predicted patch's radius a and a bar's wave speed c."""
     tables = load_scene("soft", overrides).tables
-    given = solid_inputs.inputs(tables)[0]
+    given = solid_inputs.solid_parts(tables).materials
     _, touch = solid_mesh.sizing_of(tables, 3)
     for one in solid_mesh.materials_within(tables, touch, given):
         wanted = share and share * touch.patch_radius / one.bar_speed
@@ -78,7 +78,7 @@ def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: 
 def test_an_accuracy_leaves_a_mesh_file_as_it_is() -> None:
     tables = load_scene("soft", (STRICT, "solver.fem.mesh=finger.msh")).tables
     assert solid_mesh.sizes_of(tables) is None
-    given = solid_inputs.inputs(tables)[0]
+    given = solid_inputs.solid_parts(tables).materials
     assert solid_mesh.materials_within(tables, None, given) == given
 
 

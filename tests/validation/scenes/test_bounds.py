@@ -64,7 +64,7 @@ def taken(scene: NamedScene) -> dict[str, Any]:
         answers["hcm"] = str(error)
     try:
         solid_inputs.finger_geometry(scene.tables)
-        solid_inputs.inputs(scene.tables)
+        solid_inputs.solid_parts(scene.tables)
     except ValueError as error:
         answers["solid"] = str(error)
     return answers

@@ -24,7 +24,7 @@ from validation.harness.timing import shortest, shortest_in_turns
 from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.inputs import run_inputs
-from validation.models.solid_inputs import DIMENSIONS, inputs
+from validation.models.solid_inputs import DIMENSIONS, solid_parts
 from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
@@ -194,7 +194,7 @@ def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
 def measure_contact_search(model: str, budget_s: float) -> Entry:
     """Steps in flight, far from the surface, with and without the search for contact."""
     tables = load_scene("soft").tables
-    solid = build_model(build_mesh(tables, DIMENSIONS[model]), *inputs(tables))
+    solid = build_model(build_mesh(tables, DIMENSIONS[model]), *solid_parts(tables))
     rest = np.zeros_like(solid.points)
     state = start_state(solid, rest, rest, 0.0)
     without, with_it = shortest_in_turns(

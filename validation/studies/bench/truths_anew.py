@@ -14,7 +14,7 @@ import cyclopts
 from validation.compare.tap_errors import TapQuantities
 from validation.harness.console import output
 from validation.harness.interrupts import unless_interrupted
-from validation.models.solid_inputs import DIMENSIONS, finger_geometry, inputs
+from validation.models.solid_inputs import DIMENSIONS, finger_geometry, solid_parts
 from validation.scenes.load import load_scene
 from validation.studies.bench import hcm_truth
 from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
@@ -47,7 +47,7 @@ def contact_time(model: str) -> float:
 
     tables = load_scene("soft").tables
     state = reference_fem.impact_state(
-        finger_geometry(tables), *inputs(tables)[:3], 0.0, dim=DIMENSIONS[model]
+        finger_geometry(tables), *solid_parts(tables)[:3], 0.0, dim=DIMENSIONS[model]
     )
     if state is None:
         raise RuntimeError(f"{model}: the surface is not reached")

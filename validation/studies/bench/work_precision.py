@@ -19,7 +19,7 @@ from validation.harness.timing import LEAST_RUNS, Timed, shortest
 from validation.models import adapter
 from validation.models.adapter import Progress
 from validation.models.hcm import hcm_scene
-from validation.models.solid_inputs import DIMENSIONS, inputs
+from validation.models.solid_inputs import DIMENSIONS, solid_parts
 from validation.models.solid_mesh import build_mesh, flight_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.truths import TRUTHS
@@ -102,7 +102,7 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
         return partial(hcm.simulate_scene, hcm_scene(scene, estimate=False))
 
     mesh, light = (make(scene.tables, DIMENSIONS[model]) for make in (build_mesh, flight_mesh))
-    return partial(reference_fem.simulate, mesh, *inputs(scene.tables), flight_mesh=light)
+    return partial(reference_fem.simulate, mesh, *solid_parts(scene.tables), flight_mesh=light)
 
 
 def measure_setting(

@@ -91,7 +91,8 @@ def _updates(tables: Scene, kind: str) -> float:
         raise UserError(str(error)) from error
     if touch is None:
         return 0.0
-    geometry, material = solid_inputs.finger_geometry(tables), solid_inputs.inputs(tables)[0][-1]
+    geometry = solid_inputs.finger_geometry(tables)
+    material = solid_inputs.solid_parts(tables).materials[-1]
     stays = 2.94 * touch.patch_radius**2 / geometry.radii[-1] / max(touch.speed, 1e-9)
     if kind == "three taps":
         stays = max(stays, AFTER_S)

@@ -118,7 +118,7 @@ def prepared(scene: str, factor: float, friction: float) -> tuple[Any, ...]:
     overrides = (*(f"solver.fem.{key}" for key in keys), f"surface.friction={friction:g}")
     tables = load_scene(scene, overrides).tables
     sizing, _ = solid_mesh.sizing_of(tables, 3)
-    mesh, given = solid_mesh.build_mesh(tables, 3, sizing), solid_inputs.inputs(tables)
+    mesh, given = solid_mesh.build_mesh(tables, 3, sizing), solid_inputs.solid_parts(tables)
     state: Any = fem.impact_state(mesh.shape, *given[:3], CLEARANCE_M)
     beside = solid_mesh.companion(tables, 3, sizing)
     run = unless_interrupted(fem.simulate(mesh, *given, start=state, companion=beside))

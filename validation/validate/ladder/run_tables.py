@@ -123,7 +123,7 @@ def contact_patch(run: RunRecord) -> Row | None:
     top = int(history["normal_force_N"].argmax())
     force, area = (float(history[k][top]) for k in ("normal_force_N", "contact_area_m2"))
     tables = validate(tomllib.loads(run.provenance["scene_toml"]), run.scene)
-    materials, *_ = solid_inputs.inputs(tables)
+    materials = solid_inputs.solid_parts(tables).materials
     hertz = hertz_contact_radius(materials[-1], tables.tip_radius, force)
     return {
         "scene": run.scene,

@@ -69,7 +69,7 @@ def lumped_solid(
     section, axial = (edge * min(diameters) for edge in edges)
     geometry = meshes.FingerGeometry(tables.per_phalanx(tables.finger.length), diameters, tip)
     mesh = meshes.finger_hexahedra(geometry, meshes.Sizing(section, axial, section))
-    materials, surface, drive, settings = solid_inputs.inputs(tables)
+    materials, surface, drive, settings = solid_inputs.solid_parts(tables)
     if start is not None and tip == "hemisphere":
         surface = dataclasses.replace(surface, height=start.sphere_height_m)
     law = reference_fem.LumpedContact(
@@ -101,7 +101,7 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
     import reference_fem
 
     mesh = touching_mesh(scene, start)
-    materials, surface, drive, settings = solid_inputs.inputs(scene.tables)
+    materials, surface, drive, settings = solid_inputs.solid_parts(scene.tables)
     state = solid_inputs.start_of(scene.tables)
     if start is not None:
         surface = dataclasses.replace(surface, height=start.sphere_height_m)

@@ -20,7 +20,7 @@ FLOORS = (
     ("identify",), ("converge", "render", "sweep"), ("validate",), ("peers",), ("studies",),
     ("cli",),
 )  # fmt: skip
-STUDIES = ("bench", "paper", "stress")
+STUDIES = ("assumptions", "bench", "calibration", "evidence", "paper", "stress")
 
 
 def modules() -> dict[str, Path]:

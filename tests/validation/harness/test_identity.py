@@ -194,8 +194,8 @@ print(*(name for name in list(sys.modules) if name.partition(".")[0] in {package
 """
 JUDGED = """
 import pickle, sys
-cell = pickle.loads(bytes.fromhex(sys.argv[1]))
-cell.judge(cell.scene)
+judge, scene = pickle.loads(bytes.fromhex(sys.argv[1]))
+judge(scene)
 print(*(name for name in list(sys.modules) if name.partition(".")[0] in {packages}))
 """
 
@@ -215,18 +215,18 @@ def test_no_module_between_scene_and_record_is_forgotten() -> None:
 def test_no_module_of_a_judge_is_forgotten(name: str) -> None:
     (wanted,) = (one for one in all_maps(True) if one.name == name)
     cell = next(wanted.cells())
-    known = closure([cell.judge.__module__, type(cell.scene).__module__])[0]
-    assert loaded(JUDGED, pickle.dumps(cell).hex()) <= set(known)
+    known = closure([wanted.judge.__module__, type(cell.scene).__module__])[0]
+    assert loaded(JUDGED, pickle.dumps((wanted.judge, cell.scene)).hex()) <= set(known)
 
 
 EDITED = ("hcm/compiled.py", "validation/studies/stress/hcm/audit.py",
           "validation/studies/stress/hcm/judge.py")  # fmt: skip
 NAMES = """
 from validation.harness.store import key
-from validation.studies.stress.campaign import verdict_inputs
+from validation.studies.campaign import Case, verdict_inputs
 from validation.studies.stress.command import all_maps
 for one in all_maps(True):
-    print(one.name, key(verdict_inputs(next(one.cells()))))
+    print(one.name, key(verdict_inputs(Case(one.name, next(one.cells()).scene, one.judge))))
 """
 
 

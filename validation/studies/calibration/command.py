@@ -16,8 +16,7 @@ from validation.scenes.load import load_scene
 from validation.studies.calibration.report import write_report
 from validation.studies.calibration.scenes import case
 from validation.studies.calibration.solves import solve_case
-from validation.studies.stress.campaign import run_cells
-from validation.studies.stress.stability_map import Cell
+from validation.studies.campaign import Case, run_cases
 
 SCENES, QUICK_SCENES = 500, 12
 
@@ -57,7 +56,7 @@ def calibrate(
     if accuracy is not None:
         load_scene("soft", (f"solver.accuracy={accuracy}",))
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
-    cells = [Cell(model, number, 0.0, 0.0, scene, solve_case) for number, scene in chosen.items()]
+    cases = [Case(model, scene, solve_case) for scene in chosen.values()]
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
     name = model if accuracy is None else f"{model}-{accuracy:g}"
     with exclusive_folder(out / "calibration") as folder:
@@ -66,7 +65,7 @@ def calibrate(
             progress(0.0, "loading compiled code, compiling it the first time")
             compile_in_fresh_process((model,))
             with workers(cores()) as pool:
-                verdicts = run_cells(cells, finished, pool, progress)
+                verdicts = run_cases(cases, finished, pool, progress)
         rows = list(zip(chosen, chosen.values(), verdicts, strict=True))
         output(write_report(folder, name, rows, names))
     output(f"files in {folder}")

@@ -15,7 +15,7 @@ from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
 from validation.models.hcm import warm_up_choices
 from validation.runs.execute import compile_in_fresh_process
-from validation.studies.stress.campaign import run_cells
+from validation.studies.campaign import Case, run_cases
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.reference.maps import reference_maps
 from validation.studies.stress.report import table_rows, write_map, write_stress_page
@@ -85,7 +85,7 @@ def run_stress(
         run_peers(out)
         return
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
-    cells = [cell for wanted in maps for cell in wanted.cells()]
+    cases = [Case(of.name, cell.scene, of.judge) for of in maps for cell in of.cells()]
     wanted_folder = out / "stress" / ("quick" if quick else "full")
     with exclusive_folder(wanted_folder) as folder, progress_bar("stress") as progress:
         finished = LineStore(folder / "cells.jsonl")
@@ -95,7 +95,7 @@ def run_stress(
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_choices)
         with workers(cores()) as pool:
-            verdicts = iter(run_cells(cells, finished, pool, part(progress, 0.0, 0.95)))
+            verdicts = iter(run_cases(cases, finished, pool, part(progress, 0.0, 0.95)))
         summary = []
         for wanted in maps:
             progress(0.97, f"tables and figures, {wanted.name}")

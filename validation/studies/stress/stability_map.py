@@ -98,14 +98,12 @@ Judge = Callable[[Any], CellVerdict]
 
 @dataclass(frozen=True)
 class Cell:
-    """Where a cell lies on its map, its scene, and who judges it; its result has JSON values."""
+    """Where a cell lies on its map, and its scene."""
 
-    map: str
     x: float
     y: float
     panel: float
     scene: Any
-    judge: Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
@@ -135,4 +133,4 @@ class Map:
     def cells(self) -> Iterator[Cell]:
         """All cells, panel by panel."""
         for panel, y, x in product(self.panels, self.y, self.x):
-            yield Cell(self.name, x, y, panel, self.scene(x, y, panel), self.judge)
+            yield Cell(x, y, panel, self.scene(x, y, panel))

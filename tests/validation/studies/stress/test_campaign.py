@@ -7,31 +7,31 @@ from pathlib import Path
 
 from tests.validation.studies.stress.taps import TAP
 from validation.harness.line_store import LineStore
-from validation.studies.stress.campaign import run_cells, verdict_inputs
+from validation.studies.campaign import Case, run_cases, verdict_inputs
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.limits import limit
 from validation.studies.stress.report import table_rows, write_map, write_stress_page
-from validation.studies.stress.stability_map import Answer, Cell
+from validation.studies.stress.stability_map import Answer
 
 
 def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
     small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), judge=judge_by_laws)
-    cells = list(small.cells())
+    cases = [Case(small.name, cell.scene, small.judge) for cell in small.cells()]
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
     with ThreadPoolExecutor(1) as pool:
-        run_cells(cells[:1], LineStore(path), pool, lambda _, text: told.append(text))
+        run_cases(cases[:1], LineStore(path), pool, lambda _, text: told.append(text))
         first = path.read_text()
         path.write_text(first + first[: len(first) // 2])  # killed while it wrote
-        found = run_cells(cells, LineStore(path), pool, lambda _, text: told.append(text))
+        found = run_cases(cases, LineStore(path), pool, lambda _, text: told.append(text))
     assert path.read_text().startswith(first)
     again = LineStore(path)
-    assert [again.load(verdict_inputs(cell)) is not None for cell in cells] == [True, True]
+    assert [again.load(verdict_inputs(case)) is not None for case in cases] == [True, True]
     assert len(told) == 2  # the first cell was not run again
     rows = table_rows(small, iter(found))
-    assert rows == table_rows(small, map(again.load, map(verdict_inputs, cells)))
+    assert rows == table_rows(small, map(again.load, map(verdict_inputs, cases)))
     assert [row["friction"] for row in rows] == [0.0, 0.5]
     assert {row["answer"] for row in rows} <= {Answer.RIGHT, Answer.SMALLER}
     plane = replace(small, y=(0.75, 0.9))
@@ -94,10 +94,10 @@ def test_the_page_shows_maps_and_peers(tmp_path: Path) -> None:
 
 
 def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
-    cell = Cell("one", 0, 0, 0, TAP, judge_by_tighter_run)
+    case = Case("one", TAP, judge_by_tighter_run)
     path = tmp_path / "cells.jsonl"
-    LineStore(path).keep(verdict_inputs(cell), {"answer": Answer.STOPPED, "reason": ""})
-    assert LineStore(path).load(verdict_inputs(cell)) is not None
+    LineStore(path).keep(verdict_inputs(case), {"answer": Answer.STOPPED, "reason": ""})
+    assert LineStore(path).load(verdict_inputs(case)) is not None
     row = json.loads(path.read_text())
     path.write_text(json.dumps({**row, "answer": Answer.RIGHT}) + "\n")
-    assert LineStore(path).load(verdict_inputs(cell)) is None
+    assert LineStore(path).load(verdict_inputs(case)) is None

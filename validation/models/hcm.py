@@ -1,25 +1,18 @@
-"""The reduced model: this module is its `adapter.Adapter`."""
+"""Adapter of the reduced model, with the paper's and with the refined assumptions."""
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
-from validation.scenes.load import NamedScene, load_scene
+from validation.scenes.load import NamedScene, changed_scene, load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
     import hcm
-
-name = "hcm"
-kind: Kind = "reduced"
-settings = "hcm"
-resumable = False
-sources: tuple[str, ...] = (__name__,)
-independent_of: tuple[str, ...] = ("reference_fem", "meshes")
 
 WARM_UP = (
     "solver.hcm.estimate=false",
@@ -87,18 +80,6 @@ def _assumptions(stated: dict[str, Any]) -> "hcm.Assumptions":
         raise hcm.ParameterError(f"solver.hcm.{error}") from error
 
 
-def refusal(scene: NamedScene) -> str:
-    """Empty: hcm itself refuses what it can't compute, when the scene is translated."""
-    del scene
-    return ""
-
-
-def warm_up() -> None:
-    """Tap once with one phalanx of two elements, with the kernels of the default accuracy."""
-    accuracy = f"solver.hcm.accuracy={DEFAULT_ACCURACY[settings]}"
-    unless_interrupted(run(load_scene("soft", (*WARM_UP, accuracy))).record)
-
-
 class Kernels(NamedTuple):
     """The choices of a run for which kernels of their own are compiled.
 
@@ -149,46 +130,79 @@ def _stated(scene: NamedScene) -> dict[str, Any]:
     return stated if elements is None else {**stated, "elements": elements}
 
 
-def run(
-    scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
-) -> Outcome:
-    """Run the reduced model; it takes seconds, so that there is nothing to resume."""
-    import hcm
-    from hcm.chosen import choose
+@dataclass(frozen=True)
+class Reduced:
+    """The adapter of ``hcm`` or of ``hcm-refined``.
 
-    del checkpoint
-    given = hcm_scene(scene, estimate=True)
-    simulate, settings = partial(hcm.simulate_scene, given), given.settings
-    accuracy = scene.tables.solver.accuracy_of(name)
-    refined = given.assumptions.any
+    overrides : changes of the scene that it runs on.
+    """
 
-    def compiled(settings: Any) -> bool:
-        """Compile the kernels of these settings; whether that had to be done."""
-        known = warm_up_kernels.cache_info().misses
-        chosen = {key: getattr(settings, key) for key in COMPILED}
-        warm_up_kernels(Kernels(**chosen, refined=refined, within=accuracy is not None))
-        return warm_up_kernels.cache_info().misses > known
+    name: str
+    overrides: tuple[str, ...] = ()
+    kind: Kind = "reduced"
+    settings: str = "hcm"
+    resumable: bool = False
+    sources: tuple[str, ...] = (__name__,)
+    independent_of: tuple[str, ...] = ("reference_fem", "meshes")
 
-    try:
-        if accuracy is not None:
-            stated = _stated(scene)
-            simulate = partial(hcm.simulate_within, accuracy, given, stated)
-            settings = choose(accuracy, given, stated).scene.settings
-        compiled(settings)
-        start = time.perf_counter()
-        result = simulate(progress=progress)
-        # who was solved again for a smaller error may have compiled another flight meanwhile
-        took: dict[str, Any] = {}
-        if result.accuracy:
-            took = {c.setting: c.value for c in result.accuracy.choices}
-        if took and compiled(replace(settings, **{k: took[k] for k in COMPILED if k in took})):
+    def refusal(self, scene: NamedScene) -> str:
+        """Empty: hcm itself refuses what it can't compute, when the scene is translated."""
+        del scene
+        return ""
+
+    def warm_up(self) -> None:
+        """Tap once with one phalanx of two elements, with the kernels of the default accuracy."""
+        accuracy = f"solver.hcm.accuracy={DEFAULT_ACCURACY[self.settings]}"
+        unless_interrupted(self.run(load_scene("soft", (*WARM_UP, accuracy))).record)
+
+    def run(
+        self,
+        scene: NamedScene,
+        progress: Progress | None = None,
+        checkpoint: Checkpoint | None = None,
+    ) -> Outcome:
+        """Run the reduced model; it takes seconds, so that there is nothing to resume."""
+        import hcm
+        from hcm.chosen import choose
+
+        del checkpoint
+        if self.overrides:
+            scene = changed_scene(scene.name, scene.document, self.overrides, scene.name)
+        given = hcm_scene(scene, estimate=True)
+        simulate, settings = partial(hcm.simulate_scene, given), given.settings
+        accuracy = scene.tables.solver.accuracy_of(self.settings)
+        refined = given.assumptions.any
+
+        def compiled(settings: Any) -> bool:
+            """Compile the kernels of these settings; whether that had to be done."""
+            known = warm_up_kernels.cache_info().misses
+            chosen = {key: getattr(settings, key) for key in COMPILED}
+            warm_up_kernels(Kernels(**chosen, refined=refined, within=accuracy is not None))
+            return warm_up_kernels.cache_info().misses > known
+
+        try:
+            if accuracy is not None:
+                stated = _stated(scene)
+                simulate = partial(hcm.simulate_within, accuracy, given, stated)
+                settings = choose(accuracy, given, stated).scene.settings
+            compiled(settings)
             start = time.perf_counter()
             result = simulate(progress=progress)
-    except hcm.ParameterError as error:
-        raise UserError(f"scene {scene.name}: {error}") from error
-    solve_time = result.statistics.wall_time_s
-    estimate_time = time.perf_counter() - start - solve_time
-    record = to_record(result, scene, name, "", solve_time)
-    return Outcome(
-        replace(record, statistics={**record.statistics, "estimate_time_s": estimate_time})
-    )
+            # who was solved again for a smaller error may have compiled another flight meanwhile
+            took: dict[str, Any] = {}
+            if result.accuracy:
+                took = {c.setting: c.value for c in result.accuracy.choices}
+            if took and compiled(replace(settings, **{k: took[k] for k in COMPILED if k in took})):
+                start = time.perf_counter()
+                result = simulate(progress=progress)
+        except hcm.ParameterError as error:
+            raise UserError(f"scene {scene.name}: {error}") from error
+        solve_time = result.statistics.wall_time_s
+        estimate_time = time.perf_counter() - start - solve_time
+        record = to_record(result, scene, self.name, "", solve_time)
+        return Outcome(
+            replace(record, statistics={**record.statistics, "estimate_time_s": estimate_time})
+        )
+
+
+HCM, HCM_REFINED = Reduced("hcm"), Reduced("hcm-refined", (REFINED,))

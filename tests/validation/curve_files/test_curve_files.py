@@ -17,8 +17,8 @@ from validation.errors import UserError
 from validation.harness.files import write_run
 from validation.harness.quantities import COMPARED, QUANTITIES
 from validation.harness.record import RunRecord
-from validation.models import hcm
 from validation.models.curves import Curves, record_of
+from validation.models.hcm import HCM
 from validation.peers import calculix
 from validation.scenes.load import load_scene
 from validation.validate.check import plan_of
@@ -53,7 +53,7 @@ def read(tmp_path: Path) -> Read:
 
 @pytest.fixture(scope="module")
 def own() -> RunRecord:
-    return hcm.run(SOFT).record
+    return HCM.run(SOFT).record
 
 
 def written(

@@ -16,7 +16,7 @@ from validation import cli
 from validation.harness.interrupts import PATIENCE_S, heard_interrupts
 from validation.harness.timing import shortest
 from validation.models.adapter import Outcome
-from validation.models.hcm import hcm_scene, warm_up
+from validation.models.hcm import HCM, hcm_scene
 from validation.runs import execute
 from validation.scenes.load import load_scene
 from validation.validate.ladder import runs
@@ -121,7 +121,7 @@ def test_an_interrupted_run_is_neither_warmth_nor_measurement(
         shortest(simulate, 1.0)
     monkeypatch.setattr(hcm, "simulate_within", lambda *given, **_: simulate())
     with pytest.raises(KeyboardInterrupt):
-        warm_up()
+        HCM.warm_up()
 
 
 def test_what_needs_a_whole_run_keeps_an_interrupted_one_and_ends(

@@ -264,7 +264,7 @@ def test_what_an_accuracy_chooses_is_compiled_before_it_is_timed(
     monkeypatch.setattr(hcm, "simulate_within", solve_within)
     scene = load_scene("soft", ("solver.hcm.accuracy=1e-3", "solver.hcm.estimate=false"))
     for times in (2, 3):  # what was compiled within a solve is solved again, once
-        hcm_adapter.run(scene)
+        hcm_adapter.HCM.run(scene)
         assert len(solved) == times
     assert compiled == [
         ("rigid", "generalized-alpha", "gauss", False, True),

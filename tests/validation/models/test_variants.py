@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from hcm import Assumptions
-from validation.models import hcm, hcm_refined
+from validation.models.hcm import HCM, HCM_REFINED
 from validation.models.variants import ORDER, Variant, cumulative, leave_one_out
 from validation.scenes.load import load_scene
 
@@ -43,8 +43,8 @@ def test_the_refined_model_has_what_a_scene_does_not_switch() -> None:
         assert (record.ok, record.model) == (True, model.name)
         return float(record.summary["peak_normal_force_N"])
 
-    refined = peak(hcm_refined)
-    assert refined == peak(hcm, "solver.hcm.assumptions='refined'") != peak(hcm)
+    refined = peak(HCM_REFINED)
+    assert refined == peak(HCM, "solver.hcm.assumptions='refined'") != peak(HCM)
     without = "solver.hcm.half_ball=false"
-    assert refined != peak(hcm_refined, without)
-    assert peak(hcm_refined, without) == peak(hcm, "solver.hcm.assumptions='refined'", without)
+    assert refined != peak(HCM_REFINED, without)
+    assert peak(HCM_REFINED, without) == peak(HCM, "solver.hcm.assumptions='refined'", without)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import hcm
 from validation.harness.provenance import cores
 from validation.models.adapter import Progress
-from validation.models.hcm import warm_up
+from validation.models.hcm import HCM
 from validation.studies.random_scenes import random_numbers, random_scene
 
 SCENES, QUICK_SCENES = 1000, 200
@@ -31,7 +31,7 @@ def measure_throughput(quick: bool, progress: Progress) -> dict[str, int | float
     """
     count, processes = QUICK_SCENES if quick else SCENES, cores()
     progress(0.0, "random scenes")
-    warm_up()
+    HCM.warm_up()
     given = list(scenes(count))
     endings: Counter[str] = Counter()
     steps, start = 0, time.perf_counter()

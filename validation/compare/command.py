@@ -14,7 +14,7 @@ from validation.harness.files import exclusive_folder, safe_name, write_text
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
 from validation.harness.uncertainty import with_error
-from validation.models import without_estimate
+from validation.models import estimate_override
 from validation.runs.execute import solve_into
 from validation.scenes.load import load_scene
 
@@ -81,7 +81,7 @@ def compare(
     """
     if not overrides:
         raise UserError("compare: nothing to change; give --set KEY=VALUE")
-    without = without_estimate(model, no_estimate)
+    without = estimate_override(model, not no_estimate)
     scenes = {
         "scene": load_scene(scene, without),
         "changed": load_scene(scene, (*overrides, *without)),

@@ -62,9 +62,9 @@ def adapter(name: str, option: str = "--model") -> Adapter:
     return model
 
 
-def without_estimate(model: str, wanted: bool = True) -> tuple[str, ...]:
-    """The override that switches the estimates of a model's errors off, where that is wanted."""
-    table = adapter(model).settings if wanted else ""
+def estimate_override(model: str, estimate: bool = False) -> tuple[str, ...]:
+    """The override that switches the estimates of a model's errors off, unless they are wanted."""
+    table = "" if estimate else adapter(model).settings
     return (f"solver.{table}.estimate=false",) if table else ()
 
 

@@ -9,7 +9,7 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import output, say
 from validation.harness.files import exclusive_folder, safe_name
-from validation.models import without_estimate
+from validation.models import estimate_override
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
@@ -66,7 +66,7 @@ def render(
 
 def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
     """The folder of a new run, kept as ``fingertap run`` keeps it."""
-    scene = load_scene(source, (*overrides, *without_estimate(model)))
+    scene = load_scene(source, (*overrides, *estimate_override(model)))
     folder = out / "run" / safe_name(f"{scene.name}-{model}")
     outcome = solve_into(folder, scene, model, f"{scene.name} {model}")
     if outcome.fields is None or not outcome.fields.steps:

@@ -1,7 +1,7 @@
 """``fingertap run``: one model on one scene."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -21,8 +21,8 @@ from validation.harness.files import exclusive_folder, safe_name, write_run
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
-from validation.models import adapter, default_accuracy, without_estimate
-from validation.models.adapter import Checkpoint, Outcome
+from validation.models import adapter, default_accuracy, estimate_override
+from validation.models.adapter import Adapter, Checkpoint, Outcome
 from validation.models.inputs import run_inputs
 from validation.runs import execute
 from validation.runs.execute import keep, solve
@@ -66,17 +66,8 @@ def run_scene(
     resumable = module.resumable
     if resume and not resumable:
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
-    wanted = () if accuracy is None else (f"solver.{module.settings}.accuracy={accuracy}",)
-    if accuracy is not None and not accuracy.strip():
-        raise UserError(f"--accuracy {accuracy!r}: is empty; give a number, as in --accuracy 1e-3")
-    if wanted and not module.settings:
-        raise UserError(f"--accuracy {accuracy}: {model} takes none; leave it out")
-    keys = ("solver.accuracy", f"solver.{module.settings}.accuracy")
-    if wanted and (twice := [one for one in overrides if any(sets(one, key) for key in keys)]):
-        raise UserError(
-            f"--accuracy {accuracy} and --set {twice[0]}: two accuracies; leave one out"
-        )
-    asked = (*overrides, *wanted, *without_estimate(model, no_estimate))
+    wanted = _accuracy_override(module, accuracy, overrides)
+    asked = (*overrides, *wanted, *estimate_override(model, not no_estimate))
     named = load_scene(scene, asked)
     if by_default := default_accuracy(model, named.tables):
         named = changed_scene(named.name, named.document, by_default, scene)
@@ -96,24 +87,8 @@ def run_scene(
     if record.ok and record.message:
         say(f"caution: {record.message}")
     output(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record))
-    going_on = _going_on(checkpoint)
-    what = f"scene {named.name}, model {model}"
-    if kept.unwritten:
-        again = "reads it from there" if kept.stored else "runs it again"
-        raise RunFailedError(
-            f"{what}: {'' if record.ok else record.message + '; '}its files could not all be "
-            f"written ({kept.unwritten}); {'the store has it; ' if kept.stored else ''}when "
-            f"{folder} can be written, the same command {going_on or again}"
-        )
-    if not record.ok:
-        raise RunFailedError(
-            f"{what}: {record.message or record.status}; what it had is in {folder}"
-            + (
-                f"; the same command {going_on}"
-                if record.status == "INTERRUPTED" and going_on
-                else ""
-            )
-        )
+    if failure := _failure(kept, folder, _going_on(checkpoint)):
+        raise RunFailedError(f"scene {named.name}, model {model}: {failure}")
     if not as_json:
         output(f"  files in {folder}")
 
@@ -125,6 +100,45 @@ class Kept:
     record: RunRecord
     unwritten: str = ""
     stored: bool = False
+
+
+def _accuracy_override(
+    module: Adapter, accuracy: str | None, overrides: Sequence[str]
+) -> tuple[str, ...]:
+    """The override that ``--accuracy`` stands for.
+
+    Raises UserError: it is empty, the model takes none, or an override states another.
+    """
+    if accuracy is None:
+        return ()
+    if not accuracy.strip():
+        raise UserError(f"--accuracy {accuracy!r}: is empty; give a number, as in --accuracy 1e-3")
+    if not module.settings:
+        raise UserError(f"--accuracy {accuracy}: {module.name} takes none; leave it out")
+    keys = ("solver.accuracy", f"solver.{module.settings}.accuracy")
+    if twice := [one for one in overrides if any(sets(one, key) for key in keys)]:
+        raise UserError(
+            f"--accuracy {accuracy} and --set {twice[0]}: two accuracies; leave one out"
+        )
+    return (f"solver.{module.settings}.accuracy={accuracy}",)
+
+
+def _failure(kept: Kept, folder: Path, going_on: str) -> str:
+    """Why the command fails, with what it left and what to do; empty if it does not."""
+    record = kept.record
+    if kept.unwritten:
+        again = "reads it from there" if kept.stored else "runs it again"
+        return (
+            f"{'' if record.ok else record.message + '; '}its files could not all be written "
+            f"({kept.unwritten}); {'the store has it; ' if kept.stored else ''}when {folder} can "
+            f"be written, the same command {going_on or again}"
+        )
+    if record.ok:
+        return ""
+    further = record.status == "INTERRUPTED" and going_on
+    return f"{record.message or record.status}; what it had is in {folder}" + (
+        f"; the same command {going_on}" if further else ""
+    )
 
 
 def _stored_or_solved(

@@ -7,7 +7,7 @@ from functools import cached_property
 import hcm
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
-from validation.models import default_accuracy, without_estimate
+from validation.models import default_accuracy, estimate_override
 from validation.models.variants import all_variants
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
@@ -122,12 +122,12 @@ def first_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
 def default_overrides(scene: str, model: str, estimate: bool) -> tuple[str, ...]:
     """Overrides of a model's own run: its default accuracy, and whether it states its errors."""
     accuracy = default_accuracy(model, load_scene(scene).tables)
-    return (*accuracy, *without_estimate(model, not estimate))
+    return (*accuracy, *estimate_override(model, estimate))
 
 
 def assumption_jobs(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
     """The reduced model between the paper's assumptions and the refined ones."""
-    beams = without_estimate(PAPER_REDUCED[0])
+    beams = estimate_override(PAPER_REDUCED[0])
     return [
         Job(scene, PAPER_REDUCED[0], (*overrides, *beams, *v.overrides), v.name)
         for v in all_variants()
@@ -139,8 +139,8 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
 
     estimate : whether the runs that the page's tables compare state their errors; others don't.
     """
-    beams, solid = without_estimate("hcm"), without_estimate("fem3d")
-    own, reference = without_estimate("hcm", not estimate), without_estimate("fem3d", not estimate)
+    beams, solid = estimate_override("hcm"), estimate_override("fem3d")
+    own, reference = (estimate_override(model, estimate) for model in ("hcm", "fem3d"))
     solid_default = default_overrides(scene, "fem3d", estimate)
     fixed = f"solver.hcm.accuracy={NO_ACCURACY}"
     preset, fast = (

@@ -13,7 +13,7 @@ import hcm
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.record import RunRecord
-from validation.models import adapter, solid_inputs, solid_mesh, without_estimate
+from validation.models import adapter, estimate_override, solid_inputs, solid_mesh
 from validation.models.adapter import to_record
 from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
@@ -103,7 +103,7 @@ def _updates(tables: Scene, kind: str) -> float:
 
 
 def _tight_solid(case: RandomTap) -> Solve | None:
-    scene = load_scene("soft", (*case.overrides, *TIGHT_SOLID, *without_estimate(case.model)))
+    scene = load_scene("soft", (*case.overrides, *TIGHT_SOLID, *estimate_override(case.model)))
     if _updates(scene.tables, case.kind) > MOST_UPDATES:
         return None
     return lambda: unless_interrupted(adapter(case.model).run(scene).record)

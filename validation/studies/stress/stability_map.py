@@ -8,7 +8,7 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
 produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
 run that claims to be good can be RIGHT, SMALLER, UNDERSTATED or WRONG. A stored verdict counts
-until its scene, or the code of its scene or of its judge changes (`verdict_inputs` in `studies.campaign`).
+until its scene, or the code of its scene or of its judge changes (`studies.campaign`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
 `command.all_maps`. `studies.campaign` stores one line per cell as soon as it is judged and

@@ -19,7 +19,7 @@ from hcm.bounds import ParameterError
 from hcm.chosen import Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
 from hcm.estimate import (
-    LARGEST_ERROR,
+    CAUTION_ERROR,
     REPEATED,
     USABLE_STATUSES,
     caution,
@@ -230,7 +230,7 @@ def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
 
 def _short(result: TapResult, expected: float, accuracy: float, chance: bool) -> TapResult:
     """The run that did not get to its accuracy, and what that makes of it."""
-    if chance and expected > LARGEST_ERROR:
+    if chance and expected > CAUTION_ERROR:
         status = Status.UNREPEATABLE
         ratio = COMPANION_ERROR_RATIO
         doubt = f"; {ratio:g} times the accuracy changes the first tap by {expected:.1g}"

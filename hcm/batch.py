@@ -24,7 +24,7 @@ from hcm.accuracy import simulate_within
 from hcm.bounds import Bound, check_kind
 from hcm.chosen import check_accuracy
 from hcm.dataset import unit_of
-from hcm.estimate import NAMES
+from hcm.estimate import TITLES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError
 from hcm.result import Summary
@@ -240,7 +240,7 @@ def table(outcomes: Sequence[Outcome]) -> xarray.Dataset:
     }
     for f in fields(Summary):
         columns[f.name] = column(f.name, [getattr(o.summary, f.name, None) for o in outcomes])
-    for name in NAMES:
+    for name in TITLES:
         columns[f"error_{name}"] = column(name, [o.errors.get(name) for o in outcomes])
     for name in ("steps", "wall_time_s"):
         columns[name] = column(name, [getattr(o, name) for o in outcomes])

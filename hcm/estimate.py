@@ -42,9 +42,9 @@ LEFT_OUT_OVER = 8.0
 # (0.3 measured where 23 steps make a tap).
 VERTEX_SHARE = 0.25
 # Relative error beyond which a run carries a caution, and a folded or grazing one is unrepeatable.
-LARGEST_ERROR = 0.01
+CAUTION_ERROR = 0.01
 
-NAMES = {
+TITLES = {
     "contact_time_s": "time of contact",
     "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
     "peak_normal_force_N": "peak normal force",
@@ -78,7 +78,7 @@ FROM_SPEED = (
 class Estimate:
     """What is known of a completed run's errors, and whether it can be relied on.
 
-    errors : estimated absolute errors by `NAMES`, SI units. status : COMPLETED, or why the run
+    errors : estimated absolute errors by `TITLES`, SI units. status : COMPLETED, or why the run
     can't be relied on, and doubt with what changes.
     """
 
@@ -150,7 +150,7 @@ def compare(
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
     if theirs is None or velocity is None or other.status not in USABLE_STATUSES:
-        return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in NAMES}
+        return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in TITLES}
     late = _apart(s, o, "contact_time_s")
     band = touch_band(late, velocity, theirs) if rods else flight_band(own, other)
     vn = max(abs(velocity[1]), 1e-300)
@@ -212,19 +212,19 @@ def relative_errors(
 
 
 def caution(shares: Mapping[str, float], settings: Settings, held: bool = False) -> tuple[str, ...]:
-    """One line that names what is known to less than `LARGEST_ERROR`, and the remedy.
+    """One line that names what is known to less than `CAUTION_ERROR`, and the remedy.
 
     held : whether the settings follow from an accuracy.
     """
-    poor = sorted((name for name in shares if shares[name] > LARGEST_ERROR), key=shares.__getitem__)
+    poor = sorted((name for name in shares if shares[name] > CAUTION_ERROR), key=shares.__getitem__)
     if not poor:
         return ()
-    known = ", ".join(f"{NAMES[name]} {_percent(shares[name])}" for name in reversed(poor))
+    known = ", ".join(f"{TITLES[name]} {_percent(shares[name])}" for name in reversed(poor))
     controlled = settings.flight_tolerance > 0.0 and settings.contact_tolerance > 0.0
     kind = "tolerance" if controlled else "step"
     smaller = f"solver.hcm.flight_{kind} and solver.hcm.contact_{kind}"
     remedy = "ask for a smaller accuracy" if held else f"reduce {smaller}, or raise finger.elements"
-    return (f"estimated errors beyond {_percent(LARGEST_ERROR)}: {known}; {remedy}",)
+    return (f"estimated errors beyond {_percent(CAUTION_ERROR)}: {known}; {remedy}",)
 
 
 def tap_peaks(result: TapResult) -> Floats:
@@ -242,7 +242,7 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
     common = min(own.size, other.size)
     shares = np.full(own.size, math.inf)
     shares[:common] = np.abs(other[:common] - own[:common]) / np.maximum(own[:common], 1e-300)
-    if not (shares[1:] > LARGEST_ERROR).any():
+    if not (shares[1:] > CAUTION_ERROR).any():
         return ()
     worst = 1 + int(shares[1:].argmax())
     apart = f"{_percent(float(shares[worst]))} apart in two runs, which bounds nothing"
@@ -294,8 +294,8 @@ def estimate_errors(
             return Estimate({}, (), Status.INTERRUPTED, REPEATED)
         changes = relative_errors(own.summary, compare(own, tight, **how))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
-        if changes[what] > LARGEST_ERROR:
-            doubt = f"; {TIGHTER:g} times the tolerances change the {NAMES[what]}"
+        if changes[what] > CAUTION_ERROR:
+            doubt = f"; {TIGHTER:g} times the tolerances change the {TITLES[what]}"
             by = f" by {_percent(changes[what])}" if changes[what] < math.inf else ""
             return Estimate({}, (), Status.UNREPEATABLE, doubt + by)
     cautions = caution(relative_errors(own.summary, errors), settings)

@@ -37,8 +37,8 @@ HOURGLASS = 0.1
 # Share of mu F_n from which on a tip slides as a whole.
 SLIP_SHARE = 0.9
 # Relative error that a number may state without a caution.
-LARGEST_ERROR = 0.02
-NAMES = {
+CAUTION_ERROR = 0.02
+TITLES = {
     "contact_time_s": "time of contact",
     "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
     "peak_normal_force_N": "peak normal force",
@@ -192,18 +192,18 @@ def imprecise(
     of_mesh: Mapping[str, float],
     edge_over_patch: float,
 ) -> tuple[str, ...]:
-    """A line that names numbers with relative errors above `LARGEST_ERROR`, and asks for a finer
+    """A line that names numbers with relative errors above `CAUTION_ERROR`, and asks for a finer
     mesh where that may remove half of one.
 
     of_mesh : parts of the errors that it may lessen. edge_over_patch : see `mesh_error.Resolution`
     """
     found = _shares(summary, errors)
-    names = sorted((name for name in found if found[name] > LARGEST_ERROR), key=found.__getitem__)
+    names = sorted((name for name in found if found[name] > CAUTION_ERROR), key=found.__getitem__)
     poor = {name: found[name] for name in reversed(names)}
     if not poor:
         return ()
-    known = ", ".join(f"{NAMES[name]} {percent(share)}" for name, share in poor.items())
-    line = f"estimated errors beyond {percent(LARGEST_ERROR)}: {known}"
+    known = ", ".join(f"{TITLES[name]} {percent(share)}" for name, share in poor.items())
+    line = f"estimated errors beyond {percent(CAUTION_ERROR)}: {known}"
     by_mesh = _shares(summary, of_mesh)
     if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
         line += (

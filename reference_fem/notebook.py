@@ -23,7 +23,7 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
 
     def cells(value: Any, error: Any) -> str:
         stated = parts(error) if error is not None else [0.0] * len(parts(value))
-        texts = [__to_known_digits(*of) for of in zip(parts(value), stated, strict=True)]
+        texts = [_to_known_digits(*of) for of in zip(parts(value), stated, strict=True)]
         known = ", ".join(f"{one:.2g}" for one in stated) if error is not None else ""
         return f"<td>{', '.join(texts)}<td>{known}"
 
@@ -43,7 +43,7 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
     return f"{shown}<table><tr><th><th>value<th>± error{''.join(rows)}</table>"
 
 
-def __to_known_digits(value: Any, error: float) -> str:
+def _to_known_digits(value: Any, error: float) -> str:
     """A number with a digit more than its error leaves, five where none is stated."""
     if not isinstance(value, float):
         return str(value)

@@ -7,7 +7,7 @@ import pytest
 
 import hcm
 from hcm.estimate import (
-    NAMES,
+    TITLES,
     between_rows,
     compare,
     estimate_errors,
@@ -67,7 +67,7 @@ def test_stated_errors_cover_the_true_ones(name: str) -> None:
     assert result.status is hcm.Status.COMPLETED
     fine = hcm.Finger(tuple(replace(p, elements=2 * p.elements) for p in body.phalanges))
     truth = hcm.simulate(fine, surface, tip, drive, _tight(settings)).summary
-    assert set(result.errors) == set(NAMES)
+    assert set(result.errors) == set(TITLES)
     for key, error in result.errors.items():
         wrong = np.subtract(getattr(result.summary, key), getattr(truth, key))
         assert np.abs(wrong).max() <= 2.0 * np.max(error), key

@@ -18,8 +18,8 @@ from validation.models import estimate_override
 from validation.runs.execute import solve_into
 from validation.scenes.load import load_scene
 
-MEASURED = "wall_time_s"
-SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", MEASURED))
+WALL_TIME = "wall_time_s"
+SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", WALL_TIME))
 
 
 def difference_table(scene: RunRecord, changed: RunRecord) -> pandas.DataFrame:
@@ -56,7 +56,7 @@ def difference_lines(
         known = None if math.isnan(error) else error
         change = "" if math.isnan(percent) else f"{with_error(percent, known, 2)} %"
         yield f"  {entry.title:<{WIDTH}}{texts[0]:<26}{texts[1]:<26}{change}".rstrip()
-    numbers = table[table.quantity != MEASURED]
+    numbers = table[table.quantity != WALL_TIME]
     if numbers.scene.equals(numbers.changed):
         yield f"  no number differs: {scene.label} may not read what was changed"
 

@@ -23,7 +23,7 @@ LOOKS = {  # by label, of each line in the overlay
     "fem3d fast": (BLUE, "--", 1.2),
     "fem2d fast": (GREEN, "-.", 1.2),
 }
-OTHER = (GREY, "-", 1.0)
+OTHER_LOOK = (GREY, "-", 1.0)
 SEEN = 0.1  # percent: what the page prints of a difference, and each of its axes shows at least
 BAND = 800  # times of the shaded band: its edges are not simplified as lines are
 NOTHING: Mapping[str, Sequence[tuple[RunRecord, RunRecord]]] = MappingProxyType({})
@@ -182,7 +182,7 @@ def overlay_figure(
             tap = first_tap([run, reference], "normal_force_N") if both and peak else None
             if tap is not None and peak:
                 time, (own, base) = tap
-                color, line, width = LOOKS.get(run.label, OTHER)
+                color, line, width = LOOKS.get(run.label, OTHER_LOOK)
                 axis.plot(1e3 * time, 100 * (own - base) / peak, line, color=color, linewidth=width)
         axis.axhline(0, color=BLACK, linewidth=0.6)
         axis.set_ylabel(r"$\Delta F_n$ (% of peak)", parse_math=True)
@@ -202,6 +202,6 @@ def overlay_figure(
                     1e3 * time, lowest, highest, color=ORANGE, alpha=0.15, lw=0, label=label
                 )
         for run in drawn:
-            _plot_run(axis, run, run.label, LOOKS.get(run.label, OTHER))
+            _plot_run(axis, run, run.label, LOOKS.get(run.label, OTHER_LOOK))
 
     _panels(path, scenes, draw, residuals if compared else None)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Scalar = float | int | bool | str | None
-MEASURED = ("wall_time_s", "peak_memory_MB")
+MACHINE_SCALARS = ("wall_time_s", "peak_memory_MB")
 """Scalars of the machine and not of the tap: two runs differ in them."""
 FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
@@ -115,7 +115,7 @@ class RunRecord:
 
         return run_dataset(
             {"time": self.history, "step": self.forces},
-            {name: value for name, value in self.summary.items() if name not in MEASURED},
+            {name: value for name, value in self.summary.items() if name not in MACHINE_SCALARS},
             self.errors,
             title=f"fingertap: {self.scene}, {self.label}",
             status=self.status,

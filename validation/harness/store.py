@@ -127,22 +127,22 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             _sweep(self.folder)
-            partial = _out_of_sight(self.folder)
+            unfinished = _out_of_sight(self.folder)
             try:
                 # not `tempfile`, whose folders are private: its mode is the user's to mask
-                partial.mkdir()
-                write(partial)
-                manifest = {"inputs": inputs, "files": _digests(partial)}
-                (partial / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+                unfinished.mkdir()
+                write(unfinished)
+                manifest = {"inputs": inputs, "files": _digests(unfinished)}
+                (unfinished / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
                 _discard(entry)
                 try:
-                    partial.rename(entry)
+                    unfinished.rename(entry)
                 except OSError as error:
                     if error.errno in (errno.ENOTEMPTY, errno.EEXIST):  # the second: XFS
                         return True  # another process was quicker
                     raise
             finally:
-                shutil.rmtree(partial, ignore_errors=True)
+                shutil.rmtree(unfinished, ignore_errors=True)
         except OSError as error:
             say(f"{self.folder}: a result cannot be stored ({reason(error)})")
             return False

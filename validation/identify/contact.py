@@ -53,7 +53,7 @@ class Level:
     indentation_m: float
 
 
-MEASURED = tuple(Level.__annotations__)[2:]  # by pressing the mesh: the rest is given
+PRESSED = tuple(Level.__annotations__)[2:]  # by pressing the mesh: the rest is given
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def identify_contact(
             raise UserError(f"scene {scene.name}: {error}") from error
         except ArithmeticError as error:
             raise RunFailedError(f"scene {scene.name}: {error}") from error
-        measured = {name: getattr(pressed, name) for name in MEASURED}
+        measured = {name: getattr(pressed, name) for name in PRESSED}
         levels.append(Level(edge, elements, **measured))
     forces = force * CURVE
     sizes = [level.edge_m for level in levels]

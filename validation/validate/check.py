@@ -22,7 +22,7 @@ from validation.scenes.messages import show
 from validation.validate.headline import cautions, differences
 from validation.validate.plan import PAPER, Plan, Runs
 
-NAMES = {
+TOLERANCE_NAMES = {
     "peak": "peak_normal_force_N",
     "impulse": "normal_impulse_N_s",
     "duration": "contact_duration_s",
@@ -100,9 +100,9 @@ def read_tolerances(text: str) -> Mapping[str, float]:
         name, equals, number = (piece.strip() for piece in part.partition("="))
         if not equals:
             raise UserError(f"--tolerance {show(text)}: must be NAME=PERCENT, as in peak=5")
-        key = NAMES.get(name, name)
+        key = TOLERANCE_NAMES.get(name, name)
         if key not in KEYS:
-            known = ", ".join((*NAMES, *KEYS))
+            known = ", ".join((*TOLERANCE_NAMES, *KEYS))
             raise UserError(f"--tolerance {show(part)}: unknown quantity; known are {known}")
         if key in found:
             raise UserError(f"--tolerance {show(text)}: {key} is there twice; leave one out")

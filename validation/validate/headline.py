@@ -9,7 +9,7 @@ from validation.models.variants import cumulative, leave_one_out
 from validation.validate.plan import PAPER_REDUCED, REFINED, Runs
 
 MATTERS = 1.0  # percent of peak, impulse or duration
-NAMES = {PAPER_REDUCED[0]: "the reduced model", REFINED: "the refined reduced model"}
+MODEL_NAMES = {PAPER_REDUCED[0]: "the reduced model", REFINED: "the refined reduced model"}
 
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
@@ -77,7 +77,7 @@ def sentences(rows: list[Difference]) -> list[str]:
     for row in rows:
         if row.quantity != OF_A_TAP[0]:
             continue
-        whose = NAMES.get(row.model, row.model)
+        whose = MODEL_NAMES.get(row.model, row.model)
         if row.error_percent is None or row.verdict is None:
             without = row.model if row.reduced is None else f"the reference of {row.model}"
             missing = f"no comparison, {without} failed or touched nothing"

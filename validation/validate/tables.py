@@ -17,10 +17,10 @@ from validation.harness.record import RunRecord
 from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, Runs
 
 SELF = "self"  # computed by the model under validation
-OTHER = "other model"  # computed by the independent model
+OTHER_MODEL = "other model"  # computed by the independent model
 PAPER = "paper"  # printed in the article
 DATA = "data"  # of a file of curves
-MEASURED = quantities(
+COST_QUANTITIES = quantities(
     "wall_time_s", "peak_memory_MB", "steps", "elements", "time_step_s", "energy_residual"
 )
 ACCURACY_COLUMNS = (
@@ -33,7 +33,7 @@ ACCURACY_COLUMNS = (
 )
 EFFICIENCY_COLUMNS = (
     *("scene", "model", "source", "status"),
-    *(entry.key for entry in MEASURED),
+    *(entry.key for entry in COST_QUANTITIES),
     *("processor", "measured", "paper_time_s", "paper_memory_MB", "paper_source"),
 )
 
@@ -75,7 +75,7 @@ def accuracy_rows(
             "reduced_model": reduced.label,
             "reduced_source": SELF,
             "reference_model": reference.label,
-            "reference_source": DATA if "data" in reference.provenance else OTHER,
+            "reference_source": DATA if "data" in reference.provenance else OTHER_MODEL,
         }
         for entry in COMPARED:
             asked = tolerances.get(entry.key)
@@ -133,9 +133,9 @@ def efficiency_rows(
         {
             "scene": run.scene,
             "model": run.label,
-            "source": SELF if run.model in models else OTHER,
+            "source": SELF if run.model in models else OTHER_MODEL,
             "status": run.status,
-            **{entry.key: run.summary.get(entry.key) for entry in MEASURED},
+            **{entry.key: run.summary.get(entry.key) for entry in COST_QUANTITIES},
             "processor": run.provenance.get("processor"),
             "measured": run.measured,
             **_of_table_3(run),

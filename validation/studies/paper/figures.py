@@ -89,8 +89,8 @@ def figure_12(path: Path, runs: CaseRuns) -> None:
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
 SHARE = 0.05
 # Inside the factor's uncertainty case 3 has two kinds of contact: the other one is drawn too.
-OTHER = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
-DRAWN_TWICE = (THREE, OTHER[0])
+OTHER_FACTOR = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
+DRAWN_TWICE = (THREE, OTHER_FACTOR[0])
 
 
 def figure_13(path: Path, runs: CaseRuns, height: float = 0.1) -> None:
@@ -114,7 +114,7 @@ def figure_13(path: Path, runs: CaseRuns, height: float = 0.1) -> None:
 def figure_14(path: Path, runs: CaseRuns) -> None:
     """Contact forces and stress at R."""
     with panels(path, 2) as ((forces, stress),):
-        draw_forces_and_stress(forces, stress, runs, [*CASES, OTHER], "ab")
+        draw_forces_and_stress(forces, stress, runs, [*CASES, OTHER_FACTOR], "ab")
 
 
 def _drawn_events(run: CaseRun) -> list[int]:
@@ -149,7 +149,7 @@ def figure_16(path: Path, runs: CaseRuns) -> None:
     """Velocity of the contact particle P."""
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend), color in zip(axes, CASES, COLORS, strict=False):
-            lines = [(name, "$V_P$", color)] + [(*OTHER, COLORS[3])] * (name == THREE)
+            lines = [(name, "$V_P$", color)] + [(*OTHER_FACTOR, COLORS[3])] * (name == THREE)
             for case, title, line_color in lines:
                 time, velocity = particle_velocity(runs[case])
                 axis.plot(1e3 * time, velocity, color=line_color, label=title)

@@ -15,8 +15,8 @@ from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.studies.stated_errors import UNDERSTATED_FACTOR, WRONG_SHARE
 from validation.studies.stress.limits import limit
-from validation.studies.stress.reference.judge import OTHER
-from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, Map
+from validation.studies.stress.reference.judge import OTHER_SCHEME_WITHIN
+from validation.studies.stress.stability_map import RIGHT_WITHIN, Answer, Map
 
 COLORS = {
     Answer.RIGHT: GREEN, Answer.SMALLER: "#7fcfb5", Answer.REFUSED: GREY, Answer.STOPPED: BLUE,
@@ -115,10 +115,10 @@ def write_stress_page(
             "lists": [row for row in summary if not drawn[row["map"]].exists()],
             "peers": peers,
             "reference_peers": reference_peers,
-            "largest_error": LARGEST_ERROR,
+            "largest_error": RIGHT_WITHIN,
             "times": UNDERSTATED_FACTOR,
             "wrong_share": WRONG_SHARE,
-            "other": OTHER,
+            "other": OTHER_SCHEME_WITHIN,
             "energy_share": LARGEST_RESIDUAL,
             "provenance": provenance({}),
         },

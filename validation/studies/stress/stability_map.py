@@ -24,7 +24,7 @@ from typing import Any, Self
 from validation.studies.stated_errors import ROUND_OFF_SHARE, WRONG_SHARE, StatedError, understated
 
 # Largest relative error of what is still called right (the README's and the page's definition).
-LARGEST_ERROR = 0.05
+RIGHT_WITHIN = 0.05
 
 
 class Answer(StrEnum):
@@ -63,12 +63,12 @@ class CellVerdict:
         return replace(self, answer=answer, reason=reason)
 
     def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Self:
-        """With one more check: wrong where it differs from `other` by more than `LARGEST_ERROR`.
+        """With one more check: wrong where it differs from `other` by more than `RIGHT_WITHIN`.
 
         error : relative; None where neither has a tap.
         """
         found = replace(self, error=error, checked_by=f"{self.checked_by}, {other}")
-        if error is None or error <= LARGEST_ERROR:
+        if error is None or error <= RIGHT_WITHIN:
             return found
         return found.judged(Answer.WRONG, f"{quantity} differs by {error:.2g} from {other}")
 

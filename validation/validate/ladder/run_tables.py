@@ -23,7 +23,7 @@ from validation.validate.plan import (
     Runs,
 )
 
-NAMES = {PAPER_REDUCED: "hcm, the paper's k"}
+RUN_LABELS = {PAPER_REDUCED: "hcm, the paper's k"}
 PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
 CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
                  "contact_time_percent")  # fmt: skip
@@ -89,7 +89,7 @@ def accuracy_against_cost(
     for reference in best:
         scene = reference.scene
         several = [
-            (NAMES.get(which, " ".join(which)), run)
+            (RUN_LABELS.get(which, " ".join(which)), run)
             for which in (PAPER_REDUCED, PLANE, FAST, PAPER_REFERENCE, DEFAULT_REFERENCE)
             if (run := runs.find(scene, which)) is not None
         ]

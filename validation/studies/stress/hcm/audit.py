@@ -18,7 +18,7 @@ from scipy.interpolate import CubicHermiteSpline
 from hcm import Finger, Posture, Scene, Status, TapResult
 from hcm.arrays import Floats
 from hcm.stepping import LARGEST_RESIDUAL
-from validation.studies.stress.stability_map import LARGEST_ERROR
+from validation.studies.stress.stability_map import RIGHT_WITHIN
 
 EPS = float(np.finfo(float).eps)
 
@@ -169,5 +169,5 @@ def audit(scene: Scene, result: TapResult) -> Iterator[str]:
             continue
         gap = float(np.abs(own.momentum_N_s - impulse[row]).max())
         scale = (2 * mass * largest) ** 0.5
-        if gap > LARGEST_ERROR * scale + unresolved[row]:
+        if gap > RIGHT_WITHIN * scale + unresolved[row]:
             yield f"momentum off by {gap / scale:.3g} of the largest {at}"

@@ -16,7 +16,7 @@ from validation.studies.stress.stability_map import Answer, CellVerdict
 Check = Callable[[CellVerdict, hcm.Scene, hcm.TapResult], CellVerdict]
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
-# Of DOP853: the tap need only be known far better than `LARGEST_ERROR`, and one that lasts longer
+# Of DOP853: the tap need only be known far better than `RIGHT_WITHIN`, and one that lasts longer
 # differs anyway.
 RTOL, ATOL, LONGEST_S = 1e-7, 1e-11, 0.01
 

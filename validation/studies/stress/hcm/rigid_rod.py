@@ -8,7 +8,7 @@ the spring k under the static force W = m g/2, for as long as F_n = k u_Y presse
     F = W + sqrt(W^2 + k m_e v^2),      T = 2 (pi - atan(k v/(omega W)))/omega.
 
 The rod's bending adds (omega/omega_1)^2, its turning tan(theta) v/(omega L): together below
-`LARGEST_ERROR` on the map, whose softest spring is chosen for that (pinned and free,
+`RIGHT_WITHIN` on the map, whose softest spring is chosen for that (pinned and free,
 omega_1 = 15.4 sqrt(E I/(rho A L^4))).
 """
 
@@ -42,7 +42,7 @@ def closed_form(scene: Scene) -> dict[str, float]:
 
 
 def judge_by_closed_form(scene: Scene) -> CellVerdict:
-    """Right is what breaks no law and lies within `LARGEST_ERROR` of the closed form."""
+    """Right is what breaks no law and lies within `RIGHT_WITHIN` of the closed form."""
     return examine(scene, _by_closed_form)
 
 

@@ -12,13 +12,13 @@ from validation.studies.stated_errors import compare
 from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
-from validation.studies.stress.stability_map import LARGEST_ERROR, Answer, CellVerdict
+from validation.studies.stress.stability_map import RIGHT_WITHIN, Answer, CellVerdict
 
 # Change of the speed that no measurement would notice, and what it changes in a chaotic contact.
 NUDGE, CHAOTIC = 1e-6, 0.01
 # Against another law, element or mesh of four to six elements an edge: not the same equations. A
 # choice, not a measurement: it finds gross errors only.
-OTHER = 0.3
+OTHER_SCHEME_WITHIN = 0.3
 # Against the limit of an elastic bar: what its vibration keeps of the impulse on four elements.
 OF_BAR = 0.05
 # Below this speed over the bar's wave speed a contact is linear.
@@ -30,7 +30,7 @@ def judge(scene: ReferenceScene) -> CellVerdict:
     """Run a scene, and beside it one at half the step, one of another law or element, one nudged.
 
     A completed run must keep the invariants of `checks` and repeat at half the step to
-    `LARGEST_ERROR`; where it doesn't, the solver's own caution or a chaotic contact (a speed
+    `RIGHT_WITHIN`; where it doesn't, the solver's own caution or a chaotic contact (a speed
     changed by a millionth changes it) makes it flagged, else it is wrong. A finger's run states
     errors, from its edges alone: it must differ by no more from any of the others. A block's has
     none.
@@ -78,14 +78,14 @@ def judge(scene: ReferenceScene) -> CellVerdict:
 
 def _witnesses(scene: ReferenceScene) -> Iterator[tuple[str, ReferenceScene, float]]:
     """Name, scene and largest difference of every run that must agree."""
-    yield HALF, replace(scene, step_factor=scene.step_factor / 2.0), LARGEST_ERROR
+    yield HALF, replace(scene, step_factor=scene.step_factor / 2.0), RIGHT_WITHIN
     calm = replace(scene, step_factor=min(scene.step_factor, 0.9) / 2.0)
     if scene.contact != "impulse":
-        yield "contact without a penalty", replace(calm, contact="impulse"), OTHER
+        yield "contact without a penalty", replace(calm, contact="impulse"), OTHER_SCHEME_WITHIN
     if scene.element == "hex8-one-point":
-        yield "8-point element", replace(calm, element="hex8-sri"), OTHER
+        yield "8-point element", replace(calm, element="hex8-sri"), OTHER_SCHEME_WITHIN
     if scene.distortion:
-        yield "even mesh", replace(calm, distortion=0.0), OTHER
+        yield "even mesh", replace(calm, distortion=0.0), OTHER_SCHEME_WITHIN
 
 
 def _doubtful(

@@ -1,9 +1,9 @@
-"""Estimated errors of a completed run's numbers, of the first tap.
+"""Estimated errors of a completed run's numbers, those of the first tap.
 
-Arrival and speed, and what the speed's error makes of forces and times: `flight_error`. The tap:
-its companion, a mesh of coarser or finer edges, taps from the run's own impact state
-(`mesh_error`). What a flight leaves out of the tap's numbers and what a mesh does are independent:
-their squares add up (JCGM 100, 5.1.2).
+Errors of arrival and speed, and their effect on forces and times, come from `flight_error`. For the
+tap a companion, a mesh of coarser or finer edges, taps from the run's own impact state
+(`mesh_error`). Errors from motion that a flight omits and those of the mesh are independent: their
+squares add up (JCGM 100, 5.1.2).
 """
 
 import math
@@ -56,16 +56,16 @@ REMEDY = {
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
 }
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
-# Relative error of the impulse by what a flight leaves out, beyond which a run carries a caution.
+# Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
 LARGEST_LEFT_OUT = 0.01
-# Clearance that the companion starts with over the tip's radius: more than the lowest nodes of any
-# mesh lie above the round end.
+# Clearance at the companion's start, over the tip's radius: more than the height of any mesh's
+# lowest nodes above the true round end.
 CLEARANCE = 0.05
 
 
 @dataclass(frozen=True)
 class RunInputs:
-    """What a run was made from, and its rigid flight if it had one."""
+    """The inputs of a run, and its rigid flight if it had one."""
 
     mesh: meshes.FingerMesh
     model: Model
@@ -127,7 +127,7 @@ def estimated(
         late, apart = arrival_errors(flight, *_true_body(inputs, inputs.mesh.shape))
         if inputs.settings.flight == "rigid":
             apart = apart + np.abs(flight.pole_velocity(touch) - speed)
-        # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
+        # where nodes lie is chance: a facet's middle is half a diagonal from the nearest
         sagitta = (inputs.mesh.dim - 1) * resolution.edge**2 / (8.0 * inputs.radius)
         sagitta_s = sagitta / approach_speed
         late = max(late, sagitta_s)
@@ -148,7 +148,7 @@ def estimated(
                 raise KeyboardInterrupt
             own, its = inputs.model.symmetry_factor * len(inputs.model.cells), tap.summary.elements
             at_contact = spacing(companion, angle) / resolution.edge
-            # the number of halved cells goes with the logarithm of their edges
+            # the number of halved cells grows with the logarithm of their edges
             halved = inputs.mesh.ties.size > 0
             average = at_contact if halved else (own / its) ** (1.0 / inputs.mesh.dim)
             ratios = (at_contact, average)
@@ -165,7 +165,7 @@ def estimated(
         of_tap |= rivals(run, of_tap)
         if inputs.settings.tap_until_s == 0.0:
             of_ends, open_ends = other_ends(run, inputs.model)
-        if max(of_speed, omitted.late_s) < math.inf:  # a companion's tap may have the other end
+        if max(of_speed, omitted.late_s) < math.inf:  # a companion's tap may end otherwise
             alone = tap_errors(run, None, resolution) if open_ends else of_tap
             of_mesh = {"contact_time_s": late, **alone}
         errors |= {
@@ -173,13 +173,13 @@ def estimated(
             for name, error in of_tap.items()
         }
     doubts = (*imprecise(run.summary, errors, of_mesh, resolution.edge_over_patch), *open_ends)
-    # of another touch nothing is known, whatever flies to it
+    # if there is another touch nothing is known of it, whatever the flight
     left = omitted.share(IMPULSE, approach_speed) if of_speed < math.inf else 0.0
     if of_speed == math.inf:
         doubts = (*doubts, ELSEWHERE)
     elif left > LARGEST_LEFT_OUT:
         share = percent(left) if left < math.inf else "an unknown share"
-        # a coarse flight leaves the ringing in a phase of chance
+        # in a coarse flight the phase of the ringing is arbitrary
         rings = omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
         how = "coarse" if rings else inputs.settings.flight
         doubts = (*doubts, RINGS.format(share, REMEDY[how]))
@@ -196,7 +196,7 @@ def estimated(
 def _true_body(
     inputs: RunInputs, geometry: meshes.FingerGeometry
 ) -> tuple[RigidChain, Callable[[Array], float]]:
-    """The true body's chain and gap; with a lumped law the gap is of the run's own point."""
+    """The true body's chain and gap; with a lumped law the gap is that of the run's own point."""
     true = true_chain(geometry, inputs.materials, inputs.drive, inputs.mesh.dim)
     if isinstance(inputs.settings.contact, str):
         return true, true_gap(geometry, inputs.model.surface.height)

@@ -12,9 +12,9 @@ from reference_fem.result import ForceRecord, History, Snapshot, Summary
 from reference_fem.settings import Material, Settings
 
 # Limit of the second difference of F_n at its peak over three times the peak, for lags of one step
-# up to the time that a wave takes across a cell (τ). A wave of frequency ω gives (ω τ)²/3: the
-# limit is that of 26 steps or cells per wavelength, where the errors of central differences and
-# linear elements, (ω τ)²/24 to (ω τ)²/8, are below 1 %.
+# up to the time that a wave takes across a cell (the longest, τ). A wave of frequency ω gives (ω
+# τ)²/3: the limit is that of 26 steps or cells per wavelength, where the errors of central
+# differences and linear elements, (ω τ)²/24 to (ω τ)²/8, are below 1 %.
 SPIKE = 0.02
 # Fewest steps of a tap without a caution. A node arrives, sticks and leaves within a step: errors
 # of up to 5 Δt over the tap's duration on the stability maps, so 5 % at this number.
@@ -22,7 +22,7 @@ FEWEST_STEPS = 100
 # Residual of the energy balance over the largest kinetic energy above which a run is cautioned: the
 # impulse of a rebound changes by about half of it.
 CAUTION_RESIDUAL = 0.02
-# Volume ratio below which the St. Venant-Kirchhoff law softens: d/dλ λ(λ² - 1) = 0 when confined.
+# Volume ratio below which St. Venant-Kirchhoff's law softens when confined: d/dλ λ(λ² - 1) = 0.
 CRUSHED = 3.0**-0.5
 # Largest share of the elastic energy in the contact's springs: in series with the body they change
 # force and duration by half of it.
@@ -195,8 +195,7 @@ def imprecise(
     """A line that names numbers with relative errors above `LARGEST_ERROR`, and asks for a finer
     mesh where that may remove half of such an error.
 
-    of_mesh : parts of the errors that a finer mesh may reduce. edge_over_patch : see
-        `mesh_error.Resolution`
+    of_mesh : parts of errors that it may reduce. edge_over_patch : see `mesh_error.Resolution`
     """
     found = _shares(summary, errors)
     names = sorted((name for name in found if found[name] > LARGEST_ERROR), key=found.__getitem__)
@@ -217,8 +216,7 @@ def imprecise(
 def flutter(
     forces: ForceRecord, friction: float, material: Material, edge: float, patch: float
 ) -> tuple[str, ...]:
-    """A caution if an undamped tip slides on a mesh fine enough to show the flutter of such
-    sliding.
+    """A caution if an undamped tip slides on a mesh fine enough to show that it flutters.
 
     edge : edge length at the contact, m. patch : Hertz's radius, m
     """

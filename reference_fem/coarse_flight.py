@@ -10,8 +10,8 @@ over the nodes within r of X. Quadratic fields are exact: rigid motions, uniform
 bending with the change of its sections. An element's own shape functions would leave a shear of the
 bending's size over the number of elements across, with which the run's mesh would ring.
 
-Gaps left in the hinges are closed by moving phalanges, and differences in the joints' momenta p_k =
-Σ m v·e_k by changing joint rates, e_k the velocities for a unit rate in joint k alone: hinge
+Gaps left in the hinges are closed by moving phalanges, and differences in the joints' momenta
+p_k = Σ m v·e_k by changing joint rates, e_k the velocities for a unit rate in joint k alone: hinge
 reactions change no p_k. Both keep strains.
 """
 
@@ -73,7 +73,7 @@ class CoarseFlight:
         return moved
 
     def motion(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
-        """Displacement and velocity on the run's mesh, with the joint momenta of the flight's."""
+        """Displacement and velocity on the run's mesh, with the flight's joint momenta."""
         wanted = np.tensordot(joint_momenta(self.model, displacement)[0], velocity[:, :2])
         displacement, velocity = self.on_run(displacement), self.on_run(velocity)
         momenta, motions = joint_momenta(self.to, displacement)

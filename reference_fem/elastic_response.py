@@ -29,9 +29,8 @@ from reference_fem.rigid_flight import Descent
 from reference_fem.settings import Drive, Material
 
 WEIGHT_SHARE, TORQUE_SHARE = 0.1, 0.3
-"""Shares of δ ω₁ that reach the tip: flying as elements, tips touch slower or faster by 0.01 to
-0.08 of it in falling fingers, by 0.1 to 0.3 in driven ones (nine of 1e7 to 1e9 Pa, none
-whirling)."""
+"""Shares of δ ω₁ by which tips of flying elements touch slower or faster: 0.01 to 0.08 in fingers
+that fall, 0.1 to 0.3 in driven ones (nine fingers of 1e7 to 1e9 Pa, none that whirls)."""
 STRETCH_SHARE = 0.7
 """Share of ε ω that reaches the tip: fingers of 1e7 Pa that start at 36 to 50 degrees touch slower
 or faster by 0.24 to 0.68 of it (four fingers)."""

@@ -8,9 +8,8 @@
 - *Springs* of the contact law, in series with the body. If they hold the share s of the elastic
   energy, F_true / F = (1 - s)^-1/2 and t_true / t = (1 - s)^1/2 (two springs, one mass). Both runs'
   numbers are corrected for this before they are compared.
-- *Shafts*. Linear cells are too stiff in bending, by an error that goes with the square of their
-  length. Patch and shafts may shift a number in opposite ways, so that two meshes agree but are
-  both off.
+- *Shafts*. Linear cells are too stiff in bending, by the square of their lengths; patch and shafts
+  may shift a number in opposite ways, so that two meshes agree though both are off.
 - *Steps*. A node arrives and leaves within a step: times are known to within some Δt.
 
 These errors add up. Of two extremes that differ by less than their errors either may be the larger
@@ -157,10 +156,9 @@ def tap_errors(
 def rivals(run: TapResult, errors: Mapping[str, float]) -> dict[str, float]:
     """Errors of those extremes of the first tap for which another one may be mistaken.
 
-    A value known to within ε is the maximum for certain only if no other lies within 2 ε of it. If
-    one does, a peak's time may be off by the time between the two, and a signed extreme by its
-    distance from that of the other sign. A stress that grows as the tap ends is as uncertain as
-    that end.
+    A value known to ε is the maximum for certain only if no other comes within 2 ε of it. Else a
+    peak's time may be off by the time between the two, and a signed extreme by the distance to that
+    of the other sign. A stress that grows as the tap ends is only as certain as its end.
     """
     start, whole = run.summary.contact_time_s, run.summary.contact_duration_s
     if start is None or whole is None:

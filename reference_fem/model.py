@@ -31,7 +31,7 @@ class Model:
     kernel : elements
     mass, inverse_mass : (n_points,); 0 and 1 for hanging nodes, as `ties` needs them
     ties : hanging nodes
-    symmetry_factor : 2 for a half model, else 1; the full body's sums over the mesh's
+    symmetry_factor : 2 for a half model, else 1; turns the mesh's sums into the full body's
     symmetry : (k,), nodes held in the plane Z = 0
     hinges, couples, torques, contact, probe : see their classes
     pole : node at the tip's end on the axis

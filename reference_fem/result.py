@@ -88,8 +88,7 @@ class Sampled(Generic[Number]):
     stress_R_Pa : (n,), axial Cauchy stress at R, mid-length of the last phalanx, lower surface
     kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,), contact energy is
         that of the law's normal and tangential springs
-    hourglass_energy_J : (n,), the strain energy's part in hourglass control; 0 for elements without
-        it.
+    hourglass_energy_J : (n,), strain energy held by hourglass control; 0 for elements without it.
     friction_dissipation_J, contact_damping_J, material_dissipation_J, drive_work_J,
         energy_balance_J : (n,), contact damping: losses of dashpots and of the lumped law's
         hysteresis
@@ -210,8 +209,8 @@ class TapResult:
     cautions : reasons not to trust the numbers, one sentence each; see `cautions`.
     errors : estimated absolute errors by the summary's names; inf where none can be given, empty if
         none were asked for or the run is not complete.
-    mesh_errors : parts of them that a finer mesh may reduce; estimated from the edges alone if the
-        tap's end is in doubt, as another mesh's tap may end otherwise; empty if the first touch is.
+    mesh_errors : parts of them that a finer mesh may reduce; from the edges alone if the tap's end
+        is in doubt (another mesh's tap may end otherwise), empty if its first touch is in doubt.
     given : arguments of `simulate` by name; a mesh by its SHA-256.
     """
 

@@ -28,12 +28,12 @@ def stable_step(
     (Irons 1971), takes 1.2 to 2 times as many steps on the finger's meshes: one bad element decides
     it, though its neighbours hold it back.
 
-    Dashpots C_c lag by half a step, v(t - Δt/2) instead of v(t): the leapfrog then needs 4 M/Δt² -
-    2 C/Δt - K positive definite (at the root z = -1). Δt stands on both sides; starting from C = 0,
-    which is too large a step, fixed-point iteration converges to it.
+    Dashpots C_c lag by half a step, v(t - Δt/2) instead of v(t): the leapfrog then needs
+    4 M/Δt² - 2 C/Δt - K positive definite (at the root z = -1). Δt stands on both sides; starting
+    from C = 0, which is too large a step, fixed-point iteration converges to it.
 
-    The material's damping τ K lags likewise: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads Δt
-    = 2/ω_max (sqrt(1 + ξ²) - ξ). ω_max may be that of K + K_c + 2 C_c/Δt without τ, and τ the
+    The material's damping τ K lags likewise: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads
+    Δt = 2/ω_max (sqrt(1 + ξ²) - ξ). ω_max may be that of K + K_c + 2 C_c/Δt without τ, and τ the
     largest: both err to the safe side.
 
     K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).

@@ -16,7 +16,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     """Audit `state`, from which `block` started.
 
     - kinetic: ½ Σ m v², v the mean of the two half-step velocities around t_n
-    - strain: the elements' own, from strains; hourglass: the part of it in hourglass control
+    - strain: the elements' own, from strains; hourglass: the part held by hourglass control
     - gravity: -Σ m f·u, f the acceleration of gravity
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds

@@ -41,7 +41,7 @@ class Block:
     searched: bool
 
 
-ROUNDING = 1e-14  # of a zero gap, over the surface's depth: the sum over a facet's nodes
+ROUNDING = 1e-14  # over the surface's depth: round-off of a zero gap, a sum over a facet's nodes
 
 
 def start_state(
@@ -181,7 +181,7 @@ def _less_external(
     row: Array,
     pressure: Array | None = None,
 ) -> Array:
-    """Subtract contact, couples and hinge reactions from the internal force; return these (P, 2).
+    """Subtract contact, couples and hinge reactions, which it returns (P, 2), from the residual.
 
     Contact comes after all else that acts on its nodes, which a constraint needs to know. Its
     history is committed; `row` and, if given, `pressure` (n_points,) are filled.

@@ -38,8 +38,7 @@ def tap_after(
     It is over once the surface has not been touched for 10 % of the contact so far, a quarter of
     an axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
     chatter at the start and at the end), and will not be for twice that contact or transit.
-    With `until_s` it consists of the touches, ten steps apart, that begin within that time of the
-    first one.
+    With `until_s` it has the touches, ten steps apart, that begin within that time of the first.
 
     touch_in_s : `next_touch_s` of the block's start. until_s : `Settings.tap_until_s`.
     """

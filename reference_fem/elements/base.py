@@ -89,8 +89,8 @@ class ElementKernel:
     def audited_force(self, displacement: Array, out: Array) -> tuple[float, float]:
         """`internal_force`; returns the stored energy and hourglass control's part of it, J.
 
-        Energies come from the strains at the points, not from force times displacement. They take 3
-        % more time for 1-point hexahedra, 10 % for 8-point ones, 20 % for plane quadrilaterals
+        Energies come from the strains at the points, not from force times displacement. They take
+        3 % more time for 1-point hexahedra, 10 % for 8-point ones, 20 % for plane quadrilaterals
         (measured).
         """
         u, parts = self._checked(displacement, out), np.empty((numba.get_num_threads(), 2))

@@ -33,8 +33,7 @@ def add_force(
     """Add the forces of one block, N.
 
     Where `stored` is given, energies of strains and of hourglass modes, J, are added to its row t.
-    With `moving` the forces include damping, and the power that it dissipates, W, is added there
-    too.
+    With `moving` the forces include damping; the power that it takes, W, is added there too.
 
     u (n_nodes, dim) displacements, m; `share` of thread t as in `threads`.
     """

@@ -78,8 +78,7 @@ class ContactArea:
 def contact_area(tip: TipCompliance) -> ContactArea:
     """Points where the contact is evaluated.
 
-    Nodal heights are corrected to the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i
-    dA.
+    Nodal heights that give the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
     """
     quadrature = facet_quadrature(tip.points, tip.facets)
     weights = quadrature.weight.ravel()

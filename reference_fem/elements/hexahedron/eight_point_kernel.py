@@ -7,8 +7,8 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_
     S_q = lambda e I + 2 mu E_q,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
 With damping (`damped_force`), tau dE/dt and tau de/dt are added to E and e in S. Only the
-volumetric term is reduced (selective reduced integration), so the element does not lock as nu ->
-1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
+volumetric term is reduced (selective reduced integration), so the element does not lock as
+nu -> 1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
 
 The covariant base vectors come from the edges (`edges`), each point has a frame of its own
 (`point`).

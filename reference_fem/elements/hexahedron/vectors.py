@@ -2,10 +2,10 @@
 
     x0 y0 z0   x1 y1 z1 ... x7 y7 z7     <->     x0 .. x7,  y0 .. y7,  z0 .. z7
 
-Written in Python, each number is one load and one store, together slower than the arithmetic of a
-1-point hexahedron. Here LLVM's vectors, which Python cannot express, load a node's numbers at once,
-add x and y as a pair, and store a row at once (measured on one thread: 8 to 16 % less time). Any
-processor will do: where registers hold fewer than 8 numbers LLVM uses several.
+Written in Python, each number takes one load and one store, together slower than the arithmetic of
+a 1-point hexahedron. Here LLVM's vectors, which Python cannot express, load a node's numbers at
+once, add x and y as a pair, and store a row at once (measured on one thread: 8 to 16 % less time).
+Any processor will do: where registers hold fewer than 8 numbers LLVM uses several.
 
 Arrays must be contiguous and indices in bounds; neither is checked. Node numbers (LANES, 8) are
 taken at flat places `first`, `first + 8`, ... for lanes 0, 1, ...: one corner of 8 elements.
@@ -39,8 +39,8 @@ def _constants(numbers: list[int]) -> ir.Constant:
     return ir.Constant(ir.VectorType(INDEX, len(numbers)), numbers)
 
 
-# Shuffles of `_store_rows`: ALL joins nodes i and i + 4; of two such, in each half, EVEN takes x x
-# z z and ODD y y; of two of these, in each half, FIRST and SECOND take these pairs.
+# Shuffles of `_store_rows`: ALL joins nodes i and i + 4; of two such, in each half, EVEN takes
+# x x z z and ODD y y; of two of these, in each half, FIRST or SECOND takes such pairs.
 ALL = _constants([0, 1, 2, 3, 4, 5, 6, 7])
 EVEN = _constants([0, 8, 2, 10, 4, 12, 6, 14])
 ODD = _constants([1, 9, 3, 11, 5, 13, 7, 15])

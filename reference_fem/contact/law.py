@@ -7,8 +7,7 @@ Contract for whoever adds a law (one file each, chosen by name in `laws`):
    acts on the surface's nodes, and commits the history: explicit steps accept every evaluation.
 3. History lives in the arrays that are handed in (`Memory`), so that a saved state restarts to the
    same bits.
-4. `stiffness`, `damping` and `coupled_eigenvalue` are upper bounds; they enter the stable
-step.
+4. `stiffness`, `damping` and `coupled_eigenvalue` are upper bounds; they enter the stable step.
 5. Energies come from gaps and slips, never from the work of the sum of forces.
 """
 

@@ -1,7 +1,7 @@
 """The reduced model with the refined assumptions where the scene states none of its own switches.
 
-This module is its `adapter.Adapter`: what `hcm` does with ``solver.hcm.assumptions = "refined"``,
-beside the paper's under a name of its own.
+This module is its `adapter.Adapter`: `hcm` with ``solver.hcm.assumptions = "refined"``, under a
+name of its own beside the paper's model.
 """
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ warm_up = partial(hcm.warm_up_kernels, hcm.Kernels(refined=True))
 def run(
     scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
 ) -> Outcome:
-    """Run the reduced model on the scene so changed."""
+    """Run the reduced model on the scene with the refined assumptions."""
     refined = changed_scene(scene.name, scene.document, (hcm.REFINED,), scene.name)
     outcome = hcm.run(refined, progress)
     del checkpoint

@@ -1,8 +1,8 @@
 """Models by name: scene in, `Outcome` out. The contract is `adapter.Adapter`.
 
-A model is an entry point of the group ``fingertap.models``: this project's ``pyproject.toml`` names
-the built-in ones there. Any installed package that names one makes its model available in every
-command.
+A model is an entry point of the group ``fingertap.models``: the built-in ones are named in this
+project's ``pyproject.toml``. The model of any installed package that names one is available in
+every command.
 """
 
 import difflib

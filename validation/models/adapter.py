@@ -53,8 +53,7 @@ class Adapter(Protocol):
 
     name : its name on the command line and in tables.
     kind : "reduced" models are compared with "reference" ones.
-    settings : NAME of the scene's table ``[solver.NAME]`` that it reads, hcm or fem; empty for
-        none.
+    settings : NAME of the scene's table ``[solver.NAME]`` that it reads: hcm, fem or "" (none).
     sources : dotted names of the modules whose code makes its results, by which the store knows
         them; imports of this project's packages are followed.
     resumable : whether it writes a restart file at the checkpoint as it goes.
@@ -83,7 +82,7 @@ class Adapter(Protocol):
     ) -> Outcome:
         """Translate the scene and time the solve alone.
 
-        The solver's status becomes the record's. A model that has nothing to resume ignores the
+        The solver's status becomes the record's. A model without restart files ignores the
         checkpoint.
 
         Raises UserError: the model cannot take this scene.

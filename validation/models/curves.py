@@ -12,10 +12,10 @@ from validation.harness.quantities import QUANTITIES
 from validation.harness.record import Floats, RunRecord
 from validation.scenes.load import NamedScene
 
-TIMES = ("contact_time_s", "peak_normal_force_time_s")  # scalars that may be zero
+TIMES = ("contact_time_s", "peak_normal_force_time_s")  # times, whose scale is the duration
 # largest share, of the number or of the tap's duration, by which it may differ without a caution
 APART = 0.05
-SAME_TAP = 2.0  # a touch within this times a tap's duration so far still belongs to it
+SAME_TAP = 2.0  # a touch within this many durations after a tap still belongs to it
 PUSHED = 0.5  # share of the largest F_n above which F_t / F_n is more than scatter
 
 
@@ -38,8 +38,7 @@ class Curves:
 
 
 def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """First sample of the first tap, the one after its last, its number of touches, and that of
-    all.
+    """First sample of the first tap, the one after its last, numbers of its touches and of all.
 
     A touch belongs to the tap if it begins within `SAME_TAP` times the tap's duration so far after
     a separation, as in the solvers (`hcm.tap`).
@@ -59,8 +58,7 @@ def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, 
 
 
 def tap_scalars(curves: Curves) -> dict[str, Any]:
-    """Scalars of the first tap, from where F_n leaves zero to where it returns, linearly
-    interpolated.
+    """Scalars of the first tap, from where F_n leaves zero to where it returns (interpolated).
 
     - contact time, duration: from these two points
     - peaks: the largest sample in between; for F_t the one of largest magnitude, signed

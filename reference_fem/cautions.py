@@ -65,7 +65,7 @@ def cautions(
     - the energy balance is off by more than a rebound's impulse tolerates
     - an element is crushed so far that its material law no longer models a solid
     - penalty springs hold so much of the elastic energy that they, not the body, make the contact
-    - hourglass control holds so much of the strain energy that it is part of the answer
+    - hourglass control holds so much of the strain energy that it affects the answer
     - the contact has rolled out of the refined part of the mesh, or never was there
     - the last phalanx touches with its shaft
     """

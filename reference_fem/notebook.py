@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 Numbers = Mapping[str, Any]
-WIDTH, HEIGHT, POINTS = 480, 140, 400  # of the curve, in pixels
+WIDTH, HEIGHT, POINTS = 480, 140, 400  # of the curve: size in pixels, most points
 
 
 def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any, force: Any) -> str:

@@ -107,8 +107,8 @@ class ElementKernel:
     ) -> tuple[float, float, float]:
         """`audited_force` with damping; also returns the power that damping dissipates, W.
 
-        velocity : (n_nodes, dim) m/s, of `lag` seconds before the displacement: the dissipation is
-            that of then, and zero damps no rotation
+        velocity : (n_nodes, dim) m/s, at `lag` seconds before the displacement: the dissipation is
+            that of this earlier time, and rigid rotations are not damped
         """
         parts = np.empty((numba.get_num_threads(), 3))
         u, v = self._checked(displacement, out), self._checked(velocity)

@@ -135,7 +135,7 @@ def chord_thickness(points: Array, cells: Index, radius: Array) -> Array:
     """Chord 2 sqrt(R^2 - y^2) of the round section at the points of each cell, (n_cells, 4), m.
 
     With it area, second moment and mass of a section are those of the round beam, up to the
-    quadrature error of the square root next to the outline. The round end keeps the chord of the
+    quadrature error of the square root near the outline. The round end keeps the chord of the
     section: it is half a cylinder across Z cut to that thickness, not half a ball.
 
     points : (n_points, 2), m. cells : (n_cells, 4).

@@ -30,7 +30,7 @@ from reference_fem.hertz import hertz_indentation
 from reference_fem.statics.tip import TipCompliance
 
 PENALTY = 2000.0  # f
-ITERATIONS, HALVINGS = 60, 12  # of Newton's method, and of one step
+ITERATIONS, HALVINGS = 60, 12  # most of Newton's method, and of one step
 
 
 @dataclass(frozen=True)

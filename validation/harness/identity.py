@@ -25,7 +25,7 @@ from typing import Any
 
 from validation.harness.provenance import processor, version
 
-ROOT = Path(__file__).parents[2]  # of the checkout, or where the wheel is installed
+ROOT = Path(__file__).parents[2]  # the checkout, or where the wheel is installed
 PACKAGES = ("hcm", "reference_fem", "meshes", "validation")
 # Libraries whose distribution has another name, or whose results depend on another one too.
 DISTRIBUTIONS = {

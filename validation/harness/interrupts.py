@@ -26,7 +26,7 @@ from types import FrameType
 from typing import Any, TypeVar
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-SOON_S = 0.005  # between two checks whether an interrupt can be obeyed
+SOON_S = 0.005  # time between two checks whether an interrupt can be obeyed
 PATIENCE_S = 3.0  # for imports and loading; after that, compiling is interrupted wherever it is
 # For the clean-up after an interrupt, which another (`timeout` sends two) would leave half done.
 ONCE_S = 1.5

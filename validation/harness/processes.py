@@ -32,7 +32,7 @@ R = TypeVar("R")
 
 SPAWN = multiprocessing.get_context("spawn")  # inherits no threads of other libraries
 GRACE_S = 2.0  # a keyboard interrupt reaches both processes: time for the other to end on its own
-PATIENCE_S = 20.0  # for an interrupted process to keep what it has
+PATIENCE_S = 20.0  # time for an interrupted process to keep what it has
 INTERRUPTED = 130  # exit code of a process that an interrupt ended
 # Errors that a caller can handle; any other is a crash, whose trace the process prints.
 HANDED_OVER = (UserError, RunFailedError, OSError)

@@ -22,7 +22,7 @@ UNITS = (  # endings of names, longest first, and the unit that they stand for
     ("_m", "m"),
     ("_s", "s"),
 )
-FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # of the units' prefixes
+FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # by the units' prefixes
 
 
 def unit_of(name: str) -> str:

@@ -19,7 +19,7 @@ from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store
 
-CORNERS = {2: 4, 3: 8}  # of a cell, by the dimension of its points
+CORNERS = {2: 4, 3: 8}  # corners of a cell, by the dimension of its points
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-DIGITS = 6  # of a number, however small its error is
+DIGITS = 6  # most digits of a number, however small its error is
 
 
 def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:

@@ -15,7 +15,7 @@ from validation.models.solid_inputs import drive_of, solver_settings, start_of
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
-CLEARANCE = 2e-4  # of the tip's radius: meshes put a sphere's lowest node up to h^2/8R too high
+CLEARANCE = 2e-4  # over tip radius: meshes put a sphere's lowest node up to h^2/8R too high
 
 
 @dataclass(frozen=True)

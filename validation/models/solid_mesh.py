@@ -15,8 +15,8 @@ PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 COARSER, FINER = 2.0, 0.75  # edges of a run's companion mesh over its own
 FEW = 600  # elements
-FLIGHT_EDGE = 0.25  # of the smallest diameter, on the mesh of a coarse flight
-CLEARANCE = 0.01  # of the tip's radius, below an impact state; nodes stand out by less
+FLIGHT_EDGE = 0.25  # edges over the smallest diameter, on the mesh of a coarse flight
+CLEARANCE = 0.01  # over the tip's radius, in an impact state; nodes stand out by less
 
 
 def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:

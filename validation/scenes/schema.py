@@ -13,7 +13,7 @@ from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import SIZES, SOLVER_TABLES, SolverTable, settings_of
 from validation.scenes.tables import state_key
 
-WIDTH = 100  # of the lines of a new scene
+WIDTH = 100  # width of a new scene's lines
 BY_PRESET = (*SIZES, "contact")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

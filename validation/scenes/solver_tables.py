@@ -39,7 +39,7 @@ def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
         if get_origin(kind) is Annotated:
             number, bound = members
             kind = Annotated[number | None, SceneNumber(**vars(bound))]
-        else:  # of names or a solver's object, a scene states a name
+        else:  # names or a solver's object: a scene states a name
             kind = next((m for m in members if get_origin(m) is Literal), kind) | None
         keys[state_key(field.name)] = (kind, None)
     return keys

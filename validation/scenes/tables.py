@@ -14,7 +14,7 @@ from validation.scenes.scene_number import OrTable, Rows, SceneNumber
 
 Numbers = float | tuple[float, ...]
 
-MAX_TIMES = 10_000  # of a drive; each ends a step
+MAX_TIMES = 10_000  # most times in a drive's table; each ends a step
 LONGEST_M = 2.0  # above this a length of a finger was most likely meant in millimetres
 
 ELEMENTS_ADVICE = "the paper uses 5 to 20 per phalanx, and 20 is converged to 0.02 %"

@@ -1,4 +1,4 @@
-"""What a run's numbers should not be trusted for, by its own record and its stated errors."""
+"""Reasons not to trust a run's numbers, from its own record and its stated errors."""
 
 import math
 from collections.abc import Mapping
@@ -11,30 +11,30 @@ from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot, Summary
 from reference_fem.settings import Material, Settings
 
-# Second difference of F_n at its peak over three times the peak, between times a step apart or as
-# far as a wave needs for a cell, whichever is longer (τ). A wave of frequency ω shows (ω τ)²/3:
-# this share is that of 26 steps or cells a wave length, which central differences and linear
-# elements carry with errors of (ω τ)²/24 to (ω τ)²/8, less than 1 %.
+# Limit of the second difference of F_n at its peak over three times the peak, for lags of one step
+# up to the time that a wave takes across a cell (the longest, τ). A wave of frequency ω gives (ω
+# τ)²/3: the limit is that of 26 steps or cells per wavelength, where the errors of central
+# differences and linear elements, (ω τ)²/24 to (ω τ)²/8, are below 1 %.
 SPIKE = 0.02
-# Steps of a tap. A node arrives, sticks and leaves within a step: errors of some Δt over the tap's
-# duration, up to five of them on the stability maps, so 5 % at this number.
+# Fewest steps of a tap without a caution. A node arrives, sticks and leaves within a step: errors
+# of up to 5 Δt over the tap's duration on the stability maps, so 5 % at this number.
 FEWEST_STEPS = 100
-# Residual of the energy balance over the largest kinetic energy, from which on a run is cautioned:
-# the impulse of a rebound changes by some half of it.
+# Residual of the energy balance over the largest kinetic energy above which a run is cautioned: the
+# impulse of a rebound changes by about half of it.
 CAUTION_RESIDUAL = 0.02
-# Volume at which St. Venant-Kirchhoff's law softens under confined compression: d/dλ λ(λ² - 1) = 0.
+# Volume ratio below which St. Venant-Kirchhoff's law softens when confined: d/dλ λ(λ² - 1) = 0.
 CRUSHED = 3.0**-0.5
-# Share of the elastic energy at which springs in series with the body change its force and its
-# duration by half of that.
+# Largest share of the elastic energy in the contact's springs: in series with the body they change
+# force and duration by half of it.
 SPRINGS = 0.1
-# Mean edge where the surface touches at the peak over the finest, above which the contact lies
-# outside of what was refined for it; and longest edges over finest, below which a mesh is even.
+# Mean edge at the contact at peak force over the finest, above which the contact lies outside the
+# refined patch; and long edges over the finest, below which a mesh counts as even.
 REFINED_EDGE_RATIO, EVEN = 1.5, 3.0
-# How far from its pole, over its radius, a phalanx touches with its end.
+# Distance from its pole, over its radius, up to which a phalanx touches with its end.
 END = 1.1
 # The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
 HOURGLASS = 0.1
-# Share of mu F_n from which on a tip slides as a whole.
+# Share of mu F_n above which a tip slides as a whole.
 SLIP_SHARE = 0.9
 # Relative error that a number may state without a caution.
 CAUTION_ERROR = 0.02
@@ -62,11 +62,11 @@ def cautions(
 
     - the peak force stands out so much that step or mesh have not resolved it
     - the tap is so short that a step is a noticeable part of it
-    - more of the energy is open than a rebound's impulse should depend on
-    - an element is crushed to where its material law is no model of a solid any more
+    - the energy balance is off by more than a rebound's impulse tolerates
+    - an element is crushed so far that its material law no longer models a solid
     - penalty springs hold so much of the elastic energy that they, not the body, make the contact
-    - hourglass control holds so much of the strain energy that it is part of the answer
-    - the contact has rolled, or never was, where the mesh was refined for it
+    - hourglass control holds so much of the strain energy that it affects the answer
+    - the contact has rolled out of the refined part of the mesh, or never was there
     - the last phalanx touches with its shaft
     """
     found = []
@@ -140,15 +140,15 @@ def cautions(
 
 
 def steps_per_cell_transit(model: Model) -> int:
-    """Steps that a wave needs for a cell, at least one."""
+    """Steps that a wave takes to cross a cell, at least one."""
     return max(1, round(model.cell_transit_s / model.step_s))
 
 
 def spike(normal: Array, longest: int) -> float:
-    """Largest (2 F_p - F_{p-k} - F_{p+k}) / 3 F_p of 1 to `longest` steps k around the peak F_p.
+    """Largest (2 F_p - F_{p-k} - F_{p+k}) / 3 F_p over lags of k = 1 to `longest` steps.
 
-    The forces (n,) are zero beyond their ends. Over several lags, as one that is a period of the
-    spike's own chatter shows nothing.
+    F_p is the peak; forces (n,) are zero beyond their ends. Several lags are tried, as one equal to
+    the period of the spike's own chatter shows nothing.
     """
     if not normal.size or normal.max() <= 0.0:
         return 0.0
@@ -163,7 +163,7 @@ def contact_edge_ratio(edges: Array, touched: Flags) -> float | None:
     """Mean edge of the nodes that touch over the 2 % quantile of all; None within a refined patch.
 
     edges, touched : (k,), of the nodes that may touch; edges are the roots of their areas. An even
-        mesh is nowhere refined, and gives None.
+        mesh has no refined patch and gives None.
     """
     if not touched.any() or not np.isfinite(edges).all():
         return None
@@ -179,7 +179,7 @@ def _share(part: float, whole: float) -> float:
 
 
 def _smoother(settings: Settings) -> str:
-    """What is left to try of a finer mesh, a softer contact, and impulses."""
+    """The remedies left: a finer mesh and, unless in use, impulses, or a softer contact."""
     finer = "a finer mesh where it touches"
     if settings.contact == "impulse":
         return finer
@@ -195,7 +195,7 @@ def imprecise(
     """A line that names numbers with relative errors above `CAUTION_ERROR`, and asks for a finer
     mesh where that may remove half of one.
 
-    of_mesh : parts of the errors that it may lessen. edge_over_patch : see `mesh_error.Resolution`
+    of_mesh : parts of errors that it may reduce. edge_over_patch : see `mesh_error.Resolution`
     """
     found = _shares(summary, errors)
     names = sorted((name for name in found if found[name] > CAUTION_ERROR), key=found.__getitem__)
@@ -216,9 +216,9 @@ def imprecise(
 def flutter(
     forces: ForceRecord, friction: float, material: Material, edge: float, patch: float
 ) -> tuple[str, ...]:
-    """A caution where a tip slides on a mesh fine enough to show how an elastic one flutters then.
+    """A caution if an undamped tip slides on a mesh fine enough to show that it flutters.
 
-    edge : where it touches, m. patch : Hertz's radius, m
+    edge : edge length at the contact, m. patch : Hertz's radius, m
     """
     normal, tangential = forces.normal_force_N, forces.tangential_force_N
     pushed = normal > 0.5 * normal.max(initial=0.0)
@@ -237,7 +237,7 @@ def flutter(
 def _shares(
     summary: Summary, errors: Mapping[str, float | tuple[float, float]]
 ) -> dict[str, float]:
-    """Errors over their numbers."""
+    """Relative errors, by name: the largest component over the magnitude of the number."""
     return {
         name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
         for name, error in errors.items()
@@ -245,7 +245,7 @@ def _shares(
 
 
 def percent(share: float) -> str:
-    """A share in words, of two digits."""
+    """A share as text, in per cent with two digits; "unknown" if infinite."""
     if share == math.inf:
         return "unknown"
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

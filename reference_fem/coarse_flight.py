@@ -6,13 +6,13 @@ polynomials of second order in X_i - X,
 
     u(X) = Σ_i φ_i u_i,  φ = w_i q_i·[Σ_j w_j q_j q_jᵀ]⁻¹ e_1,  w = (1 - |X_i - X|²/r²)²
 
-over the nodes within r of X. Fields of second order are exact: rigid motions, even strains, and
-bending with its sections' change. An element's own shape functions would leave shear of bending's
-size over the number of elements across, which the run's mesh rings with.
+over the nodes within r of X. Quadratic fields are exact: rigid motions, uniform strains, and
+bending with the change of its sections. An element's own shape functions would leave a shear of the
+bending's size over the number of elements across, with which the run's mesh would ring.
 
-What is left open in the hinges is closed by moving phalanges, and what differs in the joints'
-momenta p_k = Σ m v·e_k by turning them, e_k the velocities for a unit rate in joint k alone:
-reactions of hinges change no p_k. Strains are kept by both.
+Gaps left in the hinges are closed by moving phalanges, and differences in the joints' momenta
+p_k = Σ m v·e_k by changing joint rates, e_k the velocities for a unit rate in joint k alone: hinge
+reactions change no p_k. Both keep strains.
 """
 
 from dataclasses import dataclass, replace
@@ -33,16 +33,16 @@ FLIGHT_BLOCK = 1000
 SPEED_MARGIN = 1.0
 """Speed that the surface may gain within a flight block, m/s: a generous bound on its reach."""
 REACH = 2.5
-"""r over the longest extent of the flight's cells: three layers of nodes are seen from an end."""
+"""r over the longest extent of the flight's cells: an end sees three layers of nodes."""
 CHUNK = 1024
 """Fits solved at a time."""
 LARGEST_CONDITION = 1e9
-"""Of a fit, from which on its nodes do not determine a polynomial."""
+"""Condition number of a fit above which its nodes do not determine a polynomial."""
 
 
 @dataclass(frozen=True)
 class CoarseFlight:
-    """The flight's model, the run's model, and what takes the one's fields to the other's.
+    """The flight's model, the run's model, and the maps of fields from the first to the second.
 
     even, odd : (n_points of the run, n_points of the flight), φ for components in the plane of
         motion and, where there is a symmetry plane, across it
@@ -54,17 +54,17 @@ class CoarseFlight:
     odd: csr_array
 
     def steps_ahead(self, state: State, lead_steps: int) -> int:
-        """Steps of the flight in which the run's mesh goes half of its way to the touch at most.
+        """Steps of the flight in which the run's mesh goes at most half its way to the touch.
 
         Less than one: it is time to hand over.
         """
         speed = SPEED_MARGIN + float(np.max(-state.velocity[self.model.contact.nodes, 1]))
         gap = lowest_gap(self.to, self.on_run(state.displacement))
         ahead = 0.5 * (gap / speed - lead_steps * self.to.step_s) / self.model.step_s
-        return int(min(FLIGHT_BLOCK, ahead))  # a whole block of a flight that has come apart
+        return int(min(FLIGHT_BLOCK, ahead))  # NaN, of a flight that diverged, gives a block
 
     def on_run(self, field: Array) -> Array:
-        """A field (n_points, dim) of the flight's nodes at the run's, its hinges closed."""
+        """Map a field (n_points, dim) of the flight's nodes to the run's; close the hinges."""
         run = self.to
         moved = np.hstack([self.even @ field[:, :2], self.odd @ field[:, 2:]])
         moved[run.symmetry, 2:] = 0.0
@@ -73,7 +73,7 @@ class CoarseFlight:
         return moved
 
     def motion(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
-        """The run's motion, with the momenta of the flight's in its joints."""
+        """Displacement and velocity on the run's mesh, with the flight's joint momenta."""
         wanted = np.tensordot(joint_momenta(self.model, displacement)[0], velocity[:, :2])
         displacement, velocity = self.on_run(displacement), self.on_run(velocity)
         momenta, motions = joint_momenta(self.to, displacement)
@@ -83,7 +83,7 @@ class CoarseFlight:
         return displacement, velocity
 
     def handed_over(self, now: LoopState) -> LoopState:
-        """The loop's state on the run's mesh; sums of energy go on."""
+        """The loop's state on the run's mesh; accumulated energies carry over."""
         state, (_, block) = now.state, advance(self.model, now.state, 1, False)
         motion = self.motion(state.displacement, block.velocity)
         near = np.zeros(self.model.hinges.count)
@@ -93,7 +93,7 @@ class CoarseFlight:
 
 
 def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
-    """How fields go from the flight's mesh to the run's.
+    """Set up the maps of fields from the flight's mesh to the run's.
 
     Raises ValueError: the two are not meshes of one finger, or the flight's nodes are too few.
     """
@@ -129,9 +129,9 @@ def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
 
 
 def moving_least_squares(nodes: Array, places: Array, reach: float) -> tuple[Index, Array]:
-    """Numbers (m, k) of `nodes` (n, dim) near each of `places` (m, dim), and their φ (m, k).
+    """Indices (m, k) of `nodes` (n, dim) near each of `places` (m, dim), and their φ (m, k).
 
-    Raises ValueError: they do not determine a polynomial of second order.
+    Raises ValueError: the nodes near a place do not determine a polynomial of second order.
     """
     tree, above = cKDTree(nodes), np.triu_indices(nodes.shape[1])
     most = int(tree.query_ball_point(places, reach, return_length=True).max())
@@ -153,7 +153,7 @@ def moving_least_squares(nodes: Array, places: Array, reach: float) -> tuple[Ind
 
 
 def _at_hinges(model: Model, field: Array, weights: Array | None = None) -> Array:
-    """(P, 2): means over the hinges' proximal faces, or with the hinges' weights what is open."""
+    """A field's means over the hinges' proximal faces, (P, 2), or with their weights the gaps."""
     of = np.maximum(model.hinges.weights, 0.0) if weights is None else weights
     parts = of[:, None] * field[model.hinges.nodes, :2]
     return np.asarray(np.add.reduceat(parts, model.hinges.starts[:-1]))

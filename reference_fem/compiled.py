@@ -1,8 +1,8 @@
 """numba's `njit`, whose cache on disk notices every edit that matters.
 
 A cached kernel contains the code of the functions that it calls, but numba compares the kernel's
-own file only. Here what is cached is stale once a file in the kernel's folder, where its overloads
-are (see `elements.loops`), or any file of this package that these import has changed.
+own file only. Here a cached kernel is stale once any file in its folder, which holds its overloads
+(see `elements.loops`), or any file of this package that those import has changed.
 """
 
 import functools
@@ -19,7 +19,7 @@ _IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULT
 
 
 def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
-    """`numba.njit` with these options; what it caches carries the stamp of its sources."""
+    """`numba.njit` with these options, whose cache is stamped with a digest of the sources."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
@@ -35,7 +35,7 @@ def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
 
 
 def _readable_index(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:
-    """What a cache holds; nothing where it names a type that has moved since it was written."""
+    """Load a cache's index; empty if it names a type that has moved since it was written."""
     try:
         return load()
     except (ImportError, AttributeError):
@@ -56,7 +56,7 @@ def source_stamp(file: Path) -> str:
 
 @functools.cache
 def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
-    """A file's digest, and the files of this package that it imports; of a folder all files."""
+    """A file's digest, and the package's files that it imports: all of them for a folder."""
     text = file.read_text(encoding="utf-8")
     imported: list[Path] = []
     for name in _IMPORT.findall(text):
@@ -65,8 +65,8 @@ def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
     return hashlib.sha256(text.encode()).digest(), tuple(imported)
 
 
-# Of the elements' kernels. No nnan or ninf: a NaN in the displacement must reach the audit, not be
-# optimised away.
+# Fast-math flags of the elements' kernels. No nnan or ninf: a NaN in the displacement must reach
+# the audit, not be optimised away.
 SAFE_MATH = {"contract", "nsz"}
 compiled = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 inlined = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy", forceinline=True)

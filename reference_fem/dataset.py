@@ -26,11 +26,11 @@ def unit_of(name: str) -> str:
 def run_dataset(
     curves: Mapping[str, Named], numbers: Named, errors: Named, **attributes: Any
 ) -> "xarray.Dataset":
-    """The run's curves and numbers.
+    """The dataset of a run's curves, numbers and errors.
 
-    curves : arrays by name, under the dimension that they run over: "time", or one that is put
-        before their names. numbers : scalars and pairs; None becomes nan. errors : of the numbers,
-        named ``NAME_error``. attributes : those that are not text become JSON, ``NAME_json``.
+    curves : arrays by name, keyed by their dimension: "time", or another, which is put before their
+        names. numbers : scalars and pairs; None becomes nan. errors : those of the numbers, stored
+        as ``NAME_error``. attributes : text as it is, all else as JSON in ``NAME_json``.
     """
     import xarray
 
@@ -52,7 +52,7 @@ def run_dataset(
 
 
 def versions(*packages: str) -> dict[str, str]:
-    """Of Python and of these; empty of what is not installed."""
+    """Versions of Python and of these packages; empty for one that is not installed."""
     found = {name: [d.version for d in metadata.distributions(name=name)] for name in packages}
     return {"python": platform.python_version(), **{k: " ".join(v) for k, v in found.items()}}
 

@@ -7,8 +7,8 @@ torques at its ends. With p the larger end's load and M the sum of both torques'
     δ = (5 p L⁴/384 + M L²/(9 √3))/(E I),  ω₁ = (π/L)² √(E I/(ρA)),
 
 and it rings at the speed δ ω₁ where the loads come suddenly; a share of it reaches the tip. In a
-flight of the time T < π/2ω₁ they grow to no more than (1 - cos ω₁ T) δ and sin(ω₁ T) δ ω₁. Along
-itself it is a rod held at one end under the load p of its mass and the force F of the phalanges
+flight of duration T < π/2ω₁ they grow to no more than (1 - cos ω₁ T) δ and sin(ω₁ T) δ ω₁. Along
+its axis it is a rod held at one end under the load p of its mass and the force F of the phalanges
 beyond,
 
     ε = (p L²/2 + F L)/(E A),  ω = π/(2 L) √(E/ρ),
@@ -29,17 +29,17 @@ from reference_fem.rigid_flight import Descent
 from reference_fem.settings import Drive, Material
 
 WEIGHT_SHARE, TORQUE_SHARE = 0.1, 0.3
-"""Of δ ω₁: where elements fly, tips of fingers that fall touch 0.01 to 0.08 of it slower or faster,
-of driven ones 0.1 to 0.3 (nine fingers of 1e7 to 1e9 Pa, none that whirls)."""
+"""Shares of δ ω₁ by which tips of flying elements touch slower or faster: 0.01 to 0.08 in fingers
+that fall, 0.1 to 0.3 in driven ones (nine fingers of 1e7 to 1e9 Pa, none that whirls)."""
 STRETCH_SHARE = 0.7
-"""Of ε ω: tips of fingers of 1e7 Pa that start at 36 to 50 degrees touch 0.24 to 0.68 of it slower
-or faster (four fingers)."""
+"""Share of ε ω that reaches the tip: fingers of 1e7 Pa that start at 36 to 50 degrees touch slower
+or faster by 0.24 to 0.68 of it (four fingers)."""
 SAMPLES = 50
-"""States of a flight at which its bending is looked at, with those at its torques' kinks."""
+"""Times in a flight at which its bending is evaluated, besides its torques' kinks."""
 
 
 class ElasticResponse(NamedTuple):
-    """Of the phalanges of a flight.
+    """Elastic response of the phalanges to a flight.
 
     angle : largest δ/L, rad
     depth : largest δ plus the sum of all ε, m
@@ -54,7 +54,7 @@ class ElasticResponse(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Of each phalanx, (P,): p across and along it, N/m, the larger of both ends', and F, N."""
+    """Loads on phalanges, (P,): p across and along each, N/m, the larger of its ends', and F, N."""
 
     across: Array
     along: Array
@@ -62,7 +62,7 @@ class Loads(NamedTuple):
 
 
 def loads(chain: RigidChain, state: ChainState, lengths: Array, line: Array) -> Loads:
-    """What phalanges carry. line : ρA of each, kg/m."""
+    """The loads that phalanges carry. line : ρA of each, kg/m."""
     own = chain.torques.at(state.time_s)
     changes = chain.rates_of_change(np.concatenate([state.angles, state.rates]), own)
     # a phalanx points along -X at rest: r″ of its end less that of its hinge

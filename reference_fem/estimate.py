@@ -1,9 +1,9 @@
-"""Estimated errors of a completed run's numbers, of the first tap.
+"""Estimated errors of a completed run's numbers, those of the first tap.
 
-Arrival and speed, and what the speed's error makes of forces and times: `flight_error`. The tap:
-its companion, a mesh of coarser or finer edges, taps from the run's own impact state
-(`mesh_error`). What a flight leaves out of the tap's numbers and what a mesh does are independent:
-their squares add up (JCGM 100, 5.1.2).
+Errors of arrival and speed, and their effect on forces and times, come from `flight_error`. For the
+tap a companion, a mesh of coarser or finer edges, taps from the run's own impact state
+(`mesh_error`). Errors from motion that a flight omits and those of the mesh are independent: their
+squares add up (JCGM 100, 5.1.2).
 """
 
 import math
@@ -57,16 +57,16 @@ REMEDY = {
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
 }
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
-# Relative error of the impulse by what a flight leaves out, beyond which a run carries a caution.
+# Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
 LARGEST_LEFT_OUT = 0.01
-# Clearance that the companion starts with over the tip's radius: more than the lowest nodes of any
-# mesh lie above the round end.
+# Clearance at the companion's start, over the tip's radius: more than the height of any mesh's
+# lowest nodes above the true round end.
 CLEARANCE = 0.05
 
 
 @dataclass(frozen=True)
 class SolvedScene:
-    """What a run was made from, and its rigid flight if it had one."""
+    """A solved scene: its model, and its rigid flight if it had one."""
 
     scene: Scene
     model: Model
@@ -95,8 +95,10 @@ class SolvedScene:
 
 
 class FlightErrors(NamedTuple):
-    """Of the touch: time, s, velocity of the pole, (2,) m/s, and that over the speed of approach,
-    by the mesh's shape and masses; `omitted` by the motion that the flight omits.
+    """Errors at the touch.
+
+    late_s, apart, of_speed : of its time, s, and of the pole's velocity, (2,) m/s, the last one over
+    the speed of approach, by the mesh's shape and masses. omitted : by what the flight omits.
     """
 
     late_s: float
@@ -107,7 +109,7 @@ class FlightErrors(NamedTuple):
 
 NOTHING_OMITTED = OmittedMotion(0.0, np.zeros(2))
 WITHOUT_SHAPE = FlightErrors(math.inf, np.full(2, math.inf), 0.0, NOTHING_OMITTED)
-"""Of a mesh whose true body is not known; the tap's numbers have no error by its flight."""
+"""For a mesh whose true body is not known: its flight adds no error to the tap's numbers."""
 
 
 class TapPart(NamedTuple):
@@ -174,12 +176,12 @@ def _flight_errors(
     solved: SolvedScene, shape: meshes.FingerGeometry, flight: Flight,
     velocity: tuple[float, float], approach_speed: float, resolution: Resolution,
 ) -> FlightErrors:  # fmt: skip
-    """Against the true body's flight, and by the motion that the run's flight omits."""
+    """Compare the run's flight with the true body's, and add the motion that it omits."""
     scene, touch = solved.scene, flight.touch
     late, apart = arrival_errors(flight, *_true_body(solved, shape))
     if scene.settings.flight == "rigid":
         apart = apart + np.abs(flight.pole_velocity(touch) - velocity)
-    # a node may lie lowest by chance: the middle of a facet is half a diagonal from any
+    # where nodes lie is chance: a facet's middle is half a diagonal from the nearest
     sagitta = (scene.mesh.dim - 1) * resolution.edge**2 / (8.0 * solved.radius)
     sagitta_s = sagitta / approach_speed
     sooner = flight.pole_velocity(flight.flown.before(sagitta_s))
@@ -202,7 +204,7 @@ def _companion_run(solved: SolvedScene, tap: TapResult, at_contact: float) -> Co
         raise KeyboardInterrupt
     mesh = solved.scene.mesh
     own, its = solved.model.symmetry_factor * len(solved.model.cells), tap.summary.elements
-    # the number of halved cells goes with the logarithm of their edges
+    # the number of halved cells grows with the logarithm of their edges
     halved = mesh.ties.size > 0
     average = at_contact if halved else (own / its) ** (1.0 / mesh.dim)
     return CompanionRun(tap, (at_contact, average))
@@ -228,7 +230,7 @@ def _tap_part(
         of_ends, open_ends = other_ends(run, solved.model)
     of_mesh: dict[str, float] = {}
     if max(flight.of_speed, omitted.late_s) < math.inf:
-        # a companion's tap may have the other end
+        # a companion's tap may end otherwise
         alone = tap_errors(run, None, resolution) if open_ends else of_tap
         of_mesh = {"contact_time_s": flight.late_s, **alone}
     errors = {
@@ -240,13 +242,13 @@ def _tap_part(
 
 def _flight_doubts(errors: FlightErrors, flight: str, approach_speed: float) -> tuple[str, ...]:
     """A caution where the true body comes to another touch, or a flight omits too much of a tap."""
-    if errors.of_speed == math.inf:  # of another touch nothing is known, whatever flies to it
+    if errors.of_speed == math.inf:  # nothing is known of another touch
         return (ELSEWHERE,)
     left = errors.omitted.share(IMPULSE, approach_speed)
     if left <= LARGEST_LEFT_OUT:
         return ()
     share = percent(left) if left < math.inf else "an unknown share"
-    # a coarse flight leaves the ringing in a phase of chance
+    # in a coarse flight the phase of the ringing is arbitrary
     rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
     return (RINGS.format(share, REMEDY["coarse" if rings else flight]),)
 
@@ -254,7 +256,7 @@ def _flight_doubts(errors: FlightErrors, flight: str, approach_speed: float) -> 
 def _true_body(
     solved: SolvedScene, geometry: meshes.FingerGeometry
 ) -> tuple[RigidChain, Callable[[Array], float]]:
-    """The true body's chain and gap; with a lumped law the gap is of the run's own point."""
+    """The true body's chain and gap; with a lumped law the gap is that of the run's own point."""
     true = true_chain(geometry, solved.scene.materials, solved.scene.drive, solved.scene.mesh.dim)
     if isinstance(solved.scene.settings.contact, str):
         return true, true_gap(geometry, solved.model.surface.height)

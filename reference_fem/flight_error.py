@@ -1,17 +1,17 @@
-"""Errors that a flight leaves in a tap: of arrival and speed, and by the motion that it omits.
+"""Errors that a flight leaves in a tap: in arrival and speed, and by the motion that it omits.
 
 The run's flight is compared with the true shape's (`true_body`), which ends where its round outline
 touches: they differ by a facet's sagitta and by masses that the mesh kept. Where an end barely
-touches or a chain whirls chaotically, the true shape comes to another touch, and of the tap nothing
-is known. After a rigid flight the steps before the touch change the speed too: until a wave has
-come from its hinge the tip falls freely. What a rigid flight omits (`elastic_response`) is told by
-a flight whose phalanges begin turned by the angle that they bend, and by the speed at which they
-ring; in a coarse flight they ring in an arbitrary phase.
+touches or a chain whirls chaotically, the true shape may come to another touch, and nothing is
+known about the tap. After a rigid flight the steps before the touch change the speed too: the tip
+falls freely until a wave arrives from its hinge. What a rigid flight omits (`elastic_response`) is
+estimated by a flight that starts with phalanges turned by their bending angle, and from the speed
+at which they ring; in a coarse flight they ring with an arbitrary phase.
 
-A force follows the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v. A vibration of the
-speed V that a flight omits goes on in the tap: times change by V/v too, and bending waves have a
-stress of 2 sqrt(E rho) V. At the touch phalanges that were rigid take up their loads and begin to
-vibrate: this changes the numbers too (`SETTLING_EFFECT`).
+The numbers depend on the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v. An omitted
+vibration of speed V continues in the tap: times change by V/v too, and bending waves have a stress
+of 2 sqrt(E rho) V. At the touch phalanges that were rigid take up their loads and begin to vibrate,
+which changes the numbers too (`SETTLING_EFFECT`).
 """
 
 import math
@@ -33,13 +33,13 @@ from reference_fem.true_body import true_chain, true_gap
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
 """Magnitudes of the exponents of the speed at contact in these numbers; 6/5 in the others."""
 SETTLING_EFFECT = {"contact_duration_s": 0.25, "peak_normal_force_time_s": 0.25, STRESS: 0.6}
-"""Relative change of a number per `ElasticResponse.settling` / v, 0.36 of the others; 19 of 20
+"""Relative change of a number per `ElasticResponse.settling` / v, 0.36 for the others; 19 of 20
 change less (152 random fingers with and without it, by the reduced model's beams)."""
 
-# Of the true shape's flight: ten times the run's own, so that a flight which magnifies differences
-# shows by how much, and short of steps that pass over a touch.
+# Tolerance of the true shape's flight: ten times the run's own, so that a flight which magnifies
+# differences shows by how much, but too small for steps that pass over a touch.
 TOLERANCE = 1e-10
-# Difference of a phalanx's angle from which on a touch is another one, rad.
+# Difference of a phalanx's angle above which a touch counts as another one, rad.
 OTHER_TOUCH_ANGLE = 0.1
 
 
@@ -69,7 +69,7 @@ class OmittedMotion(NamedTuple):
 class Flight:
     """A rigid flight.
 
-    gap : height above the surface, m, by the chain's angles; the flight ends where it closes
+    gap : height above the surface, m, as a function of the angles; the flight ends where it closes
     pole : the tip's end at rest, (1, 2 or 3) m
     """
 
@@ -80,11 +80,11 @@ class Flight:
 
     @property
     def touch(self) -> ChainState:
-        """Where it ends."""
+        """State at the touch, where the flight ends."""
         return self.flown.state_at(self.flown.touch_s)
 
     def pole_velocity(self, state: ChainState) -> Array:
-        """(2,), m/s."""
+        """Velocity of the pole in a state of the chain, (2,) m/s."""
         last = np.array([self.chain.links - 1])
         return pose(self.chain, state, self.pole, last)[1][0, :2]
 
@@ -131,7 +131,7 @@ def omitted_motion(
     ringing = response.ringing_speed
     if how == "coarse":
         return OmittedMotion(response.depth / approach_speed, np.full(2, ringing), ringing)
-    # against each other, which a whirl magnifies most
+    # in alternating directions, which a whirl magnifies most
     turned = response.angle * (-1.0) ** np.arange(flight.chain.links)
     bent = replace(flown.start, angles=flown.start.angles - turned)
     other = flight.touch_of(flight.chain, flight.gap, bent)
@@ -143,8 +143,8 @@ def omitted_motion(
 
 
 class RodFlight(NamedTuple):
-    """Relative error of the impulse by what a rigid flight leaves out, inf where it is not known;
-    and how long the flight takes, s. Both are 0 where it does not touch.
+    """Relative error of the impulse by what a rigid flight leaves out, inf if it is not known, and
+    the duration of the flight, s. Both are 0 if the surface is not reached.
     """
 
     left_out: float
@@ -160,12 +160,12 @@ def rod_flight(
     start: ChainState | None = None,
     dim: int = 3,
 ) -> RodFlight:
-    """The true body's, before anything is solved.
+    """The true body's `RodFlight`, known before anything is solved.
 
     Parameters
     ----------
     dim : 3, or 2 for the plane-stress body
-    other parameters : as of `simulate`
+    other parameters : as in `simulate`
 
     Raises
     ------

@@ -6,7 +6,7 @@ from reference_fem.settings import Material
 
 
 def hertz_contact_radius(material: Material, radius: float, force: float) -> float:
-    """A = (3 F R/(4 E*))^(1/3), m."""
+    """Contact radius a = (3 F R/(4 E*))^(1/3), m."""
     return float((0.75 * force * radius / material.plane_strain_modulus) ** (1 / 3))
 
 

@@ -1,18 +1,18 @@
-"""What mesh, contact springs and steps leave wrong in a tap's numbers.
+"""Errors that mesh, contact springs and time steps leave in a tap's numbers.
 
 - *Mesh*. A companion's edges are r times as long. Errors C h^p make its number q' differ from the
   run's q by (r^p - 1) C h^p, so that |q - q'| / |r^p - 1| is the run's error: p = 2 where the patch
   is resolved (linear elements, a smooth pressure), else 1 (a node's force on a patch smaller than
-  an edge). Two meshes may agree by chance: the least is a share of what `Resolution` allows, which
-  is all there is without a companion.
-- *Springs* of the contact law in series with the body that hold the share s of the elastic energy:
-  F_true / F = (1 - s)^-1/2 and t_true / t = (1 - s)^1/2 (two springs, one mass). Both runs' numbers
-  are corrected by it before they are compared.
-- *Shafts*. Linear cells bend too stiffly, by the square of their lengths along the axis; patch and
-  shafts may pull a number two ways, so that two meshes agree where both are off.
-- *Steps*. A node arrives and leaves within a step: times are known to some Δt.
+  an edge). Two meshes may agree by chance: the least stated is a share of what `Resolution` allows,
+  and all of that without a companion.
+- *Springs* of the contact law, in series with the body. If they hold the share s of the elastic
+  energy, F_true / F = (1 - s)^-1/2 and t_true / t = (1 - s)^1/2 (two springs, one mass). Both runs'
+  numbers are corrected for this before they are compared.
+- *Shafts*. Linear cells are too stiff in bending, by the square of their lengths; patch and shafts
+  may shift a number in opposite ways, so that two meshes agree though both are off.
+- *Steps*. A node arrives and leaves within a step: times are known to within some Δt.
 
-They add up. Of extremes that lie within their errors of each other the other may be the larger one
+These errors add up. Of two extremes that differ by less than their errors either may be the larger
 (`rivals`).
 """
 
@@ -32,7 +32,7 @@ from reference_fem.transitions import confirmed_maxima
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
 PEAK, PEAK_TIME = "peak_normal_force_N", "peak_normal_force_time_s"
 TANGENTIAL, DURATION = "peak_tangential_force_N", "contact_duration_s"
-STIFFNESS_EXPONENTS = {  # of (1 - s)
+STIFFNESS_EXPONENTS = {  # exponents of (1 - s)
     PEAK: -0.5,
     TANGENTIAL: -0.5,
     STRESS: -0.5,
@@ -45,20 +45,20 @@ IMPULSE_OF_TIME = 0.2
 # Largest edge over the patch's radius at which its pressure is resolved.
 RESOLVED = 0.5
 # Relative error of forces and durations where an edge is as long as the patch's radius, and the
-# power of the edge that it goes with (measured: 25 % at 2.3, 2.5 % at 0.7, 0.5 % at 0.4). Of the
-# impulse a quarter; of friction, which goes with which nodes stick, 1.8 (over 199 scenes its
-# median, 90 and 95 % errors over this are 0.65, 1.7 and 2.4, the normal force's 0.37, 0.94, 1.5).
+# power of the edge that it goes with (measured: 25 % at 2.3, 2.5 % at 0.7, 0.5 % at 0.4). OF_PATCH:
+# factors for the impulse and for friction, which depends on the nodes that stick (in 199 scenes its
+# error over this had the median 0.65, 90 % 1.7, 95 % 2.4; normal force 0.37, 0.94, 1.5).
 AT_RADIUS, EDGE_EXPONENT = 0.06, 1.5
 OF_PATCH = {IMPULSE: 0.25, TANGENTIAL: 1.8}
 # Relative errors of the numbers, and of the stress at R, where a shaft's cells are as long as its
-# diameter; they go with the square of that ratio. Measured at 0.2: 0.5 %; of the stress next to
-# 0.067, in 14 scenes: 3.2 to 7 % at 0.4, 0.5 to 1.4 % at 0.2, up to 0.3 % at 0.1. Added to the
-# patch's error it leaves 2 % of 196 impulses beyond twice what is stated, in its place 8 %.
+# diameter; they go with the square of that ratio. Measured: 0.5 % at 0.2; for the stress, against a
+# ratio of 0.067 in 14 scenes, 3.2 to 7 % at 0.4, 0.5 to 1.4 % at 0.2, up to 0.3 % at 0.1. Added to
+# the patch's error it leaves 2 % of 196 impulses beyond twice the stated error, instead of it 8 %.
 OF_SECTION, OF_STRESS = 0.15, 0.45
 # Least share of the patch's error (`allowance`) that is stated, however well two meshes agree.
 LEAST_SHARE = 1.0 / 3.0
-# What meshes leave in plane stress, over all this: next to meshes of 0.4 of the finest edges, 8 of
-# 46 taps at 1e-2 had numbers beyond twice what is stated without it, none of 42 with it.
+# Factor on the mesh's error in plane stress: against meshes of 0.4 times the finest edges, 8 of 46
+# taps at 1e-2 had numbers beyond twice the stated error without it, none of 42 with it.
 PLANE = 2.0
 # Ratio of edges below which a companion tells next to nothing.
 LEAST_RATIO = 1.2
@@ -70,7 +70,7 @@ STEP_UNCERTAINTY = 2.0
 class Resolution:
     """How finely a run resolves its contact.
 
-    edge : where it touches, m
+    edge : edge length at the contact, m
     patch : Hertz's radius at the run's peak force, m
     section : length of the shafts' cells along the axis over their diameter
     dim : 3, or 2 in plane stress
@@ -83,32 +83,32 @@ class Resolution:
 
     @property
     def edge_over_patch(self) -> float:
-        """Edge where it touches over the patch's radius."""
+        """Edge length at the contact over the patch's radius."""
         return self.edge / self.patch
 
     @property
     def allowance(self) -> float:
-        """Relative error of forces and durations that such an edge may leave."""
+        """Relative error of forces and durations that edges of this length may leave."""
         return AT_RADIUS * self.edge_over_patch**EDGE_EXPONENT
 
     def alone(self, name: str) -> float:
-        """Relative error of a number that a mesh may leave, where no companion tells it."""
+        """Relative error that a mesh may leave in a number, as estimated without a companion."""
         return self.allowance * OF_PATCH.get(name, 1.0) + self.bending(name)
 
     def bending(self, name: str) -> float:
-        """Relative error of a number that the shafts' cells may leave."""
+        """Relative error that the shafts' cells may leave in a number."""
         return (OF_STRESS if name == STRESS else OF_SECTION) * self.section**2
 
 
 @dataclass(frozen=True)
 class CompanionRun:
-    """The companion's run, and its edges over the run's: at the contact, and on the average."""
+    """The companion's run, and its edges over the run's: at the contact, and on average."""
 
     run: TapResult
     ratios: tuple[float, float]
 
     def error_factor(self, order: float) -> float:
-        """1 / |r^p - 1|, r the ratio nearer to 1 but at least `LEAST_RATIO` off, p the order."""
+        """1 / |r^p - 1|, r the ratio nearer to 1 but no nearer than `LEAST_RATIO`, p the order."""
         low, high = min(self.ratios), max(self.ratios)
         ratio = max(low, LEAST_RATIO) if self.ratios[1] > 1.0 else min(high, 1.0 / LEAST_RATIO)
         return 1.0 / abs(ratio**order - 1.0)
@@ -117,9 +117,9 @@ class CompanionRun:
 def tap_errors(
     run: TapResult, companion: CompanionRun | None, resolution: Resolution
 ) -> dict[str, float]:
-    """Absolute errors of what the contact gives; inf where the companion has no such number.
+    """Absolute errors of the contact's numbers; inf where the companion has no such number.
 
-    companion : without one the resolution alone says what the mesh leaves wrong.
+    companion : None: the mesh's error is estimated from the resolution alone.
     """
     soft, softer = springs(run), 0.0 if companion is None else springs(companion.run)
     ratio, allowance = resolution.edge_over_patch, resolution.allowance
@@ -146,7 +146,7 @@ def tap_errors(
             mesh += resolution.bending(name) * abs(value)
         steps = STEP_UNCERTAINTY * run.summary.time_step_s if exponent > 0.0 else 0.0
         errors[name] = (PLANE if resolution.dim == 2 else 1.0) * mesh + contact + steps
-    # a smooth maximum is flat: F (1 - (π t/T)²/2) is disturbed by a quarter of that, as measured
+    # a smooth maximum is flat: F (1 - (π t/T)²/2) is disturbed by a quarter of `least`, as measured
     whole = run.summary.contact_duration_s
     if PEAK_TIME in errors and whole is not None:
         errors[PEAK_TIME] = max(errors[PEAK_TIME], whole / math.pi * math.sqrt(0.5 * least))
@@ -154,11 +154,11 @@ def tap_errors(
 
 
 def rivals(run: TapResult, errors: Mapping[str, float]) -> dict[str, float]:
-    """Errors of extremes of the first tap that another may be in the place of.
+    """Errors of those extremes of the first tap for which another one may be mistaken.
 
-    A number known to ε is a maximum only among those that do not come within 2 ε of it: else
-    a peak's time may be off by what lies between the two, and a signed extreme by the distance to
-    that of the other sign. A stress that grows as the tap ends is known as its end is.
+    A value known to ε is the maximum for certain only if no other comes within 2 ε of it. Else a
+    peak's time may be off by the time between the two, and a signed extreme by the distance to that
+    of the other sign. A stress that grows as the tap ends is only as certain as its end.
     """
     start, whole = run.summary.contact_time_s, run.summary.contact_duration_s
     if start is None or whole is None:
@@ -195,7 +195,7 @@ def springs(run: TapResult) -> float:
 
 
 def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
-    """Edge where the last phalanx, turned by `angle`, is lowest, m."""
+    """Edge length where the last phalanx, turned by `angle`, is lowest, m."""
     points = mesh.points[np.unique(mesh.facet_sets["surface"])]
     low = np.argmin(math.sin(angle) * points[:, 0] + math.cos(angle) * points[:, 1])
     apart = np.linalg.norm(points - points[low], axis=1)
@@ -205,8 +205,8 @@ def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
 def hertz_radius(force: float, radius: float, material: Material, angle: float, dim: int) -> float:
     """Radius of Hertz's patch, m.
 
-    In plane stress half the width of a line's: a² = 4 F R / π E t, on the chord t of the round
-    section where a phalanx at this angle below the horizontal touches.
+    In plane stress half the width of a line contact, a² = 4 F R / π E t, with t the chord of the
+    round section where a phalanx at this angle below the horizontal touches.
     """
     if dim == 3:
         return hertz_contact_radius(material, radius, force)

@@ -29,9 +29,9 @@ class Model:
 
     points, cells : of the mesh
     kernel : elements
-    mass, inverse_mass : (n_points,); of hanging nodes 0 and 1, for `ties`
+    mass, inverse_mass : (n_points,); 0 and 1 for hanging nodes, as `ties` needs them
     ties : hanging nodes
-    symmetry_factor : 2 for a half model, else 1: what sums are multiplied by for the full body
+    symmetry_factor : 2 for a half model, else 1; turns the mesh's sums into the full body's
     symmetry : (k,), nodes held in the plane Z = 0
     hinges, couples, torques, contact, probe : see their classes
     pole : node at the tip's end on the axis
@@ -39,10 +39,10 @@ class Model:
     body_of_point : (n_points,), phalanx of each node, from 0
     touching_body : the phalanx whose surface may touch
     contact_cells : (n,), cells with a node that may touch
-    gravity_vector : acceleration by gravity, f, in the surface's frame, m/s²
+    gravity_vector : acceleration of gravity, f, in the surface's frame, m/s²
     step_s : Δt
-    transit_s : time of an axial wave over the length of the last phalanx
-    cell_transit_s : the same over the smallest cell that may touch
+    transit_s : time that an axial wave takes along the last phalanx
+    cell_transit_s : time that it takes across the smallest cell that may touch
     """
 
     points: Array
@@ -189,7 +189,7 @@ def _bodies(mesh: meshes.FingerMesh, cells: Index) -> tuple[Index, Index, list[I
 
 
 def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Couple]:
-    """Torques on first faces, each followed by its reaction on the last face before it."""
+    """Couples of torques on first faces, each followed by any reaction on the face before."""
     for w in np.flatnonzero((drive.torques_for(mesh.phalanges).values != 0.0).any(axis=0)).tolist():
         faces = [(w, f"proximal_face_{w + 1}", 1.0)]
         if drive.reaction and w > 0:
@@ -200,7 +200,7 @@ def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Cou
 
 
 def _smallest_size(points: Array, cells: Index) -> float:
-    """Smallest of the cells' sizes, each the geometric mean of the edges at one corner, m."""
+    """Smallest cell size, m: the geometric mean of the edges at a cell's first corner."""
     ends = cells[:, [1, 3] if points.shape[1] == 2 else [1, 3, 4]]
     edges = np.linalg.norm(points[ends] - points[cells[:, :1]], axis=2)
     return float(np.exp(np.log(edges).mean(axis=1)).min())

@@ -1,4 +1,4 @@
-"""Other ends that a first tap may have, where what parts two taps (`tap.tap_after`) is close by.
+"""Other possible ends of a first tap, where the rule that parts taps (`tap.tap_after`) is close.
 
 - *Sooner*: with forces below `FAINT` of the largest so far taken as zero, and both times of the
   rule divided by `NEARLY`, the tap ends earlier; in its last faint stretch only the time without
@@ -18,17 +18,17 @@ LATER = (
     "it comes down again so soon that it is open whether the next touch belongs to the first tap: "
     "go on through it (solver.fem.end_time) and look at the forces"
 )
-# The next touch was foretold a fourth too late, from a contact that was a third too short.
+# One next touch was predicted a quarter too late, from a contact that was a third too short.
 NEARLY = 2.0
 # Share of the largest force so far that a default mesh's error may amount to.
 FAINT = 0.01
 
 
 def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[str, ...]]:
-    """Errors of a completed run's numbers by the ends that its first tap may have, and cautions.
+    """Errors of a completed run's numbers by other possible ends of its first tap, and cautions.
 
-    Both are empty where there is no doubt. Of a next touch, which may be as strong and as long, it
-    is known when it comes: from the record, or when the last phalanx is down as a rigid body.
+    Both are empty where there is no doubt. The next touch, taken to be as strong and as long, is
+    timed by the record or by the rigid motion of the last phalanx.
     """
     start, lasts = run.summary.contact_time_s, run.summary.contact_duration_s
     if start is None or lasts is None:
@@ -36,7 +36,7 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
     errors, doubts, forces = dict.fromkeys(STIFFNESS_EXPONENTS, 0.0), [], run.forces
     sooner = nearly_over_s(run, model, start, start + lasts)
     if sooner is not None:
-        # which parts stick or slip is no number with an error: no friction
+        # friction 0: stick and slip are not among the numbers with an error
         part = summarize(forces, run.history, 0.0, None, sooner, run.summary)
         for name in STIFFNESS_EXPONENTS:
             errors[name] = abs(_number(run.summary, name) - _number(part, name))
@@ -60,9 +60,9 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
 
 
 def nearly_over_s(run: TapResult, model: Model, start: float, end: float) -> float | None:
-    """When a tap last pressed before it was nearly over for the first time, s; None: never.
+    """Last contact before a tap was nearly over for the first time, s; None: it never was.
 
-    At later times that it was nearly over its numbers differ less.
+    At later times of this kind the numbers differ less.
     """
     forces, samples = run.forces, run.history
     high = np.maximum.accumulate(forces.normal_force_N)

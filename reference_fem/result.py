@@ -75,11 +75,11 @@ Number = TypeVar("Number", float, Array)
 
 @dataclass(frozen=True)
 class Sampled(Generic[Number]):
-    """What is sampled of the explicit run, once (`Sample`) or n times (`History`).
+    """Quantities sampled in the explicit run, once (`Sample`) or n times (`History`).
 
     Energies are measured from the finger at rest at t = 0, so that the balance kinetic + strain +
     gravity + contact + friction dissipation + contact damping + material dissipation - drive work,
-    which the discretization alone keeps from being zero, covers a skipped flight as well.
+    which would be zero but for the discretization, covers a skipped flight as well.
 
     time_s : (n,), absolute time
     normal_force_N : (n,), on the tip, pushing up
@@ -88,17 +88,16 @@ class Sampled(Generic[Number]):
     stress_R_Pa : (n,), axial Cauchy stress at R, mid-length of the last phalanx, lower surface
     kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,), contact energy is
         that of the law's normal and tangential springs
-    hourglass_energy_J : (n,), what hourglass control holds of the strain energy; 0 for elements
-        without it.
+    hourglass_energy_J : (n,), strain energy held by hourglass control; 0 for elements without it.
     friction_dissipation_J, contact_damping_J, material_dissipation_J, drive_work_J,
-        energy_balance_J : (n,), contact damping is what dashpots take, and the lumped law's
+        energy_balance_J : (n,), contact damping: losses of dashpots and of the lumped law's
         hysteresis
     coulomb_excess : (n,), largest |f_t| - μ f_n over the nodes in contact, N
     contact_area_m2 : (n,), tributary area of the nodes or quadrature points in contact; a round
         patch has the radius sqrt(area/π).
     peak_pressure_Pa : (n,), largest contact pressure of a node, averaged over its tributary area
     hinge_reactions_N : (n, P, 2), force that hinge w exerts on phalanx w
-    next_touch_s : (n,), until the last phalanx would touch as a rigid body (`tap.NEVER`)
+    next_touch_s : (n,), time until the last phalanx would touch as a rigid body (`tap.NEVER`)
     """
 
     time_s: Number
@@ -129,17 +128,17 @@ class Sample(Sampled[float]):
 
     @property
     def finite(self) -> bool:
-        """Whether the state is made of numbers."""
+        """Whether energy balance and kinetic energy are finite."""
         return math.isfinite(self.energy_balance_J) and math.isfinite(self.kinetic_energy_J)
 
 
 class History(Sampled[Array]):
-    """Samples in the order of time."""
+    """Samples in order of time."""
 
 
 @dataclass(frozen=True)
 class ForceRecord:
-    """Contact of every step of the window, arrays of length s (the history is sampled).
+    """Contact at every step of the window, arrays of length s (the history is only sampled).
 
     time_s, normal_force_N, tangential_force_N : (s,)
     lowest_gap_m : (s,), height of the lowest surface node above the plane
@@ -176,8 +175,8 @@ class Summary:
     """The scalars of a tap; None where a quantity has no meaning (no contact, no friction).
 
     They describe the FIRST tap: from the first touch to the separation. See `summary` for the
-    definitions of the transitions. The last five are those of the run: largest |balance error| over
-    the largest kinetic energy, what it cost, explicit steps, elements of the full body, and Δt.
+    definitions of the transitions. The last five describe the run: largest |balance error| over the
+    largest kinetic energy, wall time, explicit steps, elements of the full body, and Δt.
     """
 
     contact_time_s: float | None = None
@@ -207,12 +206,12 @@ class TapResult:
     status, message : how it ended, in one word and in one sentence with numbers and remedy
     history, forces, snapshots, summary : see the classes. After a failure they hold what was
         computed before it.
-    cautions : what the numbers should not be trusted for, one sentence each; see `cautions`.
-    errors : estimated absolute errors by the summary's names; inf where there is none to be had,
-        empty where none were asked for or the run is not complete.
-    mesh_errors : what of them a finer mesh may lessen; where the end is open by the edges alone,
-        as another mesh's tap may have the other end; empty where no first touch is known.
-    given : what `simulate` was given, by its parameters' names; of the mesh its SHA-256.
+    cautions : reasons not to trust the numbers, one sentence each; see `cautions`.
+    errors : estimated absolute errors by the summary's names; inf where none can be given, empty if
+        none were asked for or the run is not complete.
+    mesh_errors : parts of them that a finer mesh may reduce; from the edges alone if the tap's end
+        is in doubt (another mesh's tap may end otherwise), empty if its first touch is in doubt.
+    given : arguments of `simulate` by name; a mesh by its SHA-256.
     """
 
     status: Status
@@ -229,7 +228,7 @@ class TapResult:
     def to_dataset(self) -> "xarray.Dataset":
         """History, forces of every step (``step_*``), numbers and errors with units.
 
-        What was given and the versions stand in the attributes; fields are left out.
+        Arguments and versions are in the attributes; fields are left out.
         """
         return run_dataset(
             {"time": vars(self.history), "step": vars(self.forces)},

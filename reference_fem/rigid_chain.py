@@ -27,11 +27,11 @@ class RigidChain:
     """P rigid bodies chained by hinges, the first hinge fixed.
 
     mass, inertia : (P,), inertia about the body's own mass centre, about Z, kg·m²
-    arms : (P, P, 2), arms[w, j]: what body j adds, at rest, to the mass centre of body w: hinge to
-        hinge for j < w, hinge to mass centre for j = w, zero beyond
+    arms : (P, P, 2), arms[w, j]: what body j adds to the position of body w's mass centre at rest:
+        hinge to hinge for j < w, hinge to mass centre for j = w, zero beyond
     origins : (P, 2), rest position of each body's first hinge
     torques : on each body, reactions included
-    gravity_vector : (2,), f, acceleration by gravity
+    gravity_vector : (2,), f, acceleration of gravity
     arm_products : (P, P), Σ_w m_w conj(a_wj) a_wk of the arms a as complex numbers X + iY
     moments : (P,), Σ_w m_w a_wj
     """
@@ -125,8 +125,8 @@ def build_chain(
 ) -> RigidChain:
     """Chain from the mesh's masses.
 
-    points : (n_points, dim). body_nodes : of each phalanx.
-    lumped_mass : (n_points,), as meshed; `torques` must belong to the same (half or full) body.
+    points : (n_points, dim). body_nodes : nodes of each phalanx.
+    lumped_mass : (n_points,); `torques` must belong to the same (half or full) body.
     hinge_points : (P, 2), rest position of each phalanx's first hinge.
     """
     count = len(body_nodes)
@@ -149,7 +149,7 @@ def chain_and_start(
 ) -> tuple[RigidChain, ChainState]:
     """The chain of a mesh, and the state that its flight starts from: at rest unless given.
 
-    Raises ValueError: the mesh has no chain, or the state is none of as many phalanges.
+    Raises ValueError: the mesh has no chain, or the state does not fit it or is not finite.
     """
     if chain is None:
         raise ValueError("mesh: no hinge sets; a finger needs at least 'hinge_1_proximal'")

@@ -14,7 +14,7 @@ from reference_fem.rigid_chain import ChainState, RigidChain, pose
 from reference_fem.settings import Settings
 
 SHALLOW = 1e-5
-"""Depth over the finger's reach of a touch that may be stepped over."""
+"""Depth, over the finger's reach, below which a touch may be missed between steps."""
 
 
 def fly(
@@ -27,10 +27,10 @@ def fly(
 ) -> tuple[Callable[[float], ChainState], float | None]:
     """Integrate from `start` until the gap of the rigidly moved surface closes.
 
-    Dormand-Prince 8(5,3); what opens again within a step is found by `first_closing`.
+    Dormand-Prince 8(5,3); a gap that closes and opens again within a step: see `first_closing`.
 
-    gap : of the angles (P,): height of the lowest surface node above the plane, m.
-    tolerance : relative, of a step.
+    gap : height of the lowest surface node above the plane, m, as a function of the angles (P,).
+    tolerance : relative, per step.
 
     Returns a function that gives the state at any time of the flight, and the time of contact, s;
     None if the surface is not reached before `end_time_s`.
@@ -52,8 +52,8 @@ def fly(
         ) -> Array:  # fmt: skip
             return chain.rates_of_change(state, first + (time - begin) * rate)
 
-        # A stage of a step that is far too long may overflow: its error is NaN, and it is
-        # shortened.
+        # A stage of a step that is far too long may overflow: the step's error is then NaN, and it
+        # is shortened.
         with np.errstate(over="ignore", invalid="ignore"):
             solution = solve_ivp(
                 slope,
@@ -87,13 +87,13 @@ def fly(
 def first_closing(
     chain: RigidChain, flown: Callable[..., Array], times: Array, gap: Callable[[Array], float]
 ) -> float | None:
-    """First time at which the gap closes between `times`, at which it is open; None if never.
+    """First time at which the gap closes between the steps' ends `times`; None if never.
 
     With l_j from hinge to hinge, the last to the body's farthest point, the gap changes over a time
     h by at most c = Σ l_j h max |ω_j|, so that it stays above (g_0 + g_1 - c)/2 between its ends.
-    Where that is negative, h is halved, until c is below Σ l_j times `SHALLOW`. A rod ends twice as
-    far as its mass centre, with its rims and ball less than four times; rates that are parabolas
-    over h exceed the largest at both ends and the middle by a quarter at most.
+    Where that is negative, h is halved, until c is below Σ l_j times `SHALLOW`. A rod reaches twice
+    as far as its mass centre, its rims and ball less than four times as far; rates that are
+    parabolas over h exceed the largest of both ends and the middle by a quarter at most.
     """
     reach = np.append(np.linalg.norm(np.diff(chain.origins, axis=0), axis=1), 0.0)
     reach[-1] = 4.0 * np.linalg.norm(chain.arms[-1, -1])
@@ -142,14 +142,14 @@ class Descent:
     state_at: Callable[[float], ChainState]
 
     def before(self, seconds: float) -> ChainState:
-        """The state so long before the touch, at most the start's."""
+        """The state this long before the touch, or the start's if that is later."""
         return self.state_at(max(self.start.time_s, self.touch_s - seconds))
 
 
 def descent(
     chain: RigidChain, gap: Callable[[Array], float], start: ChainState, settings: Settings
 ) -> Descent | None:
-    """Rigid flight until the gap of its angles, m, closes; None if it never does."""
+    """Rigid flight until the gap, a function of the angles, closes; None if it never does."""
     end = start.time_s + settings.max_flight_time_s
     if settings.end_time_s is not None:
         end = min(end, settings.end_time_s)

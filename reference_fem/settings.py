@@ -1,4 +1,4 @@
-"""What a run is given: materials, surface, drive and numerical settings (SI units).
+"""Inputs of a run: materials, surface, drive and numerical settings (SI units).
 
 Every class is frozen and checks itself when it is made: a ValueError names the key, its value, what
 is allowed and what is usual.
@@ -36,7 +36,7 @@ class Material:
     density: Annotated[float, Bound("kg/m3", above=0)]
     """ρ of the undeformed body."""
     relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
-    """τ of Kelvin and Voigt's damping, S = C : (E + τ dE/dt); 0: none."""
+    """τ of Kelvin-Voigt damping, S = C : (E + τ dE/dt); 0: none."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -78,7 +78,7 @@ class TorqueTable:
     """
 
     time: Annotated[tuple[float, ...], Bound("s", at_least=0, at_most=LONGEST_S)]
-    """(n,), s, none before the one that precedes it, at most two of them equal."""
+    """(n,), s, never falling, at most two of them equal."""
     values: tuple[tuple[float, ...], ...]
     """(n, P), t_w in N·m."""
 
@@ -126,7 +126,7 @@ class Drive:
     incline: Annotated[float, Bound("rad", at_least=-math.pi / 2, at_most=math.pi / 2)] = 0.0
     """Angle by which the surface rises towards +X."""
     table: TorqueTable | None = None
-    """Torques over time, in the place of `torques`."""
+    """Torques over time, instead of `torques`."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -135,11 +135,11 @@ class Drive:
 
     @property
     def gravity_vector(self) -> tuple[float, float]:
-        """f, acceleration by gravity in the surface's frame, -g (sin, cos)(incline), m/s²."""
+        """f, acceleration of gravity in the surface's frame, -g (sin, cos)(incline), m/s²."""
         return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)
 
     def torques_for(self, phalanges: int) -> Torques:
-        """One torque per phalanx; raises ValueError if their number differs."""
+        """Joint torques over time, one per phalanx; raises ValueError if their number differs."""
         steady = TorqueTable((0.0,), (self.torques or (0.0,) * phalanges,))
         table = self.table or steady
         for row in table.values:
@@ -151,7 +151,7 @@ class Drive:
         return Torques(np.array(table.time), np.array(table.values, dtype=np.float64))
 
     def loads_for(self, phalanges: int) -> Torques:
-        """What acts on each phalanx, reactions included."""
+        """The torques that act on each phalanx, reactions included."""
         torques = self.torques_for(phalanges)
         return torques.with_reactions() if self.reaction else torques
 
@@ -194,20 +194,20 @@ class Settings:
     rest, by the explicit loop. Coarse: likewise, but up to the contact window on a coarser mesh of
     the finger (see `coarse_flight`)."""
     lead_steps: Annotated[int, Bound(integer=True, at_least=2)] = 2
-    """Explicit steps between the end of the rigid flight and the first touch. In them the tip falls
-    freely, for no hinge pulls at it yet: each changes its speed. In one step less "impulse" would
-    stop nodes before there was a height to place the touch by."""
+    """Explicit steps between the end of the rigid flight and the first touch. Each changes the
+    speed of the tip, which falls freely as no hinge pulls at it yet. With one step fewer "impulse"
+    would stop nodes before there was a height from which to time the touch."""
     end_time_s: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
     """None ends the run when the first tap is over. A time continues through further taps."""
     tap_until_s: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
-    """A tap's touches are those that begin within this time of its first one: two models are
-    compared over the same touches; 0: the rule decides (`dynamics.tap`)."""
+    """A tap's touches are those that begin within this time of its first one, so that two models
+    can be compared over the same touches; 0: the rule decides (`dynamics.tap`)."""
     max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 5e-3
     """Longest contact to follow; beyond it the run ends as STILL_IN_CONTACT."""
     max_flight_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
     """Longest fall to wait for; beyond it the run ends as NOT_REACHED."""
     output_interval: Annotated[int | None, Bound(integer=True, at_least=1)] = None
-    """Steps between two energy audits, which also sample history and stress; None aims at some 150
+    """Steps between two energy audits, which also sample history and stress; None aims at about 150
     of them in a tap. Forces are recorded at every step (`TapResult.forces`)."""
     max_samples: Annotated[int, Bound(integer=True, at_least=16)] = 1000
     """The history keeps between half this number and this number of samples of the contact window,
@@ -216,8 +216,8 @@ class Settings:
     """Between half this number and this number of fields are kept, equally spaced over the window,
     besides the last one and the one at peak force."""
     max_steps: Annotated[int, Bound(integer=True, at_least=1, at_most=10**15)] = 50_000_000
-    """Most explicit steps; a run that needs more is refused where that is known, else it ends as
-    WORK_LIMIT. The default is some hours of the coarsest finger."""
+    """Most explicit steps; a run that is known to need more is refused, any other ends as
+    WORK_LIMIT. The default takes some hours for the coarsest finger."""
     estimate: bool = True
     """Whether a completed run states an estimate of its numbers' errors (`TapResult.errors`)."""
     energy_tolerance: Annotated[float, Bound(above=0, advice="0.1 is usual")] = 0.1

@@ -52,17 +52,17 @@ def simulate(
     progress : called with the share done and what is going on
     start : rigid state to start the flight from: absolute angles, rates and time; None: at rest
         along -X at t = 0. An impact state starts right above the surface.
-    restart : where the explicit run leaves what it needs to be resumed after a kill, and whether to
-        resume; None: nowhere.
-    companion : a mesh of other edges, which `Settings.estimate` compares the run with; without it
-        estimates tell less.
-    compared : a completed run of the same finger on `companion`, where there is one already
-    flight_mesh : of the same finger, with longer edges: where `Settings.flight` is "coarse"
+    restart : file from which the explicit run can be resumed after a kill, and whether to resume;
+        None: no file.
+    companion : a mesh of other edge lengths, with which `Settings.estimate` compares the run; None:
+        errors are estimated from the edges of `mesh` alone.
+    compared : a completed run of the same finger on `companion`, if there is one already
+    flight_mesh : a mesh of the same finger with longer edges, for `Settings.flight` = "coarse"
 
     Returns
     -------
     TapResult
-        Of the full body; failures of the run are in its status, not raised.
+        For the full body; a failure of the run is reported in its status, not raised.
 
     Raises
     ------
@@ -108,7 +108,7 @@ class _Solved:
 def _solve(
     scene: Scene, progress: Progress | None = None, restart: Restart | None = None
 ) -> _Solved:
-    """The run itself, from the start or from where a restart file left it."""
+    """Run from the start, or from where a restart file left off."""
     settings, light_mesh = scene.settings, scene.flight_mesh
     with _threads(settings.threads, len(scene.mesh.cells)):
         started = time.perf_counter()
@@ -116,7 +116,7 @@ def _solve(
             progress(0.0, "set-up")
         file = None
         if restart is not None:
-            # The same bits at every number of threads is not promised: what counts is the number.
+            # The bits may depend on the number of threads: it belongs to the identity.
             counted = replace(settings, threads=numba.get_num_threads(), estimate=False)
             file = RestartFile(restart, identity(**vars(replace(scene, settings=counted))))
         archive = None if file is None else file.read()
@@ -124,7 +124,7 @@ def _solve(
         model = build_model(scene.mesh, *parts, settings)
         coarse = None
         if light_mesh is not None:
-            # one point bends exactly where cells are cubes, and damps nothing
+            # one-point elements bend exactly where cells are cubes, and have no damping
             one = light_mesh.dim == 3 and not any(m.relaxation_time for m in scene.materials)
             others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
             coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
@@ -190,7 +190,7 @@ def _run_from_start(
 def _without_contact_window(
     model: Model, settings: Settings, reporting: Reporting, status: Status, message: str
 ) -> _Solved:
-    """A result without an explicit run."""
+    """The result of a run that ended before any explicit step."""
     recorder = Recorder(settings)
     summary = Summary(
         wall_time_s=time.perf_counter() - reporting.started,
@@ -205,7 +205,7 @@ def _without_contact_window(
 
 @contextmanager
 def _threads(wanted: int | None, cells: int) -> Iterator[None]:
-    """Numba's thread count for the duration of a run."""
+    """Set numba's number of threads for the duration of a run."""
     most = numba.config.NUMBA_NUM_THREADS
     if wanted is not None and wanted > most:
         raise ValueError(f"threads = {wanted}: this machine offers {most}; use at most that")

@@ -10,7 +10,7 @@ from reference_fem.ties import NO_TIES, Ties, follow, hand_on
 
 # Lanczos steps: on the finger's meshes the largest frequency is found to 1e-3 after 20.
 ITERATIONS = 24
-# Of the damped step: what is left after three is some 1 % at the default damping.
+# Iterations of the damped step: three leave an error of about 1 % at the default damping.
 DAMPED_ITERATIONS = 3
 
 
@@ -24,21 +24,21 @@ def stable_step(
 ) -> float:
     """Δt = 2/ω_max of M⁻¹(K + K_c + 2 (C_c + τ K)/Δt), all contact nodes sticking.
 
-    ω_max is the safeguarded Lanczos value. The largest of the elements' own (Irons 1971), the usual
-    choice, costs 1.2 to 2 times the steps on the finger's meshes: one bad element decides it, and
-    its neighbours hold that element back.
+    ω_max is the safeguarded Lanczos value. The usual choice, the largest of the elements' own
+    (Irons 1971), takes 1.2 to 2 times as many steps on the finger's meshes: one bad element decides
+    it, though its neighbours hold it back.
 
-    Dashpots C_c lag by half a step, v(t - Δt/2) in the place of v(t): the leapfrog then needs
+    Dashpots C_c lag by half a step, v(t - Δt/2) instead of v(t): the leapfrog then needs
     4 M/Δt² - 2 C/Δt - K positive definite (at the root z = -1). Δt stands on both sides; starting
-    from C = 0, which is too large a step, fixed-point iteration comes down to it.
+    from C = 0, which is too large a step, fixed-point iteration converges to it.
 
-    The material's damping τ K lags alike: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads
+    The material's damping τ K lags likewise: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads
     Δt = 2/ω_max (sqrt(1 + ξ²) - ξ). ω_max may be that of K + K_c + 2 C_c/Δt without τ, and τ the
     largest: both err to the safe side.
 
     K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).
     Hinges only constrain the motion and can't raise ω_max (Rayleigh). K is that of the reference
-    configuration: rotation does not change the spectrum, strain does in its own order, for which
+    configuration: rotation does not change the spectrum; strain does, by its own order, for which
     the step factor leaves room.
 
     Raises ValueError: the frequency is not a positive finite number.
@@ -89,7 +89,7 @@ def lanczos_frequency(
     ones = np.ones(kernel.n_nodes)
     small = 1e-8 * float(np.sum(kernel.cell_volume)) ** (1.0 / 3.0)
     force = np.empty(shape)
-    # The seed only chooses a start that no mode is orthogonal to; the same mesh, the same step.
+    # A fixed seed gives the same mesh the same step; no mode is orthogonal to such a start.
     vector = np.random.default_rng(0).standard_normal(shape)
     vector[symmetry, 2:] = 0.0
     vector /= np.linalg.norm(vector)

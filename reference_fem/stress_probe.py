@@ -9,8 +9,8 @@ from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel
 from reference_fem.joints.section import Section, build_section
 
-# Places that differ by less, over the phalanx's length or a cell's, are one: of a single layer of
-# cells the fit knows no slope along the axis.
+# Places that differ by less, over the phalanx's length or a cell's, count as one: with a single
+# layer of cells the fit has no slope along the axis.
 SAME_PLACE = 1e-6
 
 
@@ -21,13 +21,13 @@ class StressProbe:
     The cells about the section give σ = t·σ_Cauchy·t at their centres, t being the phalanx's
     current axis (best-fit rotation of those cells' nodes). A volume-weighted least-squares fit
     σ(s, y) = a + b y + s (c + d y), s along the axis from the section, evaluated at (0, -R), is
-    the reading: the beam's "axial + bending" stress (paper section 4), free of the mesh's
+    the reading: the beam's "axial + bending" stress (paper section 4), independent of the cells'
     arrangement. Centre values of a linear field are exact, so for bending under a shear force the
     fit is as well; its error goes with the square of the cells' length.
 
     cells : (k,)
     weights : (k,), the reading is weights·σ: the fit is linear in its data
-    section : of the cells' nodes, for the rotation
+    section : the cells' nodes, for the rotation of the axis
     """
 
     cells: Index
@@ -54,8 +54,8 @@ def build_probe(
 ) -> StressProbe:
     """Probe at mid-length of the body made of the cells `candidates`.
 
-    Cells whose centres lie within the length of those that the section cuts: a layer on either
-    side, or the one in whose middle it lies.
+    It reads cells whose centres lie within one cut cell's length of the section: a layer on either
+    side, or the one that the section halves.
 
     points : (n_points, dim). cells : (n_cells, 8 | 4). cell_volume : (n_cells,).
     candidates : (m,), cells of the last phalanx. lumped_mass : (n_points,).

@@ -22,12 +22,12 @@ def summarize(
     separation_s: float | None,
     blank: Summary,
 ) -> Summary:
-    """Scalars of the first tap, beside those of the run that `blank` holds.
+    """Scalars of the first tap, added to those of the run in `blank`.
 
     - contact time: where the lowest node's gap crosses zero, linear between two steps
     - end: the last step with F_n > 0 of the first tap (`separation_s`; the lumped law's lies
-      between two steps); None while it lasts, and then the duration is None and the other
-      scalars cover what there was
+      between two steps); None while it lasts: the duration is then None and the other scalars cover
+      the record so far
     - peaks: over every step; the first peak is the first turning point of F_n (`transitions`)
     - impulse: ∫ F_n dt, trapezoid over every step
     - stress at R: the reading of largest magnitude during the tap, signed (`stress_during`)
@@ -73,11 +73,11 @@ def summarize(
 
 
 def stress_during(history: History, start: float, end: float) -> Array:
-    """Readings at R from `start` to `end`, s, with what they are there, linear between samples.
+    """Readings at R from `start` to `end`, s, linearly interpolated at these two times.
 
-    A finger may bend most as its tip leaves: next to the last sample in a tap of 30 that is up to
-    a fourth more. A run may end before the next one: by up to a sample the last three foretell it,
-    by a parabola.
+    A finger may bend most as its tip leaves: in a tap of 30 samples up to a quarter more than at
+    the last one. If the run ends before the next sample, a parabola through the last three
+    extrapolates, by up to one sample.
     """
     time, stress = history.time_s, history.stress_R_Pa
     if not time.size:

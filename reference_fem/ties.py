@@ -19,13 +19,13 @@ from reference_fem.compiled import njit
 
 
 class Ties(NamedTuple):
-    """Hanging nodes (h,) and those whose mean each follows, (h, n); none of these hangs."""
+    """Hanging nodes (h,) and those whose mean each follows, (h, n), none of which hangs."""
 
     nodes: Index
     of: Index
 
     def sums(self, values: Array) -> Array:
-        """Values (n_points,), of hanging nodes added to those that they follow, and then zero."""
+        """Values (n_points,), with those of hanging nodes moved to the nodes that they follow."""
         total = values.copy()
         share = np.repeat(values[self.nodes] / max(self.of.shape[1], 1), self.of.shape[1])
         np.add.at(total, self.of.ravel(), share)
@@ -34,7 +34,7 @@ class Ties(NamedTuple):
 
 
 def ties_of(table: Index) -> Ties:
-    """From a mesh's table, (h, 1 + n)."""
+    """Ties from a mesh's table, (h, 1 + n)."""
     table = np.asarray(table, dtype=np.int64)
     return Ties(np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:]))
 
@@ -59,7 +59,7 @@ def follow(values: Array, weight: Array, ties: Ties) -> None:
     """Set values (n_points, dim) of hanging nodes to the means of weight (n_points,) times value.
 
     The means are over the nodes that each follows. With residuals and inverse masses they are
-    accelerations, and so a hanging node's own inverse mass is one (`Model.inverse_mass`).
+    accelerations, which is why a hanging node's own inverse mass is 1 (`Model.inverse_mass`).
     """
     count = ties.of.shape[1]
     for h in range(ties.nodes.size):

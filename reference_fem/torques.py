@@ -18,7 +18,7 @@ POINTS = 32
 
 @dataclass(frozen=True)
 class Torques:
-    """Of P joints or bodies.
+    """Torques on P joints or bodies.
 
     times : (n,), s, rising
     values : (n, P), N·m
@@ -28,17 +28,17 @@ class Torques:
     values: Array
 
     def __truediv__(self, symmetry_factor: int) -> "Torques":
-        """Those on the meshed part of a body that is `symmetry_factor` times as large."""
+        """Torques on the meshed part of a body that is `symmetry_factor` times as large."""
         return replace(self, values=self.values / symmetry_factor)
 
     def with_reactions(self) -> "Torques":
-        """Those on bodies of joints that react on the body before."""
+        """Torques on bodies whose joints react on the body before."""
         values = self.values.copy()
         values[:, :-1] -= self.values[:, 1:]
         return replace(self, values=values)
 
     def at(self, time_s: float, *, before: bool = False) -> Array:
-        """(P,); at a jump those that it ends with, or begins with where `before` is true."""
+        """Torques at a time, (P,); at a jump those after it, or, with `before`, before it."""
         times, values = self.times, self.values
         n = int(np.searchsorted(times, time_s, side="left" if before else "right"))
         if n == 0 or n == times.size:
@@ -48,11 +48,11 @@ class Torques:
 
     @property
     def steady(self) -> bool:
-        """Whether they never change."""
+        """Whether the torques never change."""
         return self.times.size == 1
 
     def pieces(self, begin_s: float, end_s: float) -> Iterator[tuple[float, float, Array, Array]]:
-        """Between kinks: begin and end, s, torques at the begin (P,) and their rates, N·m/s."""
+        """Pieces between kinks: begin and end, s, torques at the begin (P,) and rates, N·m/s."""
         inside = np.unique(self.times[(self.times > begin_s) & (self.times < end_s)])
         for begin, end in pairwise([begin_s, *inside.tolist(), end_s]):
             first = self.at(begin)
@@ -63,7 +63,7 @@ class Torques:
     ) -> float:
         """∫ θ dT over changes at begin_s < time <= end_s, J: the torques' work is [T θ] less this.
 
-        angles_at : (P,), rad, of a time
+        angles_at : the angles (P,) at a time, rad
         """
         if end_s <= begin_s:
             return 0.0

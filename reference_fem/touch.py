@@ -52,9 +52,9 @@ def impact_state(
 ) -> ChainState | None:
     """State of the true body's rigid flight with `clearance_m` left below its lowest point.
 
-    From `start`, or from rest along -X; a start that is nearer is that state itself. Runs on
-    several meshes that start from it hit with the same angles and rates: the clearance must exceed
-    what nodes stand out by where it touches.
+    The flight begins at `start`, or at rest along -X; a start that is already nearer is returned.
+    Runs on several meshes from this state touch with the same angles and rates, if the clearance
+    exceeds how far nodes stand out at the contact.
 
     Parameters
     ----------

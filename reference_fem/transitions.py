@@ -8,12 +8,12 @@ from reference_fem.arrays import Array
 
 
 def confirmed_maxima(force: Array, prominence: float) -> list[int]:
-    """Places of the maxima of F that differ from the minima beside by at least `prominence`.
+    """Indices of the maxima of F that differ from the minima beside them by at least `prominence`.
 
     dF_n/dt = -Σ k_i v_ni over the touching nodes (nodes come and go with zero force), so a
     maximum of F_n is where the contact area's stiffness-weighted mean normal velocity changes
-    from compression to restitution. High-frequency ringing of single nodes would add turning
-    points without end; a turn counts once the curve has gone `prominence` beyond it.
+    from compression to restitution. High-frequency ringing of single nodes would add countless
+    turning points; a turn counts once the curve has gone `prominence` beyond it.
 
     force : (n,), F_n, N. prominence : N, greater than 0.
     """
@@ -45,9 +45,9 @@ def slip_states(
     """Stick and slip of the resultant, by its cone ratio q = |F_t| / (μ F_n).
 
     The contact slips as a whole where q >= 0.98 and sticks at least in part where q < 0.95;
-    between the two the state before holds (at q = 1 exactly every node slips, and in one
-    direction; lateral bulging keeps q a little lower). Samples with F_n below `least_normal` are
-    left out. Reverse slip: slipping occurs with both signs of F_t.
+    in between the previous state holds (at q = 1 exactly every node slips, and in one direction;
+    lateral bulging keeps q a little lower). Samples with F_n below `least_normal` are left out.
+    Reverse slip: slipping occurs with both signs of F_t.
 
     normal, tangential : (n,), F_n and F_t, N. friction : μ, greater than 0. least_normal : N.
     """

@@ -89,12 +89,12 @@ def mass_factors(
         Σ m_i f_i (1, ξ_i, η_i, ξ_i² + η_i²) = (M, 0, 0, J)
 
     in axes at the true mass centre, so that f = 1 + λ·(1, ξ, η, ξ² + η²). Lumping and flat facets
-    leave 1 to 3 % of J open on the presets' meshes, which shows in arrival, impulse and stress.
-    A body whose masses would have to change by more than `LARGEST_CHANGE`, as one of a single
+    leave J off by 1 to 3 % on the presets' meshes, which shows in arrival, impulse and stress. A
+    body whose masses would have to change by more than `LARGEST_CHANGE`, such as one with a single
     element along its axis, keeps its own.
 
     lumped_mass : (n_points,), as meshed. true : the chain of `true_chain`.
-    symmetry_factor : of the full body's masses over the mesh's.
+    symmetry_factor : the full body's masses over the mesh's.
     """
     factors = np.ones(len(points))
     for w, nodes in enumerate(body_nodes):
@@ -129,7 +129,7 @@ def _round(x: Array, dx: Array, radii: Array) -> tuple[Array, Array]:
 
 
 def _half_disc(radius: float, section: float) -> tuple[Array, Array]:
-    """The half-disc x >= 0 of a section's thickness 2 sqrt(R² - y²)."""
+    """The half-disc x >= 0 with the thickness 2 sqrt(R² - y²) of a round section."""
     y, dy = _chebyshev()
     share, dx = _gauss(0.0, 1.0)
     wide = radius * np.sqrt(1.0 - y**2)

@@ -1,4 +1,4 @@
-"""How long a run will take, said before it starts."""
+"""How long a run will take, estimated before it starts."""
 
 import math
 
@@ -13,9 +13,9 @@ YEAR_S = 365.25 * 86400.0
 def check_work(model: Model, settings: Settings, start_s: float) -> None:
     """Refuse a run whose known length is more than `settings.max_steps` steps.
 
-    Known are an end time, the longest explicit flight that is waited for, and otherwise that a
-    tap takes no less than a wave along the last phalanx (the soft finger's contact takes 4.2 of
-    them in 3D, 2.0 in plane stress).
+    The known length is the end time, or the longest explicit flight to wait for, or else the
+    transit of a wave along the last phalanx, as no tap is shorter (the soft finger's contact takes
+    4.2 of them in 3D, 2.0 in plane stress).
 
     Raises ValueError: with the number of steps and the time that they would take.
     """
@@ -40,7 +40,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit that people would say it in."""
+    """A time as text, in years, days, hours or seconds, whichever is the largest that fits."""
     for unit, length in (("years", YEAR_S), ("days", 86400.0), ("hours", 3600.0)):
         if seconds >= 2.0 * length:
             return f"{seconds / length:.3g} {unit}"

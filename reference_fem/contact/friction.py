@@ -24,7 +24,7 @@ def return_map(
 
     Returns force_x, force_z: f on the node, N, and slip_x, slip_z: motion of the anchor, m.
     """
-    # hypot would be exact below 1e-154 m, whose squares vanish, and took a quarter of the contact
+    # hypot, exact below 1e-154 m, where squares vanish, took a quarter of the contact's time
     length = math.sqrt(offset_x * offset_x + offset_z * offset_z)
     if stiffness * length <= limit:
         return -stiffness * offset_x, -stiffness * offset_z, 0.0, 0.0
@@ -38,12 +38,12 @@ def return_map(
 def slip_loss(
     old_x: float, old_z: float, force_x: float, force_z: float, slip_x: float, slip_z: float
 ) -> float:
-    """What a step's slip Δa dissipates, J, never less than nothing; f and f' before and after, N.
+    """Energy that a step's slip Δa dissipates, J, at least 0; f and f' before and after, N.
 
-    -½(f + f')·Δa (trapezoid). Where f points along Δa the site has turned round within the step:
-    f was unloaded without slip, and f' opposes all of it, -f'·Δa. The trapezoid would take the
-    energy that it gives back from what friction has dissipated: 0.6 % of the kinetic energy where
-    stiff springs chatter.
+    -½(f + f')·Δa (trapezoid). Where f points along Δa the site has turned round within the step: f
+    was unloaded without slip, and f' opposes all of Δa: -f'·Δa. The trapezoid would subtract the
+    energy that is given back from what friction dissipates: 0.6 % of the kinetic energy where stiff
+    springs chatter.
     """
     if old_x * slip_x + old_z * slip_z > 0.0:
         return -(force_x * slip_x + force_z * slip_z)

@@ -42,11 +42,11 @@ def impulse_forces(
     impulse and duration agree to 0.2 %, the peak force to 0.5 %, with "surface" of factor 1000, in
     half the steps.
 
-    motion, memory : see `law`; one site a node, without an anchor. nodes, area : (k,).
+    motion, memory : see `law`; one site per node, without an anchor. nodes, area : (k,).
     residual : (n_points, dim), all forces on the surface's nodes but contact, internal minus
         external, without gravity.
     row : (COLUMNS,), dissipation by the trapezoid rule over the motion of the last step; what a
-        node gives back that turns round within it is no friction's and is left to the balance.
+        node that turns round within it gives back is not friction's and is left to the balance.
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step, g = motion.height, motion.friction, motion.step, motion.gravity_vector

@@ -7,7 +7,7 @@ Contract for whoever adds a law (one file each, chosen by name in `laws`):
    acts on the surface's nodes, and commits the history: explicit steps accept every evaluation.
 3. History lives in the arrays that are handed in (`Memory`), so that a saved state restarts to the
    same bits.
-4. `stiffness`, `damping` and `coupled_eigenvalue` bound the law's own; they enter the stable step.
+4. `stiffness`, `damping` and `coupled_eigenvalue` are upper bounds; they enter the stable step.
 5. Energies come from gaps and slips, never from the work of the sum of forces.
 """
 
@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 
     points, displacement, velocity : (n_points, dim), X, u at t_n and v at t_n - Δt/2
     inverse_mass : (n_points,)
-    gravity_vector, step : acceleration by gravity in the plane of motion, m/s²; Δt, s.
+    gravity_vector, step : acceleration of gravity in the plane of motion, m/s²; Δt, s.
     height, friction : H, m, and μ
     """
 
@@ -49,7 +49,7 @@ class Motion(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """A law's history, s entries of its own meaning (nodes or quadrature points).
+    """A law's history at s sites (nodes or quadrature points, as the law has it).
 
     touching : (s,)
     anchor, spring_force : (s, dim - 1), anchors of the tangential springs (m) and the last
@@ -61,17 +61,16 @@ class Memory(NamedTuple):
     spring_force: Array
 
     def copy(self) -> Memory:
-        """Arrays of its own."""
+        """A copy with arrays of its own."""
         return Memory(self.touching.copy(), self.anchor.copy(), self.spring_force.copy())
 
 
 @dataclass(frozen=True)
 class ContactLaw(ABC):
-    """See the module's docstring.
+    """Base of the contact laws; the module's docstring has the contract.
 
     nodes : (k,), nodes that may touch
-    area : (k,), tributary reference area of each node, m²; infinite where there is no pressure to
-        tell.
+    area : (k,), tributary reference area of each node, m²; infinite where no pressure is defined.
     stiffness : (k,), bound on the contact stiffness of each node, N/m
     """
 

@@ -20,10 +20,10 @@ from reference_fem.ties import ties_of
 
 @dataclass(frozen=True)
 class TouchingBody:
-    """What laws are built from.
+    """What contact laws are built from.
 
     facets : (n_facets, 4 | 2), of the mesh, that may touch
-    mass : (n_points,), as meshed
+    mass : (n_points,), of the mesh as given, corrected by `mass_factors`
     symmetry_factor : 2 for a half model, else 1
     cell_volume, cell_bulk_modulus : (n_cells,)
     material, radius : of the phalanx that touches; R of its end, m.
@@ -48,7 +48,7 @@ class TouchingBody:
         return facet_quadrature(points, self.facets, thickness)
 
     def free(self, nodes: Index, values: Array) -> tuple[Index, Array]:
-        """Those nodes that do not hang, and their values (k,) with the shares of hanging ones."""
+        """The nodes that do not hang, and their values (k,) plus the shares of hanging ones."""
         of_all = np.zeros(len(self.mesh.points))
         of_all[nodes] = values
         ties = ties_of(self.mesh.ties)
@@ -57,7 +57,7 @@ class TouchingBody:
 
 
 def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
-    """The law that `settings.contact` names, or has the constants of."""
+    """The law that `settings.contact` names or, as a `LumpedContact`, gives the constants of."""
     if isinstance(settings.contact, LumpedContact):
         point = lumped_point(body.mesh, body.mass)
         return LumpedLaw.on(point, body.symmetry_factor, settings.contact)

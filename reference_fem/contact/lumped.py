@@ -1,8 +1,8 @@
 """The lumped contact law for a solid: bilinear normal element, stick or slip.
 
-The same law as the reduced model's (paper, section 2.2.2), written on its own as a return mapping
-that is evaluated once per explicit step, without located events. It acts on one point C of the
-solid (see `lumped_point`), at x_C with the gap g:
+The same law as the reduced model's (paper, section 2.2.2), written independently as a return
+mapping that is evaluated once per explicit step, without located events. It acts on one point C of
+the solid (see `lumped_point`), at x_C with the gap g:
 
 - normal: ΔF_n = -k_n Δg, k_n = k while g falls and k/e*² while it rises; contact begins at the gap
   g_0 (zero, or the residual deformation of an earlier loop until the face has left the surface)
@@ -25,7 +25,7 @@ from reference_fem.contact.friction import return_map, slip_loss
 from reference_fem.contact.law import ContactLaw, Memory, Motion
 from reference_fem.contact.lumped_point import LumpedPoint
 
-# Places of the law's memory, and of the point's rotation at the last evaluation after it, ...
+# Places in the law's memory and, after it, of the point's rotation at the last evaluation, ...
 TOUCHING, FORCE, GAP, START_GAP, ANCHOR, TANGENTIAL = range(6)
 MEMORY = TURN = 6
 # ... and of the energies that one evaluation reports: stored now, and lost in this step.
@@ -35,7 +35,7 @@ ENERGIES = 3
 
 @dataclass(frozen=True)
 class LumpedContact:
-    """Constants of the law; a ValueError names the one that is not what it may be."""
+    """Constants of the law; a ValueError names one that is not allowed."""
 
     normal_stiffness: Annotated[float, Bound("N/m", above=0)]
     """k."""
@@ -117,7 +117,7 @@ class LumpedLaw(ContactLaw):
         return Memory(np.zeros(1, dtype=np.bool_), anchor, np.zeros((1, 0)))
 
     def touching_points(self, position: Array) -> Array:
-        """C alone, (1, 2); where it is along X matters to no gap: the mean's."""
+        """C alone, (1, 2); its X, on which no gap depends, is the mean's."""
         x, y = (float(self.point.weights @ axis) for axis in position.T[:2].copy())
         return np.array([[x, y - self.point.radius]])
 

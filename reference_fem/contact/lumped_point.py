@@ -19,7 +19,7 @@ class LumpedPoint:
 
         g = Σ w_i y_i - R + H,   x_C = Σ w_i x_i + R θ,   f_i = w_i (F_t, F_n), couple R F_t.
 
-    section : its nodes
+    section : the nodes whose mean it follows
     weights : (k,)
     rest : (2,), mean of the undeformed nodes, m
     radius : m

@@ -42,7 +42,7 @@ def contact_forces(
 
     Explicit steps accept every evaluation, so the history is committed here, in place.
 
-    motion, memory : see `law`; one site a node. nodes, stiffness, area : (k,).
+    motion, memory : see `law`; one site per node. nodes, stiffness, area : (k,).
     residual : (n_points, dim), internal minus external force, N; changed in place.
     row : (COLUMNS,), filled with this evaluation's totals; DISSIPATION holds the increment.
     """

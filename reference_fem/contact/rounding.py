@@ -35,13 +35,13 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
     """Distance from points of the facets to the tip's true surface, (n_facets, q), m.
 
     With the centre c and the radius R of the sphere through the nodes of the facet set ``tip``
-    (where some hang or stand out, of the mesh's shape),
+    (of the mesh's shape where some nodes hang or stand out),
 
         R - |x_q - c|               on facets whose nodes lie on the sphere,
         R - |x_q - c - e (x_q-c)·e|     on those whose nodes lie on the cylinder about e = X that
                                     the sphere ends in
 
-    and zero on all others, and where the tip is no sphere.
+    and zero on all others, and where the tip is not a sphere.
 
     shape : (q, n), N_i at the points.
     """
@@ -57,7 +57,7 @@ def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
     centre, radius = ball
     arm = mesh.points - centre
     inside = np.einsum("qa,fad->fqd", shape, arm[facets])
-    for first in (1, 0):  # the cylinder, then the sphere, which has its say where both hold
+    for first in (1, 0):  # the cylinder, then the sphere, which prevails where both hold
         lies = np.abs(np.linalg.norm(arm[:, first:], axis=1) - radius) <= ON_IT * radius
         on = lies[facets].all(axis=1)
         out[on] = radius - np.linalg.norm(inside[on][..., first:], axis=2)

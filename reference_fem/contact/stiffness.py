@@ -10,7 +10,7 @@ from reference_fem.contact.penalty import PenaltyContact
 def adjoining_cells(cells: Index, facets: Index) -> Index:
     """Cell behind each facet, (n_facets,).
 
-    Raises ValueError: a facet is no face of exactly one cell.
+    Raises ValueError: a facet is not a face of exactly one cell.
     """
     local = local_facets(3 if cells.shape[1] == 8 else 2)
     touched = np.flatnonzero(np.isin(cells, np.unique(facets)).any(axis=1))
@@ -69,8 +69,8 @@ def penalty_contact(
     (LS-DYNA Theory Manual, 2006, eq. 26.5), spread by area so that k_i/A_i, and with it the
     traction at a given penetration, does not depend on the node count.
 
-    In two dimensions an edge's area is its length times the mean thickness of its cell: the
-    round section's own thickness vanishes at the outline, and with it would the stiffness.
+    In two dimensions an edge's area is its length times the mean thickness of its cell: the round
+    section's own thickness vanishes at the outline, and the stiffness would with it.
 
     points : (n_points, dim). cells : (n_cells, 8 | 4). facets : (n_facets, 4 | 2).
     cell_volume, cell_bulk_modulus : (n_cells,). penalty_factor : f.

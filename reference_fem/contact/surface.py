@@ -4,11 +4,11 @@ A stiff penalty with Coulomb friction and without any damping flutters: normal a
 motion of the surface's nodes couple through the friction force, which makes the stiffness
 unsymmetric, and waves as short as the elements grow (in the continuum at any wave length: Martins,
 Guimarães, Faria 1995, J. Vib. Acoust. 117; Ranjith, Rice 2001, J. Mech. Phys. Solids 49). On the
-hard finger with κ of factor 300 it raised the peak force by 7 %. Dashpots of a tenth of the
-body's impedance stop it there, three times as much changes the peak by 0.05 % (their time constant
-c/κ is some nanoseconds). On two of four meshes of the soft finger, alike but for the patch's place
-in its cell, they leave 1.3 and 2.2 %; a relaxation time of a tenth of what a bar's wave takes along
-an edge leaves 0.02 %.
+hard finger with κ of factor 300 it raised the peak force by 7 %. Dashpots of a tenth of the body's
+impedance stop it there, three times as much changes the peak by 0.05 % (their time constant c/κ is
+some nanoseconds). On two of four meshes of the soft finger, which differ only in the patch's place
+in its cell, they leave 1.3 and 2.2 %; a relaxation time of a tenth of a bar wave's time along an
+edge leaves 0.02 %.
 """
 
 from dataclasses import dataclass
@@ -122,7 +122,7 @@ def surface_forces(
     A bilinear facet lies between its nodes, so one with all nodes higher above the surface than
     any point stands out is passed over.
 
-    motion, memory : see `law`; one site a point, tangential forces are tractions times w_q, N.
+    motion, memory : see `law`; one site per point, tangential forces are tractions times w_q, N.
     facets : (n_facets, n). shape : (q, n). weight : (n_facets, q), m². out : (n_facets, q), s, m.
     modulus, viscosity : κ, Pa/m, and c, Pa s/m. residual : (n_points, dim). row : (COLUMNS,).
     """

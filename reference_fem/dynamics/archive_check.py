@@ -1,6 +1,6 @@
 """Whether the arrays of a restart file are those of this run: names, types, shapes, finite numbers.
 
-A checksum says that a file is what was written, not that a run wrote it.
+A checksum shows that a file is what was written, not that a run wrote it.
 """
 
 from collections.abc import Mapping
@@ -18,14 +18,14 @@ from reference_fem.dynamics.tap import Tap
 from reference_fem.model import Model
 from reference_fem.result import Sample
 
-# What a loop state has of the tap: none of these, or all.
+# Parts of the tap in a loop state: it has none of these, or all.
 _OF_A_TAP = ("tap.first_touch_s", "tap.last_touch_s", "tap.tip_velocity")
 
 
 def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = None) -> None:
     """Check the arrays that a loop state and a recorder are to be made from.
 
-    A state in a coarse flight is on its mesh, and nothing was recorded.
+    A state in a coarse flight is on the flight's mesh, with nothing recorded yet.
 
     Raises ValueError: names the array and what is wrong.
     """
@@ -64,7 +64,7 @@ def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = N
 def _check_group(
     archive: Arrays, group: str, shapes: Mapping[str, tuple[int, ...]], most: int | None = None
 ) -> None:
-    """Check the columns of a recorder's items; there is no column where there are none."""
+    """Check the columns of a recorder's items; without items there are no columns."""
     if any(f"{group}.{name}" in archive for name in shapes):
         _check_rows(archive, {f"{group}.{name}": shape for name, shape in shapes.items()}, most)
 
@@ -85,7 +85,7 @@ def _check_rows(
 def _check(
     archive: Arrays, name: str, shape: tuple[int, ...], kind: str = "f", finite: bool = True
 ) -> None:
-    """Check that one array is there, of a shape and a kind of type, and finite."""
+    """Check that an array is there, of this shape and kind of type, and finite if it must be."""
     if name not in archive:
         raise ValueError(f"{name} is missing")
     array = archive[name]

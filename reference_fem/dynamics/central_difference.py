@@ -24,7 +24,7 @@ def leapfrog(
 
     displacement, velocity : (n_points, dim), updated in place. inverse_mass : (n_points,).
     residual : (n_points, dim), r: internal minus external force without gravity, N.
-    gravity_vector, step : f, acceleration by gravity in the plane of motion, m/s²; Δt, s.
+    gravity_vector, step : f, acceleration of gravity in the plane of motion, m/s²; Δt, s.
     """
     solid = displacement.shape[1] == 3
     drop_x, drop_y = step * gravity_vector[0], step * gravity_vector[1]

@@ -16,8 +16,8 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
     """Audit `state`, from which `block` started.
 
     - kinetic: ½ Σ m v², v the mean of the two half-step velocities around t_n
-    - strain: the elements' own, from strains; hourglass: the part of it that is control
-    - gravity: -Σ m f·u, f the acceleration by gravity
+    - strain: the elements' own, from strains; hourglass: the part held by hourglass control
+    - gravity: -Σ m f·u, f the acceleration of gravity
     - contact: springs' energy from gaps and offsets; dissipation from slip increments; damping
       from the dashpots' forces and speeds
     - material: its damping, from strain rates between the states
@@ -25,7 +25,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
 
     balance = kinetic + strain + gravity + contact + dissipation + damping + material - drive work
     - origin,
-    the origin being what the same sum was where the motion started (zero for a finger at rest).
+    the origin being the same sum where the motion started (zero for a finger at rest).
     """
     factor = model.symmetry_factor
     u, v, row = state.displacement, block.velocity, block.log[0] * factor
@@ -74,7 +74,7 @@ def _kinetic_and_moments(
 ) -> tuple[float, float, float]:
     """½ Σ m_i |v_i|², Σ m_i u_xi and Σ m_i u_yi.
 
-    One thread does it for all: up to some 30,000 nodes it takes no longer than to wake the others.
+    One thread does it all: up to some 30,000 nodes that takes no longer than waking others.
     """
     kinetic = 0.0
     moment_x, moment_y = 0.0, 0.0

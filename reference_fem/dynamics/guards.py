@@ -1,4 +1,4 @@
-"""What ends a run that has gone wrong: lost energy, elements turned inside out, too much work."""
+"""Checks that end a run gone wrong: lost energy, elements turned inside out, too much work."""
 
 import math
 
@@ -13,10 +13,10 @@ from reference_fem.settings import Settings
 
 Failure = tuple[Status, str]
 
-# Audits between two searches of all elements and nodes: what watches a run then takes 3 to 6 % of
-# its time on the presets on two threads (measured; 8 to 12 % with a search at every fourth audit).
+# Audits between two searches of all elements and nodes: the checks then take 3 to 6 % of a run's
+# time on the presets on two threads (measured; 8 to 12 % with a search at every fourth audit).
 FULL_SEARCH = 16
-# How far below the surface a node may be that the contact law doesn't know, over H: round-off.
+# Depth over H below the surface allowed to nodes outside the contact law: round-off.
 PASSED = 1e-9
 
 
@@ -31,8 +31,8 @@ def failure(
 ) -> Failure | None:
     """Why the run must end with `state`, from which `block` started; None if all is well.
 
-    All elements are searched for one turned inside out at every sixteenth audit, those that touch
-    at each: elements are crushed where the body hits, and an element that turns back in between
+    All elements are searched for one turned inside out at every `FULL_SEARCH`-th audit, those that
+    touch at each: elements are crushed where the body hits, and one that turns back in between
     leaves no trace in the energy.
     """
     found = _energy(model, settings, state, taken, largest_kinetic)
@@ -47,7 +47,7 @@ def failure(
     if not smallest > 0.0:
         smallest = model.kernel.min_det_F(state.displacement)
         what = f"det F fell to {smallest:.3g}"
-        if smallest > 0.0:  # at the points that the element's own rule has
+        if smallest > 0.0:  # at the points of the element's own rule
             what = "det F fell below 0 in a part of an element that touches"
         return Status.INVERTED_ELEMENT, f"{what} {_where(model, state)}"
     if found is None and state.step >= settings.max_steps:
@@ -82,7 +82,7 @@ def _energy(
 
 
 def _passed_through(model: Model, state: State) -> Failure | None:
-    """Failure by a part that goes through the surface because the contact doesn't know it."""
+    """Failure by a part outside the contact law that has gone through the surface, if any."""
     height = model.points[:, 1] + state.displacement[:, 1]
     low = np.flatnonzero(height < -(1.0 + PASSED) * model.surface.height)
     bodies = np.unique(model.body_of_point[low])

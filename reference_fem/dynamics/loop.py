@@ -24,10 +24,10 @@ from reference_fem.summary import summarize
 
 @dataclass(frozen=True)
 class Reporting:
-    """What a run reports to as it goes on.
+    """Where a run reports its progress and keeps its restart file.
 
     progress : called after each block
-    restart : file that is written to after each block that finds it due
+    restart : file that is written after each block at which it is due
     started : `time.perf_counter()` of the caller's start, for the wall time
     """
 
@@ -48,8 +48,8 @@ def explicit_tap(
 
     A tap's end: see `tap.tap_after`.
 
-    recorder : of the run that this one continues.
-    flight : where `loop_state` is of its model, until it hands over; nothing of it is recorded.
+    recorder : that of the run which this one continues.
+    flight : coarse flight that `loop_state` may be in until it hands over; it is not recorded.
     """
     reporting = reporting or Reporting()
     recorder = recorder or Recorder(settings)
@@ -118,7 +118,7 @@ def _result(
     status: Status,
     message: str,
 ) -> TapResult:
-    """What the run has to show."""
+    """The result of a run that has ended."""
     forces, history, tap = recorder.forces(), recorder.history(), now.tap
     kinetic, error = now.largest_kinetic_J, now.largest_error_J
     summary = summarize(
@@ -141,7 +141,7 @@ def _result(
 
 
 def _separation_s(model: Model, forces: ForceRecord, tap: Tap) -> float | None:
-    """When the first tap ended, as its contact law tells from the last two steps, s."""
+    """When the first tap ended, by its contact law from the last two steps, s."""
     if tap.last_touch_s is None or not tap.over:
         return None
     last = int(np.searchsorted(forces.time_s, tap.last_touch_s))

@@ -1,4 +1,4 @@
-"""Where the explicit loop stands between two blocks, and its form in a restart file."""
+"""State of the explicit loop between two blocks, and its form in a restart file."""
 
 from dataclasses import dataclass
 from typing import Any, get_type_hints
@@ -17,12 +17,12 @@ from reference_fem.model import Model
 
 @dataclass(frozen=True)
 class LoopState:
-    """Where the loop stands between two blocks; with the recorder, all that it needs to go on.
+    """State of the loop between two blocks; with the recorder, all that it needs to continue.
 
     start_s : time at which the explicit run began
     largest_kinetic_J, largest_error_J : of the audits so far
-    origin_energy_J : what the balance is measured from: 0 for a body that set out from the mesh's
-        rest position at rest; None takes the first audit of the run.
+    origin_energy_J : energy from which the balance is measured: 0 for a body that started at rest
+        in the mesh's rest position; None takes the first audit of the run.
     audits : number of audits so far
     spent_s : wall time of the runs that this one continues
     coarse : whether it is on the mesh of a `CoarseFlight`
@@ -48,12 +48,12 @@ def first_loop_state(
     angles: Array | None = None,
     torque_change_work_J: float = 0.0,
 ) -> LoopState:
-    """Before the first block, from u and v (n_points, dim) at `time_s`; see `start_state`."""
+    """State before the first block, from u and v (n_points, dim) at `time_s`; see `start_state`."""
     state = start_state(model, displacement, velocity, time_s, angles, torque_change_work_J)
     return LoopState(state, time_s, Tap(), origin_energy_J=origin_energy_J)
 
 
-# What is inside a loop state in parts of its own.
+# Members of a loop state that have members of their own.
 _NESTED: dict[str, type] = {"state": State, "tap": Tap, "memory": Memory}
 
 

@@ -1,4 +1,4 @@
-"""Keeps what a run of unknown length has to show, in bounded memory."""
+"""Records a run of unknown length in bounded memory."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -19,10 +19,10 @@ T = TypeVar("T")
 
 
 class Thinned(Generic[T]):
-    """Every stride-th of what is offered; the stride doubles when `most` items are held.
+    """Keeps every stride-th item offered; the stride doubles when `most` items are held.
 
-    Equally spaced at any time, whatever the length: between most/2 and most items once there
-    have been that many.
+    Items are equally spaced at any time, whatever the length: between most/2 and most of them once
+    that many were offered.
     """
 
     def __init__(self, most: int) -> None:
@@ -42,11 +42,11 @@ class Thinned(Generic[T]):
         self._offered += 1
 
     def counts(self) -> tuple[int, int]:
-        """What its items do not say: stride, and how many were offered."""
+        """What its items do not tell: the stride, and how many were offered."""
         return self._stride, self._offered
 
     def restore(self, counts: Iterable[int], items: list[T]) -> None:
-        """Continue as the one that `counts` and `items` are from."""
+        """Continue from another one's `counts` and `items`."""
         self._stride, self._offered = (int(number) for number in counts)
         self.items = items
 
@@ -73,7 +73,7 @@ class Recorder:
         self._flight: Thinned[Sample] = Thinned(settings.max_samples)
         self._window: Thinned[Sample] = Thinned(settings.max_samples)
         self._fields: Thinned[Fields] = Thinned(settings.snapshots)
-        # The last sample, the last fields and those at peak force: none or one.
+        # The last sample, the last fields and those at peak force: none or one in each list.
         self._last: list[Sample] = []
         self._latest: list[Fields] = []
         self._peak: list[Fields] = []
@@ -85,7 +85,7 @@ class Recorder:
         self._last = [taken]
         (self._window if block.searched else self._flight).offer(taken)
         force = taken.normal_force_N
-        # States are never written to again, so holding them is no copy.
+        # States are never written to again, so they can be held without a copy.
         shown = Fields(state.time_s, state.displacement, block.velocity, block.pressure, force)
         self._latest = [shown]
         if not block.searched:
@@ -102,7 +102,7 @@ class Recorder:
         self._logs.append(full)
 
     def forces(self) -> ForceRecord:
-        """Contact of every step of the window."""
+        """Contact at every step of the window."""
         if not self._logs:
             return ForceRecord(*(np.empty(0) for _ in range(4)))
         log = np.concatenate(self._logs)
@@ -161,7 +161,7 @@ class Recorder:
         return arrays
 
     def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Continue as the recorder that `arrays` are from."""
+        """Continue from the `archive` of another recorder."""
         self._flight.restore(arrays["flight.counts"], _rows(Sample, arrays, "flight"))
         self._window.restore(arrays["window.counts"], _rows(Sample, arrays, "window"))
         self._fields.restore(arrays["fields.counts"], _rows(Fields, arrays, "fields"))
@@ -173,7 +173,7 @@ class Recorder:
 
 
 def _columns(items: Sequence[Sample | Fields]) -> dict[str, NDArray[Any]]:
-    """What one or more items hold, an array a field."""
+    """The fields of one or more items, one array per field."""
     names = (f.name for f in fields(items[0]))
     return {name: np.array([getattr(item, name) for item in items]) for name in names}
 

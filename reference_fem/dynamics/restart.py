@@ -31,8 +31,8 @@ class Restart:
 
     Parameters
     ----------
-    path : an .npz file, replaced as a whole at each writing. It stays when the run ends: whoever
-        keeps the result removes it then, so that a kill in between loses nothing.
+    path : an .npz file, replaced as a whole at each writing. It stays when the run ends: the caller
+        removes it once the result is kept, so that a kill in between loses nothing.
     resume : whether to continue from the file; without a file there the run starts afresh.
     every_s : wall time between two writings, s; 0 writes after every block of steps.
     """
@@ -43,11 +43,11 @@ class Restart:
 
 
 def identity(**parts: object) -> dict[str, str]:
-    """What a run is, part by part: SHA-256 of each input and of what decides its bits.
+    """Identity of a run, part by part: SHA-256 of each input and of what decides its bits.
 
     The same bits need the same code, compiler and number of threads, and arithmetic that rounds
-    alike: a run that went on with another BLAS would take another step in its last bits, and
-    nobody could repeat it.
+    alike: a run resumed with another BLAS would go on with a step that differs in its last bits,
+    and could not be repeated.
     """
     code = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):
@@ -57,11 +57,11 @@ def identity(**parts: object) -> dict[str, str]:
 
 
 def arithmetic() -> str:
-    """SHA-256 of what linear algebra makes of fixed numbers here, and of the target processor.
+    """SHA-256 of linear algebra's results for fixed numbers, and of the target processor.
 
     BLAS chooses its kernels by the processor, its number of threads and the environment, and they
-    round differently. Their results tell which of them differ in effect; names do not. Such
-    operations set the stable step and the hinges, and read the stress.
+    round differently. Their results tell which of them differ in effect; names do not. The
+    operations are those behind the stable step, the hinges and the reading of the stress.
     """
     numbers = np.sqrt(np.arange(1.0, 30001.0)) % 1.0  # exact: the same everywhere
     square, long = numbers[:576].reshape(24, 24), numbers.reshape(1000, 30)
@@ -115,7 +115,7 @@ class RestartFile:
     def write(self, arrays: Arrays) -> None:
         """Replace the file: a reader sees the old one or the new one, whole.
 
-        A disk that fills up later on does not end a long run: the file before stays, and
+        A disk that fills up later on does not end a long run: the previous file stays, and
         `problem` says why.
 
         Raises RestartError: if it cannot be written the first time.
@@ -147,9 +147,9 @@ class RestartFile:
         self._written = time.perf_counter()
 
     def read(self) -> dict[str, NDArray[Any]] | None:
-        """What was written last; None if the run is to start afresh or nothing was written.
+        """The arrays written last; None if the run is to start afresh or nothing was written.
 
-        Raises RestartError: one line: the file is truncated, altered, or of another run.
+        Raises RestartError: the file is truncated, altered, or of another run.
         """
         path = self._restart.path
         if not self._restart.resume or not path.exists():

@@ -18,8 +18,8 @@ class State:
     velocity : (n_points, dim), v at t_n - Δt/2
     memory : history of the contact law after the last evaluation
     dissipation_J : friction dissipation up to the last evaluation
-    damping_J : what the contact's dashpots took up to the last evaluation
-    material_J : what the material's damping took up to the last evaluation
+    damping_J : dissipation of the contact's dashpots up to the last evaluation
+    material_J : dissipation of the material's damping up to the last evaluation
     face_angles : (n_couples,), rotation of the driven faces, rad: keeps the branch of full turns
     torque_change_work_J : ∫ θ dT over the changes of the joints' torques T: their work is T θ
         less this

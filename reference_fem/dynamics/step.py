@@ -16,15 +16,15 @@ from reference_fem.ties import follow, hand_on
 
 @dataclass(frozen=True)
 class Block:
-    """What a block of steps saw, summed over the mesh as given.
+    """Record of a block of steps, summed over the mesh as given.
 
     log : (steps, COLUMNS), contact at t_n, t_{n+1}, ... (see `contact.law`); DISSIPATION and
         DAMPING accumulate from the start of the run. All zero, and GAP infinite, where contact was
         not searched for.
     velocity : (n_points, dim), v at t_n, synchronous with the displacement of the state that went
         in
-    material_J : what the material's damping took up to t_n
-    stored_J, hourglass_J : stored energy at t_n, and what hourglass control holds of it
+    material_J : dissipation of the material's damping up to t_n
+    stored_J, hourglass_J : stored energy at t_n, and hourglass control's part of it
     reactions : (P, 2), hinge forces at t_n
     pressure : (n_points,), contact pressure at t_n, Pa: each node's normal force over its tributary
         area
@@ -41,7 +41,7 @@ class Block:
     searched: bool
 
 
-ROUNDING = 1e-14  # of the surface's depth: a gap of zero, summed over a facet's points
+ROUNDING = 1e-14  # over the surface's depth: round-off of a zero gap, a sum over a facet's nodes
 
 
 def start_state(
@@ -181,10 +181,10 @@ def _less_external(
     row: Array,
     pressure: Array | None = None,
 ) -> Array:
-    """Take contact, couples and hinge reactions (P, 2), which it returns, off the internal force.
+    """Subtract contact, couples and hinge reactions, which it returns (P, 2), from the residual.
 
-    Contact comes after all that acts on its nodes, which a constraint needs to know. Its history
-    is committed, `row` and, where it is given, `pressure` (n_points,) are filled.
+    Contact comes after all else that acts on its nodes, which a constraint needs to know. Its
+    history is committed; `row` and, if given, `pressure` (n_points,) are filled.
     """
     u, velocity = state.displacement, state.velocity
     for couple in model.couples:

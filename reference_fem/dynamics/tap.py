@@ -12,11 +12,11 @@ from reference_fem.model import Model
 from reference_fem.result import Status
 from reference_fem.settings import Settings
 
-# Steps without contact that a separation takes at least.
+# Fewest steps without contact that count as a separation.
 LEAST_WAIT = 10
 # A body that comes down again within this many durations of its contact is still in the same tap.
 SAME_TAP = 2.0
-# Transits of an axial wave of the last phalanx, more than any run lasts.
+# Transits of an axial wave along the last phalanx: more than any run lasts.
 NEVER = 1e12
 
 
@@ -38,7 +38,7 @@ def tap_after(
     It is over once the surface has not been touched for 10 % of the contact so far, a quarter of
     an axial wave's transit of the last phalanx or ten steps, whichever is longest (single nodes
     chatter at the start and at the end), and will not be for twice that contact or transit.
-    With `until_s` it has the touches that begin within that time of the first one, ten steps apart.
+    With `until_s` it has the touches, ten steps apart, that begin within that time of the first.
 
     touch_in_s : `next_touch_s` of the block's start. until_s : `Settings.tap_until_s`.
     """
@@ -49,7 +49,7 @@ def tap_after(
     first, last, velocity = tap.first_touch_s, tap.last_touch_s, tap.tip_velocity
     if steps.size and first is None:
         first = last = float(touched[0])
-        # Half a step before, untouched: the block may have begun some fifty steps before.
+        # Its velocity half a step before the touch: the block may have begun fifty steps earlier.
         before, _ = advance(model, state, max(int(steps[0]), 1), False)
         x, y = before.velocity[model.pole, :2]
         velocity = (float(x), float(y))
@@ -79,11 +79,11 @@ def parting_s(model: Model, lasted: Array | float) -> tuple[Array, Array]:
 def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
     """Time until the last phalanx would reach the surface as a rigid body, s.
 
-    Of one that does not come down it is `NEVER` transits of a wave: records hold finite numbers.
+    If it does not come down, `NEVER` transits of a wave, as records hold finite numbers.
 
-    An edge that hits first springs off while its body still comes down, and what nodes do says
-    nothing about the body. With the mean velocity v_c and the spin ω = L/I of the last phalanx in
-    the plane of motion, a point of gap g arrives after
+    An edge that hits first bounces off while its body still comes down, so that nodes tell nothing
+    about the body. With the mean velocity v_c and the spin ω = L/I of the last phalanx in the plane
+    of motion, a point of gap g arrives after
 
         g / -v_y,  v_y = v_cy + ω (x - x_c) < 0
 

@@ -13,8 +13,8 @@ SLOPES = {dim: reference_element(dim).slopes[..., :-1].swapaxes(1, 2) for dim in
 def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
     """Smallest det(dx/dξ), m³ or m², at the Gauss points of the elements under pressure; else inf.
 
-    All Gauss points, also those that a 1-point element does without. Its sign is that of det F; NaN
-    if one is. Parameters: displacement (n_points, dim), pressure (n_points,).
+    All Gauss points count, also those that a 1-point element does not use. The sign is that of
+    det F; NaN if one is NaN. Parameters: displacement (n_points, dim), pressure (n_points,).
     """
     cells = model.cells.take(model.contact_cells, 0)
     cells = cells[(pressure > 0.0).take(cells).any(axis=1)]

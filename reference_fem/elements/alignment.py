@@ -1,9 +1,9 @@
 """Rows of numbers and the frames of compiled kernels begin cache lines.
 
-A frame is where a kernel keeps the numbers that its registers don't hold. Numba's functions may
-find their stack at any multiple of 16 bytes. Vectors of 64 bytes that a kernel sets aside there lie
-across two cache lines with three starts out of four, and it depends on the callers, the thread and
-the run which it is (measured: 1-point arithmetic 17.2 or 20.4 ns an element).
+A frame is where a kernel keeps the numbers that its registers don't hold. The stack of numba's
+functions may start at any multiple of 16 bytes. With three starts out of four the 64-byte vectors
+that a kernel keeps there lie across two cache lines, and the start depends on the callers, the
+thread and the run (measured: 1-point arithmetic 17.2 or 20.4 ns an element).
 """
 
 from typing import Any
@@ -26,7 +26,7 @@ def aligned_frame(_: Any) -> Any:
         with builder.goto_entry_block():
             place = builder.alloca(ir.IntType(8))
         place.align = LINE
-        # no instruction, but LLVM must believe that it uses the place, which else would go
+        # no instruction, but LLVM believes that it uses the place and does not remove it
         nothing = ir.FunctionType(ir.VoidType(), [place.type])
         builder.asm(nothing, "", "r", [place], side_effect=True)
         return context.get_dummy_value()

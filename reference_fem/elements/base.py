@@ -46,7 +46,7 @@ class ElementKernel:
     cell_volume : (n_cells,) reference volumes, m^3
     lumped_mass : (n_nodes,) row sums, kg, of the body as meshed
     gradients : (n_cells, corners, dim) shape gradients that stresses are taken with, 1/m
-    relaxation : (n_cells,) tau of Kelvin and Voigt's damping S = C : (E + tau dE/dt), s
+    relaxation : (n_cells,) tau of Kelvin-Voigt damping S = C : (E + tau dE/dt), s
     blocks : what the kernels store of each element, and workspaces that calls overwrite
     """
 
@@ -78,7 +78,7 @@ class ElementKernel:
 
     @property
     def loop_bytes(self) -> int:
-        """What one evaluation of the force reads of the elements, nodal arrays excepted, bytes."""
+        """Bytes of element data that one evaluation of the force reads, without nodal arrays."""
         return self.blocks.nodes.nbytes + self.blocks.reference.nbytes
 
     def internal_force(self, displacement: Array, out: Array) -> None:
@@ -87,10 +87,10 @@ class ElementKernel:
         loops.internal_force(self.blocks, u, numba.get_num_threads(), out)
 
     def audited_force(self, displacement: Array, out: Array) -> tuple[float, float]:
-        """`internal_force`, and all that is stored, J, and what hourglass control holds of it.
+        """`internal_force`; returns the stored energy and hourglass control's part of it, J.
 
-        Energies are from the strains at the points, not from force times displacement. With them it
-        takes 3 % more of 1-point hexahedra, 10 % of 8-point ones, 20 % of plane quadrilaterals
+        Energies come from the strains at the points, not from force times displacement. They take
+        3 % more time for 1-point hexahedra, 10 % for 8-point ones, 20 % for plane quadrilaterals
         (measured).
         """
         u, parts = self._checked(displacement, out), np.empty((numba.get_num_threads(), 2))
@@ -105,10 +105,10 @@ class ElementKernel:
     def damped_force(
         self, displacement: Array, velocity: Array, lag: float, out: Array
     ) -> tuple[float, float, float]:
-        """`audited_force` with damping, and what it dissipates, W.
+        """`audited_force` with damping; also returns the power that damping dissipates, W.
 
-        velocity : (n_nodes, dim) m/s, of `lag` seconds before the displacement: the dissipation is
-            that of then, and zero damps no rotation
+        velocity : (n_nodes, dim) m/s, at `lag` seconds before the displacement: the dissipation is
+            that of this earlier time, and rigid rotations are not damped
         """
         parts = np.empty((numba.get_num_threads(), 3))
         u, v = self._checked(displacement, out), self._checked(velocity)
@@ -116,7 +116,7 @@ class ElementKernel:
         return *_energies(parts[:, :2]), float(sum(parts[:, 2].tolist()))
 
     def energies(self, displacement: Array) -> tuple[float, float]:
-        """What `audited_force` returns, J."""
+        """Stored energy and hourglass control's part of it, J."""
         return self.audited_force(displacement, np.empty(self.points.shape))
 
     def cell_stress(
@@ -125,7 +125,7 @@ class ElementKernel:
         """Cauchy stress at the elements' centres, Pa; without a velocity (m/s), the elastic part.
 
         (n, 6) as xx, yy, zz, xy, yz, xz in 3D; (n, 3) as xx, yy, xy in 2D. `cells` picks elements
-        (all of them when None), so that a probe costs what it looks at.
+        (None: all), so that a probe only pays for those that it reads.
         """
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
         stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
@@ -145,7 +145,7 @@ class ElementKernel:
         return von_mises(self.cell_stress(displacement, velocity=velocity))
 
     def min_det_F(self, displacement: Array) -> float:
-        """Smallest det F over all points, not above 0 for an inverted element; NaN of NaNs."""
+        """Smallest det F over all points, 0 or less for an inverted element; NaN if any is NaN."""
         parts = np.empty(numba.get_num_threads())
         loops.min_dets(self.blocks, self._checked(displacement), parts)
         return float(np.min(parts))
@@ -172,6 +172,6 @@ def lame_constants(young: Array, poisson: Array) -> tuple[Array, Array]:
 
 
 def _energies(parts: Array) -> tuple[float, float]:
-    """All that is stored and hourglass control's share, J, from the threads' (threads, 2)."""
+    """Stored energy and hourglass control's part, J, from those of the threads (threads, 2)."""
     strain, hourglass = (sum(of_threads) for of_threads in parts.T.tolist())
     return strain + hourglass, hourglass

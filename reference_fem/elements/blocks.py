@@ -1,4 +1,4 @@
-"""Elements in blocks of LANES: what the compiled kernels of every element are handed."""
+"""Elements in blocks of LANES: the form in which the compiled kernels of all elements get them."""
 
 from typing import NamedTuple, TypeVar
 
@@ -12,7 +12,7 @@ from reference_fem.elements.alignment import aligned
 
 Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative indices
 # Energies of strains and of hourglass modes by thread, (threads, 2), J. Where it is None, numba
-# leaves out all that concerns them.
+# leaves their code out.
 Stored = Array | None
 # Velocity (n_nodes, dim), m/s, and how long before the displacement it was, s; None: no damping.
 Moving = tuple[Array, float] | None
@@ -23,15 +23,15 @@ LANES = 16
 
 
 class Blocks(NamedTuple):
-    """A mesh in blocks, and the workspaces of the threads; numba takes it as it is.
+    """A mesh in blocks, and the threads' workspaces, in a form that numba takes directly.
 
-    An element has a class of its own made from it, by which `loops` knows what to do with a block.
+    Each element derives a class of its own, by which `loops` selects the code for a block.
 
     points : (n_nodes, dim) reference positions, m
     nodes : (n_blocks, LANES, corners); lanes past the last element repeat its nodes
     node_range : (n_blocks, 2) first node and one past the last of each block
     n_cells : number of elements
-    reference : (n_blocks, rows*LANES) what each element's kernel stores of it; zero past the last
+    reference : (n_blocks, rows*LANES) what the kernel stores of each element; zero past the last
     scratch : (threads, rows*LANES) workspace
     buffers : (threads, n_nodes, dim) workspace, forces on nodes that threads share, N. Sized for
         as many threads as numba may ever use; pages that are not needed are never touched.
@@ -69,7 +69,7 @@ def make_blocks(
 
 @inlined
 def lane_sum(total: float, s: Array, row: int) -> float:
-    """`total` and the LANES numbers in a row of scratch s, added one after another."""
+    """`total` plus the LANES numbers in a row of scratch s, added one after another."""
     for lane in range(LANES):
         total += s[row * LANES + lane]
     return total

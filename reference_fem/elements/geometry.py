@@ -1,4 +1,4 @@
-"""What scikit-fem knows about elements at their points: volumes, gradients, Jacobians."""
+"""Geometry of elements at their points, from scikit-fem: volumes, gradients, Jacobians."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ CORNERS = {
         [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
     ),
 }
-CHUNK = 4096  # elements looked at in one go: 24 x 24 stiffness matrices of 19 MB
+CHUNK = 4096  # elements handled at once: 24 x 24 stiffness matrices of 19 MB
 
 
 def check_mesh(points: Array, cells: Index, dim: int) -> tuple[Array, Index]:
     """Return points (n, dim) and cells (m, 2^dim) as contiguous float64 and int64.
 
-    Raises ValueError: a shape is wrong, a coordinate is not finite or a cell names a node that is
-        not there.
+    Raises ValueError: a shape is wrong, a coordinate is not finite or a cell names a node that does
+        not exist.
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     cells = np.ascontiguousarray(cells, dtype=np.int64)
@@ -61,7 +61,7 @@ class Geometry:
 
     @property
     def volume(self) -> Array:
-        """Of each element, (n,)."""
+        """Volume of each element, (n,)."""
         return self.weights.sum(axis=1)
 
     @property
@@ -94,7 +94,7 @@ class ReferenceElement:
 
 
 def reference_element(dim: int) -> ReferenceElement:
-    """What scikit-fem knows of the element before there is a mesh."""
+    """The reference element, from scikit-fem."""
     element = ElementHex1() if dim == 3 else ElementQuad1()
     place = [int(np.flatnonzero((CORNERS[dim] == c).all(axis=1))[0]) for c in element.doflocs]
     x, w = get_quadrature(element, 3)
@@ -117,8 +117,8 @@ def geometries(points: Array, cells: Index, thickness: Array | None = None) -> I
     """
     dim = points.shape[1]
     reference, kind = reference_element(dim), MeshHex if dim == 3 else MeshQuad
-    # Handing scikit-fem each VTK corner in the place of the same reference corner keeps the
-    # Jacobian of a well-formed element positive.
+    # Handing scikit-fem each VTK corner as the same reference corner keeps the Jacobian of a
+    # well-formed element positive.
     place = reference.place
     for start in range(0, len(cells), CHUNK):
         some = slice(start, min(start + CHUNK, len(cells)))

@@ -64,7 +64,7 @@ def _at_all_points(
     )
     tau = np.zeros(len(cells)) if relaxation is None else relaxation
     last = lame / volume if kind is EIGHT_POINT else lame
-    # nothing is stored of relaxation times that are all zero
+    # relaxation times are not stored if all are zero
     rows = np.column_stack((of_points, mu, last, *([tau] if tau.any() else [])))
     masses = density[:, None] * corner_volumes
     return _kernel(kind, mesh, constants, (volume, masses, centre_gradients), tau, rows)
@@ -76,8 +76,8 @@ def hex8_one_point(
 ) -> ElementKernel:  # fmt: skip
     """8-node hexahedra with one point and hourglass stiffness, St. Venant-Kirchhoff.
 
-    Parameters and errors are those of `hex8`; a relaxation time is one. `ElementKernel.gradients`
-    are the mean ones.
+    Parameters and errors are those of `hex8`; a relaxation time is an error too.
+    `ElementKernel.gradients` are the mean ones.
     """
     mesh = check_mesh(points, cells, 3)
     if relaxation is not None and relaxation.any():
@@ -123,7 +123,7 @@ def _kernel(
 
 
 def quad4_quadrature_points(points: Array, cells: Index) -> Array:
-    """Where the thickness is asked for: the 4 Gauss points, (n_cells, 4, 2), m.
+    """The 4 Gauss points, where the thickness is needed, (n_cells, 4, 2), m.
 
     Point q of a cell is the one nearest to its corner q.
     """
@@ -135,7 +135,7 @@ def chord_thickness(points: Array, cells: Index, radius: Array) -> Array:
     """Chord 2 sqrt(R^2 - y^2) of the round section at the points of each cell, (n_cells, 4), m.
 
     With it area, second moment and mass of a section are those of the round beam, up to the
-    quadrature error of the square root next to the outline. The round end keeps the chord of the
+    quadrature error of the square root near the outline. The round end keeps the chord of the
     section: it is half a cylinder across Z cut to that thickness, not half a ball.
 
     points : (n_points, 2), m. cells : (n_cells, 4).

@@ -33,7 +33,7 @@ def add_force(
     """Add the forces of one block, N.
 
     Where `stored` is given, energies of strains and of hourglass modes, J, are added to its row t.
-    Where it is `moving`, damping is among the forces, and what it takes is added there too, W.
+    With `moving` the forces include damping; the power that it takes, W, is added there too.
 
     u (n_nodes, dim) displacements, m; `share` of thread t as in `threads`.
     """
@@ -50,7 +50,7 @@ def implement(
     force: Callable[[Blocks, Array, int, Index, int, Array, Stored, Moving], None],
     det: Callable[[Blocks, Array, int, Array], float],
 ) -> None:
-    """Let these compiled functions stand for the above, in their order, with blocks of `kind`."""
+    """Register compiled versions of `add_force` and `least_det` for blocks of `kind`."""
     for asked, compiled in ((add_force, force), (least_det, det)):
         overload(asked, strict=False)(_for_blocks_of(kind, compiled))
 
@@ -67,9 +67,9 @@ def _for_blocks_of(kind: type[Blocks], compiled: Callable[..., Any]) -> Callable
 def share_force(
     blocks: Blocks, u: Array, shares: Index, t: int, out: Array, stored: Stored, moving: Moving
 ) -> None:
-    """Forces of thread t's blocks and, where asked for, row t of their energies.
+    """Forces of thread t's blocks and, if asked for, their energies in row t of `stored`.
 
-    Without reference counts, which take 3 % of the time of a hexahedron.
+    Compiled without reference counts, which take 3 % of the time of a hexahedron.
     """
     zero_forces(blocks, shares, t, out)
     if stored is not None:
@@ -87,7 +87,7 @@ def internal_force(
 ) -> None:  # fmt: skip
     """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads.
 
-    What `add_force` adds where they are given: stored (n_threads, 2), or 3 with `moving`.
+    stored : (n_threads, 2), or (n_threads, 3) with `moving`, filled as by `add_force`.
     """
     shares = thread_shares(blocks.node_range, n_threads)
     for t in prange(n_threads):

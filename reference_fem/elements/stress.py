@@ -90,8 +90,8 @@ def cauchy_plane_stress(f: Array, mu: float, lame: float, stress: Array) -> None
 def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Array) -> Array:
     """Cauchy stress F S F^T / det F of S = tau (lambda tr E. I + 2 mu E.), Pa.
 
-    Components are those of `cauchy_stress`, or of `cauchy_plane_stress`. Of a sheet with lambda* it
-    is per volume of the undeformed thickness.
+    Components are those of `cauchy_stress`, or of `cauchy_plane_stress`. For a sheet with lambda*
+    it is per volume with the undeformed thickness.
 
     f, rate : (n, dim, dim) F and dF/dt, 1/s.
     mu, lame, relaxation : (n,) Lame's constants, Pa, and tau, s.

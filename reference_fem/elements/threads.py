@@ -1,9 +1,9 @@
-"""Which blocks a thread takes, and how threads' forces meet: one number of threads, the same bits.
+"""Which blocks each thread takes, and how forces are summed: one number of threads, the same bits.
 
-Each thread takes a contiguous run of blocks. Nodes that no other thread touches it sums straight
-into the result; those of the seam it adds into a buffer of its own, and the buffers are summed in
-the order of the threads. With nodes numbered locally the seam is one section of the mesh, so that
-next to nothing is summed twice; a mesh numbered at random costs time, not correctness.
+Each thread takes a contiguous run of blocks. It adds forces on nodes that no other thread touches
+straight to the result, those of the seam to its own buffer; the buffers are summed in the order of
+the threads. With nodes numbered locally the seam is one section of the mesh, so that almost nothing
+is summed twice; a mesh numbered at random costs time, not correctness.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ START, STOP, LOW, OWN_LOW, OWN_HIGH, HIGH = range(6)
 
 @njit(cache=True, error_model="numpy")
 def thread_range(count: int, t: int, n_threads: int) -> tuple[int, int]:
-    """First and one past the last of the things that thread t takes of `count`."""
+    """First and one past the last of the `count` items that thread t takes."""
     return t * count // n_threads, (t + 1) * count // n_threads
 
 
@@ -64,7 +64,7 @@ def zero_forces(blocks: Blocks, shares: Index, t: int, out: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def holds_own_nodes_only(blocks: Blocks, block: int, share: Index) -> bool:
-    """Whether a block's nodes are all its thread's own."""
+    """Whether all of a block's nodes are its thread's own."""
     return bool(
         blocks.node_range[block, 0] >= share[OWN_LOW]
         and blocks.node_range[block, 1] <= share[OWN_HIGH]
@@ -73,9 +73,9 @@ def holds_own_nodes_only(blocks: Blocks, block: int, share: Index) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def add_buffers(blocks: Blocks, shares: Index, out: Array) -> None:
-    """Sum the buffers into the nodes that are no thread's own.
+    """Sum the buffers into the nodes that belong to no single thread.
 
-    One thread does it for all: to wake the others takes longer than a section of the mesh.
+    One thread does it all: waking the others takes longer than a section of the mesh.
     """
     position = 0
     for t in range(len(shares)):
@@ -87,5 +87,5 @@ def add_buffers(blocks: Blocks, shares: Index, out: Array) -> None:
         share = shares[t]
         for low, high in ((share[LOW], share[OWN_LOW]), (share[OWN_HIGH], share[HIGH])):
             total, more = out[low:high].reshape(-1), blocks.buffers[t, low:high].reshape(-1)
-            for i in range(len(total)):  # one loop is a vector's, one over nodes is not
+            for i in range(len(total)):  # a flat loop vectorises, one over nodes does not
                 total[i] += more[i]

@@ -8,17 +8,17 @@ from reference_fem.contact.stiffness import facet_areas
 from reference_fem.elements.kinds import chord
 
 POINTS = 8
-"""Gauss points an edge in 2D; the root of the chord's thickness at the outline needs more than a
-polynomial would: 8 leave 1e-4 of the last edge's share."""
+"""Gauss points per edge in 2D; the square root in the chord's thickness needs more than a
+polynomial would: 8 leave an error of 1e-4 of the last edge's share."""
 
 
 def mean_weights(points: Array, cells: Index, nodes: Index, radius: float) -> tuple[Index, Array]:
     """c_i = ∫ N_i dA / A over the outer facets that `nodes` span, or over edges where it has none.
 
     Σ c_i u_i is then the mean displacement of the face, exactly for fields that the elements
-    represent, and the hinge's force λ is the even traction λ/A: neither depends on the mesh, where
-    an average of the nodes has the density of the mesh as its weight. A half model's part of the
-    face needs no factor. In 2D A is the edges' length times the chord of the round section
+    represent, and the hinge's force λ is the uniform traction λ/A: neither depends on the mesh,
+    whereas an average of the nodes is weighted by their density. A half model's part of the face
+    needs no factor. In 2D A is the edges' length times the chord of the round section
     (`kinds.chord`); the edges of a shaft's hole count by their length (in 2D: as points).
 
     points : (n_points, dim). cells : (n_cells, 8 | 4). nodes : (k,).
@@ -26,7 +26,7 @@ def mean_weights(points: Array, cells: Index, nodes: Index, radius: float) -> tu
 
     Returns the nodes (k,), sorted, and their weights (k,), of sum 1.
 
-    Raises ValueError: the nodes span neither facets nor edges, or not all of them belong to those.
+    Raises ValueError: the nodes span neither facets nor edges, or some belong to none of those.
     """
     nodes = np.unique(nodes)
     dim = points.shape[1]

@@ -29,7 +29,7 @@ class Section:
         """
         sine, cosine = cross_and_dot(displacement, self.nodes, self.arms, self.masses)
         angle = math.atan2(sine, cosine)
-        if math.isnan(angle):  # the run has come apart: its audit says so
+        if math.isnan(angle):  # the run has diverged: its audit says so
             return angle
         return angle + 2.0 * math.pi * round((near - angle) / (2.0 * math.pi))
 
@@ -40,9 +40,9 @@ class Section:
 
 @dataclass(frozen=True)
 class Couple:
-    """Joint w's torque on the first face of phalanx w (from 0), or its reaction on the last before.
+    """Joint w's torque on phalanx w's first face (from 0), or its reaction on the face before.
 
-    sign : -1 of a reaction
+    sign : 1, or -1 for a reaction
     """
 
     phalanx: int

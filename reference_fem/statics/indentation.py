@@ -30,7 +30,7 @@ from reference_fem.hertz import hertz_indentation
 from reference_fem.statics.tip import TipCompliance
 
 PENALTY = 2000.0  # f
-ITERATIONS, HALVINGS = 60, 12  # of Newton's method, and of one step
+ITERATIONS, HALVINGS = 60, 12  # most of Newton's method, and of one step
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class ContactArea:
 def contact_area(tip: TipCompliance) -> ContactArea:
     """Points where the contact is evaluated.
 
-    The nodal heights of the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
+    Nodal heights that give the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
     """
     quadrature = facet_quadrature(tip.points, tip.facets)
     weights = quadrature.weight.ravel()

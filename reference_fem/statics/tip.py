@@ -22,8 +22,8 @@ COLUMNS = 16
 class TipCompliance:
     """Displacements per unit force at k candidate nodes, of the mesh as given.
 
-    Motion is that against a frame which moves with a section behind the contact (its best-fit
-    rigid motion, read at the contact point): the beam's share of the compliance is left out.
+    Motion is relative to a frame that moves with a section behind the contact (its best-fit rigid
+    motion, read at the contact point): the beam's share of the compliance is left out.
 
     nodes : (k,), candidates: the nodes of the surface's facets near the contact point
     facets : (m, 4), those facets, by candidate
@@ -115,7 +115,7 @@ def touch_frame(body: meshes.FingerMesh, angle: float) -> tuple[float, Array, Ar
 
 
 def last_phalanx(mesh: meshes.FingerMesh) -> tuple[Index, meshes.FingerMesh]:
-    """The last phalanx as a mesh of its own, behind the numbers of its nodes in the given one."""
+    """Node numbers of the last phalanx in the given mesh, and the phalanx as a mesh of its own."""
     cells = mesh.cells[mesh.cell_sets[f"phalanx_{mesh.phalanges}"]]
     nodes, local = np.unique(cells, return_inverse=True)
     place = np.full(len(mesh.points), -1)
@@ -189,7 +189,7 @@ def section_at(points: Array, x: float) -> Index:
     size = np.ptp(points[:, 0])
     planes = np.round(points[:, 0] / (1e-6 * size)).astype(np.int64)
     values, counts = np.unique(planes, return_counts=True)
-    # A section of the shaft holds as many nodes as the end face; elsewhere planes are accidents.
+    # A section of the shaft holds as many nodes as the end face; elsewhere planes are coincidences.
     whole = values[counts >= counts[np.argmax(values)]]
     nearest = whole[np.argmin(np.abs(whole * (1e-6 * size) - x))]
     return np.flatnonzero(planes == nearest)

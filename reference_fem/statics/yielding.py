@@ -1,14 +1,14 @@
-"""What a tip yields between a beam that ends at its sphere's centre C and Hertz's half-space.
+"""Compliance of a tip between a beam that ends at its sphere's centre C and Hertz's half-space.
 
 A traction p ~ sqrt(1 - r^2/b^2) of a unit force acts on a patch of radius b around the contact
-point, along the normal n into the body or along the plane. Its mean displacement, weighted by
-itself, against a section about R behind C, less what others already stand for,
+point, along the normal n into the body or along the plane. Its mean displacement, weighted by the
+traction, relative to a section about R behind C, less the parts of
 
     half-space:  0.6/(E* b) normal, 0.15 (2 - nu)/(G b) tangential (Johnson 1985, chapter 3),
     beam:        Timoshenko's cantilever from that section to C, rigid from there on,
 
-is the compliance c/(E R) of the tip itself, for b^2 -> 0 from two patches. n points up and t away
-from the hinges, so that a phalanx that points along -X has t = -X.
+is the compliance c/(E R) of the tip itself, extrapolated to b^2 -> 0 from two patches. n points up
+and t away from the hinges, so that a phalanx that points along -X has t = -X.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ PATCHES = (0.25, 0.35)  # b/R
 class TipYield:
     """Compliance of a tip at its touch, times E R.
 
-    nn, nt, tt : along the normal, of one by the other, and along the plane
+    nn, nt, tt : along the normal, of one direction by a force in the other, and along the plane
     """
 
     nn: float
@@ -58,7 +58,7 @@ def tip_yield(mesh: meshes.FingerMesh, material: Material, angle: float) -> TipY
     force = np.zeros((len(points), 3, len(PATCHES), 2))
     means = np.zeros((len(PATCHES), len(points)))
     for patch, share in enumerate(PATCHES):
-        # chords, not arcs: r of the plane's projection to second order in r/R
+        # chords, not arcs: they equal r in the plane to second order in r/R
         traction = np.sqrt(np.maximum(1.0 - distance2 / (share * radius) ** 2, 0.0))
         nodal = (quadrature.weight * traction) @ quadrature.shape
         np.add.at(means[patch], facets, nodal)
@@ -95,7 +95,7 @@ def half_space(material: Material, patch: float) -> Array:
 
 
 def beam(material: Material, radius: float, angle: float, s: float) -> Array:
-    """Compliance (2, 2) of the contact point on a cantilever that ends s before it at C, m/N.
+    """Compliance (2, 2) of the contact point, rigid on the end C of a cantilever of length s, m/N.
 
     u = N s/(E A), v = Q (s^3/(3 E I) + s/(kappa G A)) + M s^2/(2 E I) and
     theta = Q s^2/(2 E I) + M s/(E I), M the moment of the force about C.

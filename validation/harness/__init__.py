@@ -1,1 +1,1 @@
-"""What every command needs: records, files, the store, processes, interrupts, pages, tables."""
+"""What all commands need: records, files, the store, processes, interrupts, pages, tables."""

@@ -1,4 +1,4 @@
-"""Parameters that several commands share, as the command line names and explains them."""
+"""Parameters shared by several commands, with their names and help on the command line."""
 
 from collections.abc import Sequence
 from typing import Annotated

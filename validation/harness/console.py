@@ -1,7 +1,7 @@
-"""What the terminal shows: progress on standard error where someone watches, tables on output.
+"""What the terminal shows: progress on standard error if it is a terminal, tables on output.
 
-All text goes there through `say` and `output`. Scenes, files and stored results are other people's:
-a control character in one of them could move the cursor, change colours or rewrite lines.
+All text goes through `say` and `output`: scenes, files and stored results may come from others, and
+control characters in them could move the cursor, change colours or rewrite lines.
 """
 
 import contextlib
@@ -18,25 +18,25 @@ if TYPE_CHECKING:  # help and errors need no numpy
 
 
 def printable(text: str) -> str:
-    r"""The text with what is no visible character written as Python does, ESC as ``\x1b``."""
+    r"""The text with unprintable characters written as Python escapes, ESC as ``\x1b``."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def say(text: str) -> None:
-    """One line on standard error; nothing where that is closed, which is no reason to fail."""
+    """Print one line on standard error; if that is closed, print nothing rather than fail."""
     with contextlib.suppress(OSError):
         print(f"fingertap: {printable(' '.join(text.split()))}", file=sys.stderr, flush=True)
 
 
 def output(text: str) -> None:
-    """Lines on standard output."""
+    """Print lines on standard output."""
     print("\n".join(map(printable, text.split("\n"))), flush=True)
 
 
 def say_error(text: str) -> None:
-    """One line on standard error that says what went wrong."""
+    """Print one line on standard error that says what went wrong."""
     say(f"error: {text}")
 
 
@@ -65,7 +65,7 @@ def progress_bar(title: str) -> Iterator[Callable[[float, str], None]]:
 
 @contextlib.contextmanager
 def output_kept() -> Iterator[None]:
-    """Meanwhile what a model, or a program that it starts, prints goes to standard error."""
+    """In this context, what a model or a program started by it prints goes to standard error."""
     sys.stdout.flush()
     kept = os.dup(1)
     os.dup2(2, 1)
@@ -77,11 +77,11 @@ def output_kept() -> Iterator[None]:
         os.close(kept)
 
 
-WIDTH = 31  # of the column of titles
+WIDTH = 31  # width of the column of titles
 
 
 def summary_text(record: "RunRecord") -> str:
-    """A run's scalars, one a line."""
+    """A run's scalars, one per line."""
     lines = [f"{record.scene}, {record.label}: {record.status.lower().replace('_', ' ')}"]
     for entry in QUANTITIES:
         value = record.summary.get(entry.key)
@@ -100,7 +100,7 @@ def summary_text(record: "RunRecord") -> str:
 
 
 def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
-    """What was asked of the run, what it expects, and what was chosen for it."""
+    """The accuracy wanted of the run, the one it expects, and the settings chosen for it."""
     if not (accuracy := record.accuracy):
         return
     expected = accuracy["expected"]
@@ -111,6 +111,6 @@ def _accuracy_lines(record: "RunRecord") -> Iterator[str]:
 
 
 def shown(entry: Quantity, record: "RunRecord") -> str | None:
-    """A run's number in its shown unit with its error, without the unit; None where it has none."""
+    """A run's number with its error, in the shown unit, which is left out; None if it has none."""
     value = entry.read(record)
     return None if value is None else with_error(value, entry.error(record), entry.digits)

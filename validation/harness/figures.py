@@ -25,7 +25,7 @@ STYLE = {
     "legend.fontsize": 8,
     "lines.linewidth": 1.4,
     "savefig.dpi": 160,
-    "svg.hashsalt": "fingertap",  # the same figure, the same file
+    "svg.hashsalt": "fingertap",  # the same figure gives the same file
     "figure.facecolor": "white",
 }
 
@@ -43,7 +43,7 @@ def panels(
     """Axes (rows, columns) of a figure, saved as PNG and SVG when the block ends without an error.
 
     width, height : of one panel, inches.
-    style : matplotlib settings beside `STYLE`.
+    style : matplotlib settings in addition to `STYLE`.
     subplots : further arguments of `matplotlib.pyplot.subplots`.
     """
     import matplotlib as mpl
@@ -65,7 +65,7 @@ def panels(
 
 
 def label(axis: Any, title: str, x: str, y: str) -> None:
-    """Title at the left, axes named, a line at zero, a legend."""
+    """Give an axis a title, axis labels, a line at zero and a legend."""
     axis.set(title=title, xlabel=x, ylabel=y)
     axis.axhline(0, color=BLACK, linewidth=0.6)
     axis.legend()

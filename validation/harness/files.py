@@ -1,4 +1,4 @@
-"""Files of a run, each written whole or not at all: a temporary name, then a rename."""
+"""Files of a run, each written whole or not at all: under a temporary name, then renamed."""
 
 import contextlib
 import fcntl
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     import reference_fem
 
-LONGEST_NAME = 150  # file systems take 255 bytes, of which temporary names and endings need some
+LONGEST_NAME = 150  # file systems allow 255 bytes; temporary names and endings need some of them
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Fields:
 
     points : (n_points, dim), m.
     cells : (n_cells, 8) hexahedra or (n_cells, 4) quadrilaterals, VTK order.
-    steps : the reference's snapshots, in the order of time.
+    steps : the reference's snapshots, in order of time.
     """
 
     points: NDArray[Any]
@@ -47,7 +47,7 @@ def atomic(path: Path) -> Iterator[Path]:
     """A temporary path beside ``path`` that takes its place if the block succeeds."""
     temporary = path.with_name(f".{path.name}.{os.urandom(4).hex()}{path.suffix}")
     try:
-        # not `tempfile`, whose files are private: the modes of a result are the user's to mask
+        # not `tempfile`, whose files are private: the user's umask decides a result's mode
         temporary.touch(exist_ok=False)
         yield temporary
         temporary.replace(path)
@@ -57,9 +57,9 @@ def atomic(path: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def exclusive_folder(folder: Path) -> Iterator[Path]:
-    """The `output_folder`, with other commands kept out; what keeps them ends with the process.
+    """The `output_folder`, locked against other commands until the process ends at the latest.
 
-    Not to be nested on one folder: a process has its locks once.
+    Do not nest it on one folder: a process holds a lock only once.
 
     Raises UserError: the folder cannot be written, or another command is at work there.
     """
@@ -77,7 +77,7 @@ def _locked(path: Path) -> TextIO:
     while True:
         file = path.open("a")
         try:
-            # of the process: unlike `flock`, not of its workers, which may outlive it for a moment
+            # of the process: unlike `flock`, not of workers, which may outlive it for a moment
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except (BlockingIOError, PermissionError):
             file.close()
@@ -87,7 +87,7 @@ def _locked(path: Path) -> TextIO:
             ) from None
         except OSError:  # a file system without locks
             pass
-        # the one that had it may have removed it, and a third one may hold another of its name
+        # its last owner may have removed the file, and another process may hold a new one
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(file.fileno()), path.stat()):
                 return file
@@ -130,9 +130,9 @@ def output_folder(path: Path) -> Path:
 
 
 def safe_name(name: str) -> str:
-    """A name that stays inside its folder, whatever the scene was called, and is not too long.
+    """A file name that stays inside its folder, whatever the scene's name, and is not too long.
 
-    Two names are two: of one that can't be kept as it is, a digest tells it from others alike.
+    Different names stay different: a name that has to be altered gets a digest of the original.
     """
     safe = re.sub(r"[^A-Za-z0-9._=-]+", "_", name).strip(".") or "run"
     if safe == name and len(safe) <= LONGEST_NAME:
@@ -142,8 +142,8 @@ def safe_name(name: str) -> str:
 
 
 def clear_run(folder: Path) -> None:
-    """Remove what says that a run is complete, then the fields of its steps: a kill must not leave
-    two runs mixed in a folder.
+    """Remove the files that mark a run as complete, then the fields of its steps: a kill must not
+    leave two runs mixed in a folder.
     """
     names = ("error.txt", "summary.json", "history.nc", "curves.csv", "curves.csv.toml")
     steps = (folder / "fields").glob("tap_*.vtu")
@@ -152,12 +152,12 @@ def clear_run(folder: Path) -> None:
 
 
 def write_run(folder: Path, record: RunRecord, fields: Fields | None = None) -> None:
-    """Write a run's fields where it has them, its history and curves, and last ``summary.json``.
+    """Write a run's fields, if it has any, its history and curves, and last ``summary.json``.
 
-    The summary says that a run is there as a whole.
+    The summary marks the run as complete.
 
     Raises OSError: not all could be written. The summary, which needs least room, is tried
-        nevertheless, and its message says what is not there.
+        nevertheless, and its message says what is missing.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -182,9 +182,9 @@ def write_history(folder: Path, record: RunRecord) -> None:
 
 
 def _write_curves(path: Path, record: RunRecord) -> None:
-    """The contact force of every step, and beside it what no sample has: see ``curve_files``.
+    """The contact force at every step, and in TOML what is not sampled: see ``curve_files``.
 
-    Both give back the run's numbers and curves bit for bit, as ``--reference curves.csv``.
+    Together, as ``--reference curves.csv``, they return the run's numbers and curves bit for bit.
     """
     import tomli_w
 
@@ -193,7 +193,7 @@ def _write_curves(path: Path, record: RunRecord) -> None:
     columns = {name: array.tolist() for name, array in curves.items() if np.isfinite(array).all()}
     if not {"time_s", "normal_force_N"} <= columns.keys():
         return
-    # of two at one time, where another set of beams takes over, the later
+    # of two samples at one time, where another set of beams takes over, keep the later
     rises = np.append(np.diff(columns["time_s"]) > 0.0, True)
     kept = compress(zip(*columns.values(), strict=True), rises)
     rows = (",".join(map(repr, row)) for row in kept)
@@ -225,7 +225,7 @@ def _write_summary(folder: Path, record: RunRecord) -> None:
 
 
 def _three(vectors: NDArray[Any]) -> NDArray[Any]:
-    """Vectors with three components, as VTK wants them."""
+    """Vectors padded to three components, which VTK needs."""
     return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
 
 
@@ -234,7 +234,7 @@ def write_fields(folder: Path, fields: Fields) -> Path:
 
     ParaView, PyVista and meshio open them.
 
-    Raises OSError: not all could be written; those that were are removed: nothing names them.
+    Raises OSError: not all could be written; the others are removed, as no index names them.
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "tap.pvd"

@@ -1,14 +1,14 @@
 """The identity of a result: whatever decides its bits, its time and its memory, as JSON values.
 
-Its sources are found and not listed: from the modules whose code makes the result along all of
-their imports, those in functions included, within this project's packages. Of every library that
-is imported on the way, the version counts; so do Python, the processor, and the environment of
-the compiler and of linear algebra (another ``OPENBLAS_CORETYPE`` gives other bits).
+Its sources are found rather than listed: from the modules whose code makes the result, along all of
+their imports, those in functions included, within this project's packages. The version of every
+library imported on the way counts; so do Python, the processor, and the environment of the compiler
+and of linear algebra (another ``OPENBLAS_CORETYPE`` gives other bits).
 
-A model of somebody else's package counts with all of that package's files, whatever its version.
+For a model from another package all of that package's files count, whatever its version.
 
-An import of `importlib.import_module` is followed where its argument is written out. A name that is
-put together (`validation.models.adapter`) is not: who calls it gives the adapter's module as well.
+A call of `importlib.import_module` is followed if its argument is a literal. A name that is
+computed (`validation.models.adapter`) is not: the caller lists the adapter's module as well.
 """
 
 import hashlib
@@ -25,9 +25,9 @@ from typing import Any
 
 from validation.harness.provenance import processor, version
 
-ROOT = Path(__file__).parents[2]  # of the checkout, or where the wheel is installed
+ROOT = Path(__file__).parents[2]  # the checkout, or where the wheel is installed
 PACKAGES = ("hcm", "reference_fem", "meshes", "validation")
-# Libraries whose distribution has another name, or whose results another one decides too.
+# Libraries whose distribution has another name, or whose results depend on another one too.
 DISTRIBUTIONS = {
     "PIL": ("pillow",),
     "elastica": ("pyelastica",),
@@ -38,7 +38,7 @@ DISTRIBUTIONS = {
 ENVIRONMENT = ("NUMBA_", "OMP_", "OPENBLAS_", "MKL_")
 WITHOUT_EFFECT = ("NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES", "NUMBA_COLOR_SCHEME")
 
-# Parsing all of a package takes a tenth of a second; its imports are found in a hundredth.
+# Parsing a whole package takes a tenth of a second; this finds its imports in a hundredth.
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]*(\((?:[^)#]|#[^\n]*)*\)|[^\n(]+)"
     r"|import[ \t]+([\w.]+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#[^\n]*)?$)",
@@ -52,8 +52,7 @@ FOR_TYPES = re.compile(r"^([ \t]*)if TYPE_CHECKING:.*\n(?:\1[ \t]+.*\n|[ \t]*\n)
 def imports(text: str) -> Iterator[tuple[str, str]]:
     """Modules that a module imports when it runs, anywhere in its text, each with a member.
 
-    Of ``from a import b`` it is (a, b), where b may be a module or what is found in a; else the
-    member is "".
+    ``from a import b`` gives (a, b), b a module or a member of a; else the member is "".
     """
     text = FOR_TYPES.sub("", text)
     yield from ((module, "") for module in NAMED.findall(text))
@@ -66,7 +65,7 @@ def imports(text: str) -> Iterator[tuple[str, str]]:
 
 
 def module_file(name: str, root: Path = ROOT) -> str:
-    """The file of a module by its dotted name; a ModuleNotFoundError where there is none."""
+    """The file of a module by its dotted name; raises ModuleNotFoundError if there is none."""
     path = os.path.join(root, *name.split("."))
     for file in (f"{path}.py", os.path.join(path, "__init__.py")):
         if os.path.isfile(file):
@@ -75,7 +74,7 @@ def module_file(name: str, root: Path = ROOT) -> str:
 
 
 def _files_of(name: str) -> Iterator[tuple[str, Path]]:
-    """All modules of somebody else's package, or the one module, and their files."""
+    """All modules of another project's package, or the single module, with their files."""
     spec = importlib.util.find_spec(name)
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError(f"{name}: no such module is installed")
@@ -90,17 +89,17 @@ def closure(
     root: Path = ROOT,
     packages: Collection[str] = PACKAGES,
 ) -> tuple[Mapping[str, bytes], frozenset[str]]:
-    """Modules that these import, themselves included, and the libraries that all of them import.
+    """The modules that these import, including themselves, and the libraries that they all import.
 
     modules : dotted names.
     without : packages that have no part in the result, though something imports them.
     root : folder that holds the packages.
-    packages : of this project; whatever else is imported is a library.
+    packages : those of this project; anything else that is imported is a library.
 
     Returns
     -------
-    sources : by module, what its file holds.
-    libraries : names of packages, without the standard library's.
+    sources : by module, the content of its file.
+    libraries : names of packages, without those of the standard library.
     """
     sources: dict[str, bytes] = {}
     libraries = set()
@@ -121,7 +120,7 @@ def closure(
             libraries.add(package)
             continue
         if member:
-            with suppress(ModuleNotFoundError):  # what is no module is found in the one it is from
+            with suppress(ModuleNotFoundError):  # if it is not a module, it is a member of one
                 module_file(f"{name}.{member}", root)
                 names.append((f"{name}.{member}", ""))
         if name not in sources:
@@ -140,7 +139,7 @@ def source_digest(sources: Mapping[str, bytes]) -> str:
     return digest.hexdigest()
 
 
-@cache  # code that runs does not change, whatever becomes of its files
+@cache  # running code does not change, even if its files do
 def _sources_and_versions(
     modules: tuple[str, ...], without: tuple[str, ...]
 ) -> tuple[str, Mapping[str, str]]:
@@ -153,7 +152,7 @@ def _sources_and_versions(
 def program(*modules: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Source, versions and machine that the results of these modules depend on.
 
-    without : packages of ours that have no part in it; see `closure`.
+    without : packages of this project that have no part in it; see `closure`.
     """
     source, versions = _sources_and_versions(modules, without)
     environment = {

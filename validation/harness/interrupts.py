@@ -1,18 +1,18 @@
-"""An interrupt ends a command once, and where that is safe.
+"""An interrupt ends a command once, and only where that is safe.
 
-Ctrl-C, a batch system's SIGTERM and the SIGHUP of a closed terminal are one thing here: what runs
+Ctrl-C, a batch system's SIGTERM and the SIGHUP of a closed terminal are treated alike: a run
 returns what it has, half-written files are removed, and one line says what is kept.
 
 Python raises `KeyboardInterrupt` wherever it happens to be. While a module is imported or compiled
-code is loaded, that may be a weak reference's callback or one from C, which no exception leaves
-(Python prints "Exception ignored" and goes on); an `except:` that takes a missing part of a library
-for the reason; or code that LLVM has half loaded, which crashes when it is called. All were seen:
+code is loaded, that may be in a callback of a weak reference or from C, which no exception leaves
+(Python prints "Exception ignored" and goes on); in a `try` whose `except:` then takes a part of a
+library for missing; or in code half loaded by LLVM, which crashes when it is called. All were seen:
 of 220 interrupted commands 3 ran on to their end and 7 crashed.
 
-To note an interrupt, and to obey it only where progress is reported, would need no look at frames.
+Noting an interrupt, and obeying it only where progress is reported, would need no look at frames.
 But imports, meshing, statics, figures and timed runs report none for seconds: there it would have
-to wait for a deadline, and then raise anywhere (at most 4.4 s in the place of 3.1 to the end of a
-plane run, ten interrupts of each on a busy machine).
+to wait for a deadline, and then raise anywhere (a plane run took up to 4.4 s to end instead of 3.1,
+with ten interrupts of each kind on a busy machine).
 """
 
 import math
@@ -26,21 +26,21 @@ from types import FrameType
 from typing import Any, TypeVar
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-SOON_S = 0.005  # between two looks whether an interrupt can be obeyed
-PATIENCE_S = 3.0  # for imports and loading; compiling is then interrupted where it is
-# For what an interrupt has begun to end: another (`timeout` sends two) would leave it half done.
+SOON_S = 0.005  # time between two checks whether an interrupt can be obeyed
+PATIENCE_S = 3.0  # for imports and loading; after that, compiling is interrupted wherever it is
+# For the clean-up after an interrupt, which another (`timeout` sends two) would leave half done.
 ONCE_S = 1.5
-# Parts of the names of files in whose calls an interrupt waits: imports, compiled code, and result
-# files (one that is half open complains when it is dropped).
+# Parts of file names: an interrupt waits while code of such files runs, that is imports, compiled
+# code, and result files (one that is half open complains when it is dropped).
 UNSAFE = ("<frozen importlib.", "/numba/", "/llvmlite/", "/h5netcdf/")
-# Where `concurrent.futures` takes the locks of all futures that it waits for, and would keep them.
+# Where `concurrent.futures` takes the locks of all futures that it awaits, and would keep them.
 LOCKS = "_AcquireFutures."
 
 Result = TypeVar("Result")
 
 
 def unless_interrupted(result: Result) -> Result:
-    """A run's result. An interrupted solver returns what it has: who needs it whole does not go on.
+    """Return a run's result if it was not interrupted: a partial one must not pass for a whole one.
 
     Raises KeyboardInterrupt: the run was interrupted.
     """
@@ -51,10 +51,10 @@ def unless_interrupted(result: Result) -> Result:
 
 
 def block_interrupts() -> set[Any]:
-    """Keep interrupts from this thread and what it starts; returns the signals blocked before.
+    """Block interrupts in this thread and what it starts; return the signals blocked before.
 
-    The tracker of `multiprocessing`'s resources comes first: where it is started, interrupts are
-    let through again.
+    The resource tracker of `multiprocessing` is started first, as its start unblocks interrupts
+    again.
     """
     from multiprocessing import resource_tracker
 
@@ -74,13 +74,13 @@ def _safe(frame: FrameType | None) -> bool:
 
 @contextmanager
 def heard_interrupts() -> Iterator[None]:
-    """While it lasts, interrupts wait for imports, and one that was swallowed comes again.
+    """In this context interrupts wait until it is safe, and one that was swallowed comes again.
 
-    A signal that is ignored (``nohup``) or someone else's to answer stays as it is; where the
-    system's timer is in use, it changes nothing.
+    A signal that is ignored (``nohup``) or has another handler is left alone; nothing changes
+    outside the main thread, or if the system's timer is in use.
 
-    Raises KeyboardInterrupt: when that is safe, with the signal's name; at the latest, of an
-        interrupt that still waits, at the end.
+    Raises KeyboardInterrupt: with the signal's name, as soon as it is safe; at the end if an
+        interrupt still waits then.
     """
     on_main = threading.current_thread() is threading.main_thread()
     ordinary_answers = (signal.default_int_handler, signal.SIG_DFL)
@@ -94,7 +94,7 @@ def heard_interrupts() -> Iterator[None]:
     ordinary = sys.unraisablehook
 
     def again() -> None:
-        # a timer of the system's: a thread's start takes locks that the main thread may hold
+        # the system's timer: to start a thread takes locks that the main thread may hold
         signal.setitimer(signal.ITIMER_REAL, SOON_S)
 
     def interrupt(number: int, frame: FrameType | None) -> None:

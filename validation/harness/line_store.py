@@ -1,8 +1,8 @@
-"""Thousands of small results in one file, a line of JSON each: a folder each would take too long.
+"""Thousands of small results in one file, one line of JSON each, as folders would take too long.
 
-A line is written as soon as its result is there, so a command that was stopped goes on where it
+A line is written as soon as its result is there, so a command that was stopped continues where it
 was. It carries the digest of its inputs and one of itself: a line that is cut short, altered, or
-made from other inputs is as if it had never been written.
+made from other inputs is ignored.
 """
 
 import hashlib
@@ -17,9 +17,9 @@ KEY, DIGEST = "key", "digest"
 
 
 class LineStore:
-    """Results of a file, by their inputs.
+    """The results in a file, by their inputs.
 
-    path : of the file, made with the first result.
+    path : of the file, which the first result creates.
     """
 
     def __init__(self, path: Path) -> None:
@@ -43,7 +43,7 @@ class LineStore:
         return {k: v for k, v in json.loads(line).items() if k not in (KEY, DIGEST)}
 
     def keep(self, inputs: Inputs, values: Mapping[str, Any]) -> None:
-        """Keep a result of JSON values at once; the line is flushed to the file."""
+        """Keep a result made of JSON values; its line is written to the file at once."""
         row = {KEY: key(inputs), **values}
         row[DIGEST] = _digest(row)
         line = self._lines[row[KEY]] = json.dumps(row)

@@ -1,4 +1,4 @@
-"""One self-contained HTML page: styles and pictures inside, nothing loaded from elsewhere."""
+"""A self-contained HTML page: styles and pictures inside, nothing loaded from elsewhere."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,11 @@ from validation.harness.tables import heading, rounded
 from validation.harness.uncertainty import two_digits, with_error
 
 LARGEST_VECTOR = 1_000_000
-"""Bytes of an SVG that a page holds in a PNG's place; one of many points is slow to show."""
+"""Largest SVG, in bytes, that a page holds instead of a PNG; larger ones are slow to show."""
 
 
 def inline(path: Path) -> str:
-    """A picture as a data URI: the SVG beside it where that is small, as lines are."""
+    """A picture as a data URI: the SVG beside the PNG if that is small, as for lines."""
     drawn = path.with_suffix(".svg")
     vector = drawn.is_file() and drawn.stat().st_size <= LARGEST_VECTOR
     kind, data = ("svg+xml", drawn.read_bytes()) if vector else ("png", path.read_bytes())
@@ -22,27 +22,27 @@ def inline(path: Path) -> str:
 
 
 def signed(value: float | None, digits: int = 1) -> str:
-    """A percentage with its sign, a dash for nothing."""
+    """A percentage with its sign; a dash for None."""
     return "–" if value is None else f"{value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
 
 
 def opening(name: str) -> str:
-    """A scene's name at the beginning of a sentence, its other letters as they are."""
+    """A scene's name with its first letter in upper case, to begin a sentence."""
     return name[:1].upper() + name[1:]
 
 
 def number(value: Any) -> str:
-    """A rounded number, a dash for nothing."""
+    """A rounded number; a dash if there is none."""
     return rounded(value) or "–"
 
 
 def worded(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> list[str]:
-    """Columns that hold words: they stand at the left, numbers at the right."""
+    """Columns that hold words: these are aligned left, numbers right."""
     return [name for name in columns if any(str(row.get(name) or "")[:1].isalpha() for row in rows)]
 
 
 def bar(value: float | None, error: float | None) -> str:
-    """A number with its error, rounded as `number` where none is stated."""
+    """A number with its error; rounded as by `number` if no error is stated."""
     if value is None or error is None:
         return number(value)
     return with_error(value, error).replace("+-", "\N{PLUS-MINUS SIGN}")
@@ -51,7 +51,7 @@ def bar(value: float | None, error: float | None) -> str:
 def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
     """Fill a template of ``templates`` and write it atomically.
 
-    It extends ``base.html.j2``, whose blocks are the page's sections; `context` has what it names.
+    It extends ``base.html.j2``, whose blocks are the page's sections; `context` has its variables.
     """
     import jinja2
 

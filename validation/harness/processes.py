@@ -1,12 +1,12 @@
 """Work in other processes: a pool that hands out jobs, and one call in a fresh process.
 
-Each process has a pipe of its own, which nobody else holds, and a process that is killed at any
-moment closes it: whoever waits sees the end, of half a message too. With the standard library's
-pool all processes write to one pipe, which the command holds as well; one that is killed while it
-sends leaves that pool, and with it the command, to wait for ever.
+Each process has a pipe of its own, which no other holds, and which closes when the process is
+killed: a reader sees the end, even in the middle of a message. In the standard library's pool all
+processes write to one pipe, which the command holds as well; one that is killed while it sends
+leaves that pool, and with it the command, waiting for ever.
 
 No process outlives its command. A process of the pool ends at once when the command fails or is
-interrupted. That of a single call answers an interrupt itself, and hands over what it has.
+interrupted. The process of a single call handles an interrupt itself, and returns what it has.
 """
 
 import multiprocessing
@@ -30,19 +30,19 @@ from validation.harness.interrupts import ENDING, block_interrupts, heard_interr
 P = ParamSpec("P")
 R = TypeVar("R")
 
-SPAWN = multiprocessing.get_context("spawn")  # nothing of another library's threads is inherited
-GRACE_S = 2.0  # an interrupt from the keyboard reaches both processes: time to end by itself
-PATIENCE_S = 20.0  # for an interrupted process to keep what it has
-INTERRUPTED = 130  # exit code of a process that ended by an interrupt
-# What a caller can answer to; anything else is a crash, whose trace the process prints.
+SPAWN = multiprocessing.get_context("spawn")  # inherits no threads of other libraries
+GRACE_S = 2.0  # a keyboard interrupt reaches both processes: time for the other to end on its own
+PATIENCE_S = 20.0  # time for an interrupted process to keep what it has
+INTERRUPTED = 130  # exit code of a process that an interrupt ended
+# Errors that a caller can handle; any other is a crash, whose trace the process prints.
 HANDED_OVER = (UserError, RunFailedError, OSError)
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent ends, also by a SIGKILL, of which nothing else tells it.
+    """End this process when its parent ends, even if the parent is killed without notice.
 
     Every ``multiprocessing`` child holds a handle that becomes ready when its parent ends. What the
-    process had finished is written whole already.
+    process has finished is already written in full.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -51,7 +51,7 @@ def _end_with_parent() -> None:
 
     def watch() -> None:
         wait([ended])
-        os._exit(1)  # at once: an orphan has nobody to hand anything over to
+        os._exit(1)  # at once: an orphan has no one to return anything to
 
     threading.Thread(target=watch, name="end-with-parent", daemon=True).start()
 
@@ -71,17 +71,17 @@ def _serve(jobs: Connection) -> None:
             answer = False, error
         try:
             jobs.send(answer)
-        except OSError:  # nobody waits for it any more
+        except OSError:  # no one waits for it any more
             return
-        except Exception as error:  # nothing of what can't be sent has been
+        except Exception as error:  # what can't be pickled has not been sent at all
             jobs.send((False, error))
 
 
 class Workers:
-    """What hands out work; a process starts when a job first waits for it."""
+    """A pool that hands out work; a process starts when a job first needs it."""
 
     def __init__(self, count: int) -> None:
-        # the command alone answers an interrupt: threads, and what they start, leave it to that
+        # only the command handles interrupts: its threads, and what they start, block them
         self._threads = ThreadPoolExecutor(count, "worker", block_interrupts)
         self._own = threading.local()
         self._starting = threading.Lock()
@@ -110,12 +110,12 @@ class Workers:
         return result
 
     def _start(self) -> Connection:
-        """The process of the thread that calls."""
+        """Start the process of the calling thread; return its pipe."""
         with self._starting:
             if self._ended:
                 raise RunFailedError("the command ends")
             ours, theirs = SPAWN.Pipe()
-            # a daemon: an exit that nothing has prepared ends it rather than waits for its job
+            # a daemon: an exit without `finish` or `end` kills it and does not wait for its job
             process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
             process.start()
             theirs.close()  # so that the pipe ends when the process does
@@ -133,11 +133,11 @@ class Workers:
             process.join()
 
     def end(self) -> None:
-        """Drop what waits, kill what runs; an interrupt on the way does not spare the processes."""
+        """Drop waiting jobs, kill the processes, even if an interrupt comes meanwhile."""
         self._ended = True
         try:
             self._threads.shutdown(wait=False, cancel_futures=True)
-            with self._starting:  # a process that is being started is one of them
+            with self._starting:  # a process that is just being started counts too
                 pass
         finally:
             for process in self._processes:
@@ -147,10 +147,10 @@ class Workers:
 
 @contextmanager
 def workers(count: int) -> Iterator[Workers]:
-    """Processes that start afresh, so that none inherits another library's threads.
+    """A pool of fresh processes, so that none inherits another library's threads.
 
-    An error or an interrupt ends them at once; what they had stored by then is whole. A job of a
-    process that was killed or crashed raises `RunFailedError`.
+    An error or an interrupt ends them at once; what they had stored by then is complete. A job
+    whose process was killed or crashed raises `RunFailedError`.
     """
     pool = Workers(count)
     try:
@@ -176,23 +176,23 @@ def _answer(pipe: Connection, function: Callable[..., Any], arguments: tuple[Any
             answer = (False, error)
         pipe.send(answer)
         pipe.close()
-    except (KeyboardInterrupt, BrokenPipeError):  # nobody waits for the answer any more
+    except (KeyboardInterrupt, BrokenPipeError):  # no one waits for the answer any more
         os._exit(INTERRUPTED)
 
 
 def call_isolated(
     function: Callable[..., Any], *arguments: Any, limit_s: float | None = None
 ) -> Any:
-    """Call a module-level function in a process started from nothing.
+    """Call a module-level function in a fresh process.
 
-    limit_s : after which the process is killed; None: never.
+    limit_s : time after which the process is killed, s; None: never.
 
     Raises CrashedError: the process was killed, crashed, raised, or took longer than its limit.
     Raises UserError, RunFailedError, OSError: as the function raised it.
     """
     ours, theirs = SPAWN.Pipe(duplex=False)
     process = SPAWN.Process(target=_answer, args=(theirs, function, arguments))
-    # An interrupt waits until the process can answer it: it would print a trace of its start.
+    # An interrupt waits until the process can handle it; during its start it would print a trace.
     before = block_interrupts()
     try:
         process.start()
@@ -201,7 +201,7 @@ def call_isolated(
         raise
     interrupted = False
     try:
-        # one that has waited comes now, and never came to the process: `_end` sends it another
+        # a waiting interrupt comes now; the process never got it: `_end` sends it another
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         theirs.close()  # so that the pipe ends when the process does
         if not ours.poll(limit_s):
@@ -227,15 +227,15 @@ def call_isolated(
 
 
 def _end(process: Any, interrupted: bool) -> None:
-    """Wait for a process's end, with patience for one that is interrupted."""
+    """Wait for a process to end; one that is interrupted gets time to do so, and is then killed."""
     if interrupted:
         try:
             process.join(GRACE_S)
             if process.exitcode is None:
-                # not SIGINT, which a shell's job in the background ignores
+                # not SIGINT, which background jobs of a shell ignore
                 os.kill(process.pid, signal.SIGTERM)
                 process.join(PATIENCE_S)
-        finally:  # another interrupt is the end of patience
+        finally:  # another interrupt ends the wait
             process.kill()
     process.join()
     process.close()

@@ -15,7 +15,7 @@ PACKAGES = ("fingertap", "numpy", "scipy", "numba", "scikit-fem", "gmsh", "meshi
 
 @cache  # what is installed does not change while a program runs
 def version(package: str) -> str:
-    """A distribution's version, or that it runs from a source tree."""
+    """A distribution's version, or "source tree" if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -23,7 +23,7 @@ def version(package: str) -> str:
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -1,4 +1,4 @@
-"""The scalars of a run: key, title and unit of each, the rows of every list and table.
+"""The scalars of a run, with key, title and unit: the rows of every list and table.
 
 A key is its name in ``RunRecord.summary`` and in JSON, and ends in the SI unit of its value. Tables
 for people show it with a prefix: ``contact_duration_s`` in us.
@@ -22,7 +22,7 @@ UNITS = (  # endings of names, longest first, and the unit that they stand for
     ("_m", "m"),
     ("_s", "s"),
 )
-FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # of the units' prefixes
+FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # by the units' prefixes
 
 
 def unit_of(name: str) -> str:
@@ -36,15 +36,15 @@ def finite(number: float | None) -> float | None:
 
 
 class Scalars(Protocol):
-    """A run's scalars by their keys: a `RunRecord`."""
+    """A run's scalars by their keys, such as a `RunRecord` has."""
 
     @property
     def summary(self) -> Mapping[str, Any]:
-        """In SI units; None for what the run has not."""
+        """Scalars in SI units; None for those that the run lacks."""
 
     @property
     def errors(self) -> Mapping[str, Any]:
-        """Estimates of their absolute errors."""
+        """Estimated absolute errors of the scalars."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,11 @@ class Quantity:
     """A scalar of a run.
 
     key : its name; in ``RunRecord.summary`` too, unless it is a component.
-    title : as tables and pages call it.
-    prefix : of the unit that they show, a key of ``FACTORS``.
+    title : its name in tables and pages.
+    prefix : of the unit shown there, a key of ``FACTORS``.
     component_of : key of the vector in the summary, and the axis; None for a scalar of its own.
-    solid : whether the finite-element models alone have it.
-    digits : shown of it where no error is stated.
+    solid : whether only the finite-element models have it.
+    digits : number of digits shown if no error is stated.
     """
 
     key: str
@@ -74,15 +74,15 @@ class Quantity:
 
     @property
     def factor(self) -> float:
-        """The shown number over the one in SI units."""
+        """Ratio of the shown number to the one in SI units."""
         return FACTORS[self.prefix]
 
     def value(self, record: Scalars) -> float | None:
-        """In SI units; None where the run has none."""
+        """The value in SI units; None if the run has none."""
         return finite(self._of(record.summary))
 
     def error(self, record: Scalars) -> float | None:
-        """Estimate of its error in the shown unit, which may be infinite; None without one."""
+        """Estimated error in the shown unit, may be infinite; None if there is no estimate."""
         error = self._of(record.errors)
         return None if error is None else self.factor * error
 
@@ -94,7 +94,7 @@ class Quantity:
         return None if components is None else components[axis]
 
     def read(self, record: Scalars) -> float | None:
-        """In the shown unit; None where the run has none."""
+        """The value in the shown unit; None if the run has none."""
         value = self.value(record)
         return None if value is None else self.factor * value
 
@@ -125,7 +125,7 @@ COMPONENTS = (
     Quantity("tip_velocity_x_m_per_s", "tip velocity vx at contact", "", (TIP_VELOCITY, 0)),
     Quantity("tip_velocity_y_m_per_s", "tip velocity vy at contact", "", (TIP_VELOCITY, 1)),
 )
-ESTIMATED = (  # what a run states errors of
+ESTIMATED = (  # scalars for which a run states errors
     *("contact_time_s", TIP_VELOCITY, "peak_normal_force_N", "peak_normal_force_time_s"),
     *("peak_tangential_force_N", "contact_duration_s", "normal_impulse_N_s", "peak_stress_R_Pa"),
 )
@@ -137,19 +137,19 @@ _BY_KEY = {entry.key: entry for entry in QUANTITIES + COMPONENTS}
 
 
 def quantity(key: str) -> Quantity:
-    """The quantity of that key; a KeyError where there is none."""
+    """The quantity with this key; raises KeyError if there is none."""
     return _BY_KEY[key]
 
 
 def quantities(*keys: str) -> tuple[Quantity, ...]:
-    """Those of the keys, in their order."""
+    """The quantities with these keys, in this order."""
     return tuple(quantity(key) for key in keys)
 
 
 OF_A_TAP = quantities("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
 TAP_AND_STRESS = (*OF_A_TAP, *quantities("peak_stress_R_Pa"))
 OF_THE_FLIGHT = quantities("contact_time_s", "tip_velocity_x_m_per_s", "tip_velocity_y_m_per_s")
-COMPARED = (  # what two models are compared by
+COMPARED = (  # quantities by which two models are compared
     *quantities("peak_normal_force_N", "peak_tangential_force_N", "normal_impulse_N_s"),
     *quantities("contact_duration_s", "peak_normal_force_time_s"),
     *OF_THE_FLIGHT,

@@ -1,4 +1,4 @@
-"""What every model gives back to the comparison, in one shape."""
+"""The common form in which every model returns a run."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Scalar = float | int | bool | str | None
 MACHINE_SCALARS = ("wall_time_s", "peak_memory_MB")
-"""Scalars of the machine and not of the tap: two runs differ in them."""
+"""Scalars that depend on the machine, not on the tap: they differ from run to run."""
 FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
 
@@ -32,21 +32,21 @@ class Event:
 class RunRecord:
     """One run of one model on one scene.
 
-    scene, model, variant : names; the variant is the preset or what was changed.
+    scene, model, variant : names; the variant is the preset or tells what was changed.
     status : name of the model's own status; ``ok`` says whether the run completed.
-    message : what happened and what to do, empty when all went well.
-    summary : by key of `quantities.QUANTITIES`; None where a model has none.
+    message : what happened and what to do, or cautions; empty when all went well.
+    summary : scalars by key of `quantities.QUANTITIES`; None where a model has none.
     errors : estimated absolute errors, by keys of the summary, in the same units; infinite where
         one could not be estimated, empty where none was asked for.
     history : arrays over time, units in the names; the first axis is time.
-    forces : contact forces of every step, ``time_s, normal_force_N, tangential_force_N, ...``, of a
-        model whose history is sampled; empty where the history has every step.
-    events : located transitions in the order of time.
+    forces : contact forces at every step, ``time_s, normal_force_N, tangential_force_N, ...``, of a
+        model whose history is sampled; empty if the history has every step.
+    events : located transitions in order of time.
     statistics : counts of the solver's work.
-    accuracy : of a run that was held to one: ``wanted``, ``expected`` (None: not estimated) and
-        ``choices``, each of ``setting``, ``value`` as text, ``reason``.
+    accuracy : for a run that was held to one, ``wanted``, ``expected`` (None: not estimated) and
+        ``choices``, each with ``setting``, ``value`` as text, ``reason``.
     provenance : scene as TOML tables, versions, machine, when it was measured.
-    read_back : whether it comes from a store: its time and memory are of another day.
+    read_back : whether it comes from a store: its time and memory were measured earlier.
     """
 
     scene: str
@@ -73,7 +73,7 @@ class RunRecord:
 
     @property
     def contact_forces(self) -> Mapping[str, NDArray[Any]]:
-        """``time_s, normal_force_N, tangential_force_N`` of every step, whatever was sampled."""
+        """``time_s, normal_force_N, tangential_force_N`` at every step, also of a sampled run."""
         return self.forces or self.history
 
     @property
@@ -83,7 +83,7 @@ class RunRecord:
 
     @property
     def doubt(self) -> str:
-        """What the run says of itself, after its status where it did not complete; or nothing."""
+        """The run's message, after its status if it did not complete; may be empty."""
         return self.message if self.ok else f"{self.status}: {self.message}"
 
     def value(self, key: str) -> float | None:
@@ -106,10 +106,10 @@ class RunRecord:
         }
 
     def to_dataset(self) -> "xarray.Dataset":
-        """What ``history.nc`` holds: curves, numbers and errors, with units and provenance.
+        """The content of ``history.nc``: curves, numbers and errors, with units and provenance.
 
-        Where the history is sampled, the contact forces of every step are there too, their names
-        with ``step_`` before them, on a dimension ``step``.
+        If the history is sampled, the contact forces at every step are there too, with the prefix
+        ``step_`` and a dimension ``step``.
         """
         from hcm.dataset import run_dataset
 

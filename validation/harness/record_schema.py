@@ -1,6 +1,6 @@
-"""What a stored run has to be: keys, types, shapes, and finite numbers where they must be.
+"""What a stored run has to hold: keys, types, shapes, and finite numbers where needed.
 
-A digest says that an entry is what was written, not that a run wrote it: whoever can write to a
+A digest shows that an entry is what was written, not that a run wrote it: anyone who can write to a
 store's folder can make both. What passes here can be printed, compared and written to files.
 """
 
@@ -16,11 +16,11 @@ from validation.harness.quantities import ESTIMATED, QUANTITIES, TIP_VELOCITY
 
 COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick", "steps", "elements")
 SIGNED = ("peak_tangential_force_N", "peak_stress_R_Pa", "energy_residual")
-LARGEST = 1e300  # beyond it a prefix of a unit makes infinity of a number
+LARGEST = 1e300  # beyond it a unit's prefix can make a number infinite
 
 
 def _text(text: str) -> str:
-    """Refuse what HDF5's attributes cannot hold."""
+    """Refuse text that HDF5's attributes cannot hold."""
     if "\0" in text:
         raise ValueError("holds a null byte")
     return text
@@ -98,7 +98,7 @@ class _Record(_Part):
 def check_record(content: bytes) -> None:
     """Check the JSON of a stored record.
 
-    Raises ValueError: it is no record; names the key and what is wrong.
+    Raises ValueError: it is not a valid record; names the key and what is wrong.
     """
     try:
         record = _Record.model_validate_json(content)
@@ -111,9 +111,9 @@ def check_record(content: bytes) -> None:
 
 
 def check_arrays(arrays: Mapping[str, NDArray[Any]], needed: tuple[str, ...]) -> None:
-    """Check arrays over time: one length, numbers, times that are finite and do not run back.
+    """Check arrays over time: equal length, numbers, times that are finite and never decrease.
 
-    needed : names of one-dimensional arrays that have to be there, unless there are none at all.
+    needed : names of one-dimensional arrays that must be there, unless there are no arrays at all.
 
     Raises ValueError: names the array and what is wrong.
     """

@@ -1,20 +1,20 @@
-"""Stored results, found again by what they were made from.
+"""Stored results, found again by their inputs.
 
 A store is a folder with one folder per result, named by the SHA-256 of the result's inputs: scene
-and settings, and the `identity.program` that made it. What was made from other inputs has another
-name: a changed run is never read back.
+and settings, and the `identity.program` that made it. Other inputs give another name, so that a
+changed run is never answered by an old result.
 
 - An entry is written beside the others under a temporary name and renamed: it is there as a whole
-  or not at all, whoever else writes to the same store. Kills leave at most a temporary folder,
+  or not at all, even if others write to the same store. A kill leaves at most a temporary folder,
   which a later run removes.
 - `manifest.json` holds the inputs and the SHA-256 of every file. An entry that is truncated,
-  altered or unreadable is said in one line, removed, and computed again.
-- Entries are data: JSON, arrays without objects, VTU. Nothing in them is run, and no name in them
-  is followed: the files of an entry are those that lie in its folder.
+  altered or unreadable is reported in one line, removed, and computed again.
+- Entries are data: JSON, arrays without objects, VTU. Nothing in them is executed, and no path in
+  them is followed: the files of an entry are those in its folder.
 
 Why not a library: diskcache and joblib.Memory keep values as pickles, which run code when they are
 read, find them by a function's name and arguments (not by the program's source and its versions),
-and verify nothing; diskcache's JSON disk has no arrays or files and a database beside them.
+and verify nothing; diskcache's JSON disk holds no arrays or files, and needs a database.
 """
 
 import dataclasses
@@ -40,7 +40,7 @@ Inputs = Mapping[str, Any]
 
 MANIFEST, VALUES = "manifest.json", "values.json"
 TEMPORARY = ".partial-"
-ABANDONED_S = 3600.0  # no entry takes an hour to be written
+ABANDONED_S = 3600.0  # writing an entry takes less than an hour
 
 
 class DamagedError(Exception):
@@ -66,7 +66,7 @@ class Store:
     """A folder of results.
 
     folder : created when the first result is kept; None keeps nothing.
-    fresh : find nothing; what is computed again takes the place of what was there.
+    fresh : find nothing; what is computed again replaces what was there.
     """
 
     folder: Path | None
@@ -79,14 +79,14 @@ class Store:
         return (self.folder / key(inputs)).is_dir()
 
     def find(self, inputs: Inputs, kind: type[Value]) -> Value | None:
-        """Numbers and texts made from these inputs, None if they are to be computed.
+        """The numbers and texts stored for these inputs, None if they have to be computed.
 
-        kind : their type: a dataclass, or what JSON has; an array is read back as a list.
+        kind : their type: a dataclass or a JSON type; an array is read back as a list.
         """
         return self.load(inputs, partial(_read_values, kind))
 
     def obtain(self, inputs: Inputs, kind: type[Value], compute: Callable[[], Value]) -> Value:
-        """What `find` finds, or else computed and kept as one file of JSON."""
+        """The result of `find`, or else of `compute`, which is kept as one file of JSON."""
         found = self.find(inputs, kind)
         if found is None:
             found = compute()
@@ -94,10 +94,10 @@ class Store:
         return found
 
     def load(self, inputs: Inputs, read: Callable[[Path], Value]) -> Value | None:
-        """The result made from these inputs, None if it is to be computed.
+        """The result stored for these inputs, None if it has to be computed.
 
         inputs : JSON values.
-        read : takes the entry's folder, after its files were verified.
+        read : reads the entry's folder, after its files are verified.
         """
         if self.folder is None or not self.has(inputs):
             return None
@@ -106,8 +106,8 @@ class Store:
         try:
             _verify(entry)
             return read(entry)
-        except Exception as error:  # JSON, NumPy and their like raise whatever parsing hits
-            # a folder that has changed meanwhile is one that another process replaces
+        except Exception as error:  # JSON, NumPy and the like raise whatever parsing hits
+            # if the folder has changed meanwhile, another process is replacing it
             if this is not None and _folder_id(entry) == this:
                 why = " ".join(str(error).split())[:100] or type(error).__name__
                 say(f"stored result {entry}: {why}; it is computed again")
@@ -115,9 +115,9 @@ class Store:
         return None
 
     def keep(self, inputs: Inputs, write: Callable[[Path], None]) -> bool:
-        """Keep a result; whether that was possible. A full or read-only disk is said, not raised.
+        """Keep a result; return whether it was. A full or read-only disk is reported, not raised.
 
-        write : writes the result's files into the folder that it is given.
+        write : writes the result's files into the folder passed to it.
         """
         if self.folder is None:
             return False
@@ -129,7 +129,7 @@ class Store:
             _sweep(self.folder)
             unfinished = _out_of_sight(self.folder)
             try:
-                # not `tempfile`, whose folders are private: its mode is the user's to mask
+                # not `tempfile`, whose folders are private: the user's umask decides the mode
                 unfinished.mkdir()
                 write(unfinished)
                 manifest = {"inputs": inputs, "files": _digests(unfinished)}
@@ -153,17 +153,17 @@ NO_STORE = Store(None)
 
 
 def _out_of_sight(folder: Path) -> Path:
-    """A name in a store that no entry has, and nobody uses."""
+    """An unused name in a store, which no entry can have."""
     return folder / f"{TEMPORARY}{os.urandom(8).hex()}"
 
 
 def _discard(entry: Path) -> None:
-    """Remove an entry: out of sight first, so that nobody finds half of it."""
+    """Remove an entry; it is renamed first, so that no one finds half of it."""
     away = _out_of_sight(entry.parent)
     try:
         entry.rename(away)
     except OSError:
-        return  # not there, or not ours to remove
+        return  # not there, or no permission to remove it
     shutil.rmtree(away, ignore_errors=True)
 
 
@@ -184,7 +184,7 @@ def key(inputs: Inputs) -> str:
 
 
 def _folder_id(entry: Path) -> tuple[int, int] | None:
-    """Which folder has this name now, if any. An inode alone may be used again."""
+    """Identity of the folder that has this name now, if any; an inode alone may be reused."""
     try:
         found = entry.stat()
     except OSError:
@@ -195,7 +195,7 @@ def _folder_id(entry: Path) -> tuple[int, int] | None:
 def _digests(folder: Path) -> dict[str, str]:
     """SHA-256 of every file below a folder but the manifest.
 
-    Raises DamagedError: something there is no plain file or folder: a link could lead anywhere.
+    Raises DamagedError: something is not a plain file or folder: a link could lead anywhere.
     """
     found = {}
     for path in sorted(folder.rglob("*")):
@@ -209,7 +209,7 @@ def _digests(folder: Path) -> dict[str, str]:
 
 
 def _verify(entry: Path) -> None:
-    """Raise `DamagedError` unless the entry is what was written under its name."""
+    """Raise `DamagedError` unless the entry is what was written under this name."""
     if entry.is_symlink():
         raise DamagedError("is a link")
     files = _digests(entry)

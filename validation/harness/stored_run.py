@@ -1,6 +1,6 @@
 """A run as a store's entry: ``record.json``, ``history.npz``, ``forces.npz``, ``fields/``.
 
-The last is there for solids alone.
+Only solids have the last one.
 """
 
 import json
@@ -19,7 +19,7 @@ from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
 from validation.harness.store import Inputs, Store
 
-CORNERS = {2: 4, 3: 8}  # of a cell, by its points' dimension
+CORNERS = {2: 4, 3: 8}  # corners of a cell, by the dimension of its points
 RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "fields"
 
 
@@ -27,16 +27,16 @@ def _json(record: RunRecord) -> str:
     elsewhere = ("history", "forces", "read_back")
     values = {name: value for name, value in vars(record).items() if name not in elsewhere}
     values["events"] = [[event.time_s, event.kind] for event in record.events]
-    # JSON has no infinity, whose null is not that of what was not estimated
+    # in JSON infinity is null: what was not estimated is left out instead
     values["accuracy"] = {k: v for k, v in record.accuracy.items() if v is not None}
     return json.dumps(plain(values), allow_nan=False)
 
 
 def check_run(record: RunRecord) -> None:
-    """Check what a model gave back, before anything is made of it.
+    """Check the record that a model returned, before it is used.
 
-    Raises ValueError: a scalar or a force of a completed run is no finite number, or it is no
-        record; names what is wrong.
+    Raises ValueError: a scalar or a force of a completed run is not finite, or the record is
+        invalid; names what is wrong.
     """
     for key, value in record.summary.items():
         if record.ok and isinstance(value, float) and not math.isfinite(value):
@@ -49,10 +49,10 @@ def check_run(record: RunRecord) -> None:
 
 
 def check_given_fields(fields: object) -> None:
-    """Check what a model gave back as its fields, before they are written.
+    """Check the fields that a model returned, before they are written.
 
-    Raises TypeError: they are none. Raises ValueError: their cells are no elements of their points,
-        or a step has other points.
+    Raises TypeError: they are not `Fields`. Raises ValueError: the cells do not fit the points, or
+        the arrays of a step do not fit both.
     """
     if fields is None:
         return
@@ -90,7 +90,7 @@ def write_record(folder: Path, record: RunRecord) -> None:
 
 
 def read_record(folder: Path) -> RunRecord:
-    """The record that `write_record` wrote, marked as read back."""
+    """Read the record that `write_record` wrote, marked as read back."""
     content = (folder / RECORD).read_bytes()
     check_record(content)
     values: Mapping[str, Any] = json.loads(content)
@@ -114,7 +114,7 @@ def read_record(folder: Path) -> RunRecord:
 
 
 def restored(value: Any, nothing: float | None) -> Any:
-    """A scalar or a vector as it was before JSON, which has neither tuples nor infinity."""
+    """A scalar or vector as before JSON, which has no tuples or infinity; null gives `nothing`."""
     if isinstance(value, list):
         return tuple(restored(item, nothing) for item in value)
     return nothing if value is None else value
@@ -128,7 +128,7 @@ def _read_arrays(path: Path) -> dict[str, np.ndarray]:
 def relabelled(
     record: RunRecord, scene: str, variant: str | None, document: dict[str, Any]
 ) -> RunRecord:
-    """The record under the names that this run has: one result may serve several.
+    """The record under the names of this run: one result may serve several runs.
 
     variant : None keeps the record's own.
     document : the scene's tables as they were read.
@@ -142,7 +142,7 @@ def relabelled(
 
 
 def keep_run(store: Store, inputs: Inputs, record: RunRecord, fields: Fields | None = None) -> bool:
-    """Store a run that completed; one that did not is run again. Whether it is stored."""
+    """Store a run if it completed, as others must run again; return whether it is stored."""
     if not record.ok:
         return False
 
@@ -160,7 +160,7 @@ def load_run(store: Store, inputs: Inputs) -> RunRecord | None:
 
 
 def _record_of(entry: Path, inputs: Inputs) -> RunRecord:
-    """The record of an entry, if it is one of a run that completed from these inputs."""
+    """The record of an entry; raises ValueError unless it is of a completed run of this model."""
     record = read_record(entry)
     if not record.ok or record.model != inputs.get("model", record.model):
         raise ValueError(f"holds a run of {record.model} that ended {record.status}")
@@ -168,7 +168,7 @@ def _record_of(entry: Path, inputs: Inputs) -> RunRecord:
 
 
 def _fields_of(entry: Path) -> Path:
-    """The folder of an entry's fields, which is not there or holds an index and its steps."""
+    """The folder of an entry's fields, which may not exist; raises ValueError if it is damaged."""
     folder = entry / FIELDS
     paths = list(folder.iterdir()) if folder.exists() else []
     wanted = {"tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(len(paths) - 1))}
@@ -178,7 +178,7 @@ def _fields_of(entry: Path) -> Path:
 
 
 def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> RunRecord | None:
-    """The stored run's record, and its fields copied; None if there is none.
+    """The stored run's record, with its fields copied to `folder`; None if there is none.
 
     What a run's folder held before is removed; the caller writes the record's files.
     """
@@ -191,7 +191,7 @@ def restore_run(store: Store, inputs: Inputs, folder: Path, fields: bool) -> Run
         if fields:
             copy_fields(source, folder / FIELDS)
     except FileNotFoundError:
-        return None  # another process replaces the entry at this moment
+        return None  # another process is replacing the entry
     return record
 
 

@@ -1,4 +1,4 @@
-"""What a process is given by its shell, refused where no model could run in it.
+"""Limits and variables that a shell gives a process, refused if no model could run with them.
 
 numba, LLVM and OpenBLAS do not survive these: they end in traces, crashes, or retry for minutes.
 """
@@ -9,18 +9,18 @@ import sys
 
 from validation.errors import UserError
 
-# Of address space. hcm crashed below 0.6 GB, the solid models below 1.0 GB (tried with `ulimit -v`
-# in steps of 0.1 GB on two cores); OpenBLAS takes some 30 MB more for each further core.
+# Address space. hcm crashed below 0.6 GB, the solid models below 1.0 GB (tried with `ulimit -v` in
+# steps of 0.1 GB on two cores); OpenBLAS takes some 30 MB more for each further core.
 LEAST_ADDRESS_SPACE = 10**9
 
 
 def open_closed_streams() -> None:
-    """Open on nothing what is closed of the standard streams.
+    """Open closed standard streams on the null device.
 
-    A file that took a closed one's number would be written to by libraries, and Python prints to
-    standard output what is meant for a standard error that is not there.
+    Otherwise libraries would write to any file that took a closed stream's number, and Python would
+    print to standard output what is meant for a missing standard error.
     """
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):  # in numbers' order
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):  # in order of number
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - stays
 

@@ -11,7 +11,7 @@ from validation.harness.files import write_text
 
 
 def rounded(value: Any) -> str:
-    """A number with four significant digits, a text as it is, nothing where nothing is known."""
+    """A number with four significant digits, a text as it is, "" if nothing is known."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -22,7 +22,7 @@ def rounded(value: Any) -> str:
 
 
 def heading(column: str) -> str:
-    """A column's name in words; a scene's key, which has a dot, as it is."""
+    """A column's name in words; a scene's key, which has a dot, is left as it is."""
     return column if "." in column else column.replace("_", " ")
 
 
@@ -45,6 +45,6 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, caption: str) -> N
 
 
 def table_of(rows: Iterable[Any], columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Rows, mappings or dataclass instances, as a table of these columns; None: of all."""
+    """Rows, mappings or dataclass instances, as a table of these columns (None: all)."""
     mappings = [row if isinstance(row, Mapping) else vars(row) for row in rows]
     return pd.DataFrame(mappings, columns=columns)

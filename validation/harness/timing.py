@@ -1,4 +1,4 @@
-"""Times on a machine that others use too: the smallest of several, after a warm-up."""
+"""Timing on a shared machine: the smallest of several times, after a warm-up."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -11,13 +11,13 @@ Result = TypeVar("Result")
 
 LEAST_RUNS = 3
 MOST_RUNS = 25
-# s; runs of a millisecond go on for as long as a neighbour's burst may last
+# s; runs of a millisecond are repeated for longer than a burst of other work may last
 LEAST_SPENT_S = 0.2
 
 
 @dataclass(frozen=True)
 class Timed(Generic[Result]):
-    """The last run's result, the shortest time in s, and how many runs it is the shortest of."""
+    """The last run's result, the shortest time in s, and the number of timed runs."""
 
     result: Result
     wall_time_s: float

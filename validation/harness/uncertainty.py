@@ -1,15 +1,15 @@
-"""A number beside the estimate of its error, with the digits that the error leaves."""
+"""A number and its estimated error, with as many digits as the error leaves meaningful."""
 
 import math
 
-DIGITS = 6  # of a number, however small its error is
+DIGITS = 6  # most digits of a number, however small its error is
 
 
 def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
-    """``95.2 +- 0.4``: the error to one digit, to two where the first is a 1, upwards.
+    """``95.2 +- 0.4``: the error rounded up to one digit, to two if the first is a 1.
 
-    error : absolute; None: none is stated; infinite: nothing is known of it, ``95.1523 +- ?``.
-    digits : where there is none.
+    error : absolute; None: none is stated; infinite: it is unknown, ``95.1523 +- ?``.
+    digits : of the number if there is no error.
     """
     if error is None or error == 0.0:
         return f"{float(f'{value:.{digits}g}'):.{DIGITS}g}"
@@ -25,5 +25,5 @@ def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
 
 
 def two_digits(value: float) -> str:
-    """A number that only says how large something is: ``0.53``, ``160``."""
+    """A number to two digits, for orders of magnitude: ``0.53``, ``160``."""
     return f"{float(f'{value:.2g}'):g}"

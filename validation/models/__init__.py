@@ -1,8 +1,8 @@
 """Models by name: scene in, `Outcome` out. The contract is `adapter.Adapter`.
 
-A model is an entry point of the group ``fingertap.models``: the built-in ones are named there in
-this project's ``pyproject.toml``, those of others in theirs. An installed package that names one
-has its model in every command.
+A model is an entry point of the group ``fingertap.models``: the built-in ones are named in this
+project's ``pyproject.toml``. The model of any installed package that names one is available in
+every command.
 """
 
 import difflib
@@ -24,7 +24,7 @@ def _entry_points() -> dict[str, EntryPoint]:
 
 
 def model_names() -> tuple[str, ...]:
-    """Names of the models that are installed."""
+    """Names of the installed models."""
     return tuple(_entry_points())
 
 
@@ -35,11 +35,10 @@ def is_own(name: str) -> bool:
 
 
 def adapter(name: str, option: str = "--model") -> Adapter:
-    """The adapter of a model; the option that named it begins a refusal.
+    """The adapter of a model; a refusal begins with the option that named it.
 
     Raises UserError: no installed model has that name.
-    Raises RunFailedError: the package of that model can't be loaded, or what it names is no
-        adapter.
+    Raises RunFailedError: the model's package can't be loaded, or what it names is not an adapter.
     """
     entry_point = _entry_points().get(name)
     if entry_point is None:
@@ -50,7 +49,7 @@ def adapter(name: str, option: str = "--model") -> Adapter:
         )
     try:
         found = entry_point.load()
-    except Exception as error:  # whatever another's package does when it is imported
+    except Exception as error:  # anything may go wrong in the import of another package
         raise RunFailedError(
             f"model {name} ({entry_point.value}): cannot be loaded: {type(error).__name__}: {error}"
         ) from error
@@ -69,7 +68,7 @@ def estimate_override(model: str, estimate: bool = False) -> tuple[str, ...]:
 
 
 def default_accuracy(model: str, tables: Scene) -> tuple[str, ...]:
-    """The override that holds a model to its default accuracy, where the scene leaves it open."""
+    """The override that holds a model to its default accuracy, if the scene leaves it open."""
     table = adapter(model).settings
     if table not in DEFAULT_ACCURACY or not tables.solver.open_to_accuracy(table):
         return ()

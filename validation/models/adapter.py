@@ -1,4 +1,4 @@
-"""What adapters share: their contract's types, and reading a model's result object."""
+"""What adapters share: the types of their contract, and the record of a model's result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ Progress = Callable[[float, str], None]  # fraction done in 0..1, what is being 
 
 
 def part(progress: Progress, low: float, high: float) -> Progress:
-    """A callback whose 0..1 is low..high of another's."""
+    """A callback whose fractions 0..1 become low..high of another's."""
     return lambda fraction, text: progress(low + (high - low) * fraction, text)
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a long run leaves its state as it goes, and whether to continue from there."""
+    """Where a long run saves its state as it goes, and whether to continue from there."""
 
     path: Path
     resume: bool = False
@@ -36,8 +36,8 @@ class Checkpoint:
 class Outcome:
     """A run's record and, from solid models, its fields.
 
-    mesh_error : of a solid: largest relative error, of the numbers that an accuracy is about, that
-        a finer mesh may reduce; None: not known.
+    mesh_error : for a solid, the largest relative error that a finer mesh may reduce, among the
+        numbers that an accuracy applies to; None: not known.
     """
 
     record: RunRecord
@@ -51,14 +51,14 @@ Kind = Literal["reduced", "reference"]
 class Adapter(Protocol):
     """A model as every command sees it; its package is imported inside these functions.
 
-    name : as the command line and the tables call it.
-    kind : whether it is compared, or what others are compared with.
-    settings : the scene's table ``[solver.NAME]`` that it reads, hcm or fem; empty for none.
-    sources : dotted names of the modules whose code makes its results: a result in the store is one
-        of this code. Packages of ours are followed along their imports.
-    resumable : whether it leaves a restart file at the checkpoint as it goes.
-    independent_of : packages of ours that have no part in its results, though a scene's reading
-        imports them
+    name : its name on the command line and in tables.
+    kind : "reduced" models are compared with "reference" ones.
+    settings : NAME of the scene's table ``[solver.NAME]`` that it reads: hcm, fem or "" (none).
+    sources : dotted names of the modules whose code makes its results, by which the store knows
+        them; imports of this project's packages are followed.
+    resumable : whether it writes a restart file at the checkpoint as it goes.
+    independent_of : packages of this project that have no part in its results, though reading a
+        scene imports them
     """
 
     name: str
@@ -82,15 +82,15 @@ class Adapter(Protocol):
     ) -> Outcome:
         """Translate the scene and time the solve alone.
 
-        A solver's status is let through as the record's. A model that has nothing to resume
-        ignores the checkpoint.
+        The solver's status becomes the record's. A model without restart files ignores the
+        checkpoint.
 
         Raises UserError: the model cannot take this scene.
         """
 
 
 def torques_of(tables: Scene, table: Callable[..., Any]) -> dict[str, Any]:
-    """A scene's torques as keywords of a solver's drive, over time in its own kind of table."""
+    """A scene's torques as keywords of a solver's drive; over time, in the solver's own table."""
     torques = tables.drive.torques
     if isinstance(torques, TorqueTable):
         return {"table": table(torques.time, torques.values)}
@@ -114,7 +114,7 @@ def _accuracy(result: object) -> dict[str, Any]:
 
 
 def shown(value: Any) -> str:
-    """A setting's value as a record's accuracy tells it."""
+    """A setting's value as the text that a record's accuracy holds."""
     if isinstance(value, tuple | list):
         return ", ".join(map(shown, value))
     return f"{value:.3g}" if isinstance(value, float) else str(value)
@@ -123,11 +123,10 @@ def shown(value: Any) -> str:
 def to_record(
     result: Any, scene: NamedScene, model: str, variant: str, wall_time_s: float
 ) -> RunRecord:
-    """A model's ``TapResult`` as the common record.
+    """Convert a model's ``TapResult`` to the common record.
 
     result : object with status, message, history, summary and, where the model has them, forces (of
-        every step), events, statistics, cautions, errors and
-        accuracy
+        every step), events, statistics, cautions, errors and accuracy.
     wall_time_s : duration of the solve alone.
     """
     summary = {entry.key: getattr(result.summary, entry.key, None) for entry in QUANTITIES}

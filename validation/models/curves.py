@@ -1,4 +1,4 @@
-"""A run's record from force curves alone: of a plug-in model, of measured or foreign data."""
+"""A run's record from force curves alone, of a plug-in model, measured or foreign data."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,11 +12,11 @@ from validation.harness.quantities import QUANTITIES
 from validation.harness.record import Floats, RunRecord
 from validation.scenes.load import NamedScene
 
-TIMES = ("contact_time_s", "peak_normal_force_time_s")  # of the scalars; they may be zero
-# of a number, or of the tap's duration, by which a stated one may differ without a line about it
+TIMES = ("contact_time_s", "peak_normal_force_time_s")  # times, whose scale is the duration
+# largest share, of the number or of the tap's duration, by which it may differ without a caution
 APART = 0.05
-SAME_TAP = 2.0  # times what a tap has lasted, within which a touch after it is of it
-PUSHED = 0.5  # of the largest F_n, from which on F_t over F_n is no scatter's
+SAME_TAP = 2.0  # a touch within this many durations after a tap still belongs to it
+PUSHED = 0.5  # share of the largest F_n above which F_t / F_n is more than scatter
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Curves:
     time_s : (n,), rising.
     normal_force_N : (n,), pushing the tip up; zero out of contact.
     tangential_force_N : (n,), along +X; None: not known.
-    scalars : further ones by their keys (`quantities.QUANTITIES`), such as the tip's velocity.
+    scalars : further scalars by their keys (`quantities.QUANTITIES`), such as the tip's velocity.
     errors : estimated absolute errors of scalars, by the same keys.
     """
 
@@ -38,13 +38,13 @@ class Curves:
 
 
 def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """First sample of the first tap, the one after its last; how many touches it has, and all have.
+    """First sample of the first tap, the one after its last, numbers of its touches and of all.
 
-    A touch that begins no later after a separation than `SAME_TAP` times what the tap has lasted is
-    of it, as in the references (`hcm.tap`).
+    A touch belongs to the tap if it begins within `SAME_TAP` times the tap's duration so far after
+    a separation, as in the solvers (`hcm.tap`).
 
-    touches : (n,) whether a sample is in contact, which the first is not; a tap that the record
-    cuts has the number of samples as its end.
+    touches : (n,) whether a sample is in contact, which the first is not. The end of a tap that the
+    record cuts off is the number of samples.
     """
     edges = np.diff(touches.astype(int), append=0)
     starts, ends = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
@@ -58,14 +58,14 @@ def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, 
 
 
 def tap_scalars(curves: Curves) -> dict[str, Any]:
-    """Scalars of the first tap: from where F_n leaves zero to where it stays back, linear between.
+    """Scalars of the first tap, from where F_n leaves zero to where it returns (interpolated).
 
-    - contact time, duration: of those two places
-    - peaks: of the samples in between, that of F_t signed, of the largest magnitude
-    - impulse: the integral of F_n in between, trapezoid over the samples
+    - contact time, duration: from these two points
+    - peaks: the largest sample in between; for F_t the one of largest magnitude, signed
+    - impulse: the integral of F_n in between, by the trapezoid rule
 
-    Raises ValueError: the arrays are no curves (shapes, order of time, finite numbers), there is no
-        force, or they begin or end in contact.
+    Raises ValueError: the arrays are not curves (shapes, order of time, finite numbers), no force
+        is positive, or they begin or end in contact.
     """
     for name in ("time_s", "normal_force_N", "tangential_force_N"):
         given = getattr(curves, name)
@@ -110,13 +110,13 @@ def tap_scalars(curves: Curves) -> dict[str, Any]:
 
 
 def other_than_stated(curves: Curves, own: Mapping[str, float]) -> list[str]:
-    """A line for each number that the source states otherwise than `own`, its curves' scalars."""
+    """A line for each number that the source states differently from `own`, its curves' scalars."""
     lines = []
     for key, value in own.items():
         stated, error = curves.scalars.get(key), curves.errors.get(key)
         if stated is None:
             continue
-        # the place of a peak and that of a touch lie between samples
+        # the times of a peak and of a touch lie between samples
         scale = own["contact_duration_s"] if key in TIMES else abs(value)
         # a NaN compares false
         if not abs(stated - value) <= APART * scale + (error or 0.0):
@@ -125,7 +125,7 @@ def other_than_stated(curves: Curves, own: Mapping[str, float]) -> list[str]:
 
 
 def beyond_friction(curves: Curves, friction: float) -> list[str]:
-    """A line where |F_t| exceeds what the scene's friction allows of F_n."""
+    """A line if |F_t| exceeds what the scene's friction allows at F_n."""
     normal, tangential = curves.normal_force_N, curves.tangential_force_N
     if tangential is None:
         return []
@@ -140,7 +140,7 @@ def beyond_friction(curves: Curves, friction: float) -> list[str]:
 
 
 def _zero(time: Floats, force: Floats, step: int) -> float:
-    """Where the force passes zero between samples step - 1 and step."""
+    """Time at which the force passes zero between samples step - 1 and step."""
     before, after = float(force[step - 1]), float(force[step])
     share = before / (before - after) if before != after else 0.0
     return float(time[step - 1] + share * (time[step] - time[step - 1]))
@@ -149,11 +149,11 @@ def _zero(time: Floats, force: Floats, step: int) -> float:
 def record_of(
     curves: Curves, scene: NamedScene, model: str, *, wall_time_s: float | None = None
 ) -> RunRecord:
-    """The curves as the record of a completed run, cautioned where its scalars contradict them.
+    """The curves as the record of a completed run, with cautions where scalars contradict them.
 
     wall_time_s : duration of the solve; None for data.
 
-    Raises ValueError: as `tap_scalars`, or a scalar has a key that no quantity has.
+    Raises ValueError: as `tap_scalars`, or a scalar's key is unknown.
     """
     unknown = set(curves.scalars) - {entry.key for entry in QUANTITIES}
     if unknown:

@@ -71,7 +71,7 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
 
 
 def _assumptions(stated: dict[str, Any]) -> "hcm.Assumptions":
-    """The solver's, whose refusals name the scene's keys."""
+    """The solver's assumptions; its refusals name the scene's keys."""
     import hcm
 
     try:
@@ -81,9 +81,9 @@ def _assumptions(stated: dict[str, Any]) -> "hcm.Assumptions":
 
 
 class Kernels(NamedTuple):
-    """The choices of a run for which kernels of their own are compiled.
+    """The choices of a run that need their own compiled kernels.
 
-    within : whether `hcm.simulate_within` makes it, which passes the fall of its rods on.
+    within : whether the run is made by `hcm.simulate_within`, which passes its rods' fall on.
     """
 
     flight: str = "elastic"
@@ -98,7 +98,7 @@ COMPILED = Kernels._fields[:3]
 
 @cache
 def warm_up_kernels(of: Kernels) -> None:
-    """Compile these kernels by a tiny tap, once a process."""
+    """Compile these kernels with a tiny tap, once per process."""
     import hcm
 
     keys = {key: getattr(of, key) for key in COMPILED}
@@ -112,7 +112,7 @@ def warm_up_kernels(of: Kernels) -> None:
 
 
 def warm_up_choices() -> None:
-    """Compile what an accuracy may choose for the paper's assumptions, and choosing itself."""
+    """Compile what an accuracy may choose with the paper's assumptions, and choosing itself."""
     import hcm
 
     warm_up_kernels(Kernels(flight="rigid"))
@@ -146,7 +146,7 @@ class Reduced:
     independent_of: tuple[str, ...] = ("reference_fem", "meshes")
 
     def refusal(self, scene: NamedScene) -> str:
-        """Empty: hcm itself refuses what it can't compute, when the scene is translated."""
+        """Always empty: hcm itself refuses what it can't compute, when the scene is translated."""
         del scene
         return ""
 
@@ -161,7 +161,7 @@ class Reduced:
         progress: Progress | None = None,
         checkpoint: Checkpoint | None = None,
     ) -> Outcome:
-        """Run the reduced model; it takes seconds, so that there is nothing to resume."""
+        """Run the reduced model; it takes seconds, so there is nothing to resume."""
         import hcm
         from hcm.chosen import choose
 
@@ -174,7 +174,7 @@ class Reduced:
         refined = given.assumptions.any
 
         def compiled(settings: Any) -> bool:
-            """Compile the kernels of these settings; whether that had to be done."""
+            """Compile the kernels of these settings; return whether that was necessary."""
             known = warm_up_kernels.cache_info().misses
             chosen = {key: getattr(settings, key) for key in COMPILED}
             warm_up_kernels(Kernels(**chosen, refined=refined, within=accuracy is not None))
@@ -188,7 +188,7 @@ class Reduced:
             compiled(settings)
             start = time.perf_counter()
             result = simulate(progress=progress)
-            # who was solved again for a smaller error may have compiled another flight meanwhile
+            # solving again for a smaller error may have compiled another flight meanwhile
             took: dict[str, Any] = {}
             if result.accuracy:
                 took = {c.setting: c.value for c in result.accuracy.choices}

@@ -1,8 +1,8 @@
 """One impact state for both models: the rigid chain of thin rods, touching with its tip node.
 
 It is the reduced model's fall without its vibrations (they change its peak force by less than
-0.01 %). The solid starts from the same angles and rates; under a hemispherical end, whose lowest
-point lies below the tip node, its surface is put lower, to where that state touches.
+0.01 %). The solid starts from the same angles and rates; as the lowest point of a hemispherical end
+lies below the tip node, its surface is lowered to where that state touches.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from validation.models.solid_inputs import drive_of, solver_settings, start_of
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
-CLEARANCE = 2e-4  # of the tip's radius: meshes put a sphere's lowest node up to h^2/8R too high
+CLEARANCE = 2e-4  # over tip radius: meshes put a sphere's lowest node up to h^2/8R too high
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def impact_of(scene: NamedScene) -> Impact:
     mass = np.array(tables.per_phalanx(tables.material.density)) * 0.25 * np.pi * diameters**2
     mass *= lengths
     ends = -np.concatenate([[0.0], np.cumsum(lengths)])
-    # Two Gauss points a rod: mass, centre and moment of inertia m L^2/12 exactly.
+    # Two Gauss points per rod: mass, centre and moment of inertia m L^2/12 exactly.
     offsets = 0.5 * lengths[:, None] * np.array([-1.0, 1.0]) / np.sqrt(3.0)
     x = (0.5 * (ends[:-1] + ends[1:])[:, None] + offsets).ravel()
     chain = build_chain(
@@ -90,7 +90,7 @@ def impact_of(scene: NamedScene) -> Impact:
 
 
 def chain_state(impact: Impact) -> Any:
-    """The state as the reference takes it."""
+    """The state in the form that the reference takes."""
     import reference_fem
 
     return reference_fem.ChainState(np.array(impact.angles), np.array(impact.rates), impact.time_s)

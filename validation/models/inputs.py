@@ -1,4 +1,4 @@
-"""What a model's run is made from: the inputs under which a store holds its result."""
+"""The inputs of a model's run, under which a store holds its result."""
 
 import hashlib
 import os
@@ -15,7 +15,7 @@ def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
     document: dict[str, Any] = tables.model_dump(mode="json")
     own = adapter(model).settings
     document["solver"] = {}
-    if own:  # what is asked of all solvers is asked of this one
+    if own:  # an accuracy for all solvers applies to this one
         table = getattr(tables.solver, own).model_dump(mode="json")
         document["solver"] = {own: {**table, "accuracy": tables.solver.accuracy_of(own)}}
     mesh = tables.solver.fem.mesh if own == "fem" else None
@@ -23,8 +23,8 @@ def scene_inputs(tables: Scene, model: str) -> dict[str, Any]:
 
 
 def _content(path: Path) -> str:
-    """SHA-256 of a file; of nothing where it cannot be read, which the solver then says."""
-    if not os.path.isfile(path):  # a pipe would never end, a path with a null byte is no path
+    """SHA-256 of a file; empty if it cannot be read, which the solver reports."""
+    if not os.path.isfile(path):  # a pipe would never end, a path with a null byte is invalid
         return ""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
@@ -35,9 +35,9 @@ def _content(path: Path) -> str:
 def run_inputs(tables: Scene, model: str, *modules: str, **more: Any) -> dict[str, Any]:
     """Inputs of a run.
 
-    model : hcm, fem3d, fem2d; its adapter and its package are parts of the result.
-    modules : further ones whose code makes the result.
-    more : what else the result depends on, as JSON values: a start state, wanted times.
+    model : hcm, fem3d, fem2d; the code of its adapter and package counts as input.
+    modules : further modules whose code makes the result.
+    more : other inputs of the result, as JSON values: a start state, wanted times.
     """
     found = adapter(model)
     made_by = program(*found.sources, *modules, without=found.independent_of)

@@ -23,7 +23,7 @@ from validation.models.solid_mesh import (
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
 
-WARM_UP = (  # once for each law that a preset takes
+WARM_UP = (  # run once for each law that a preset uses
     "solver.fem.estimate=false",
     "surface.height=0.06",
     "solver.fem.section_size=5e-3",
@@ -66,12 +66,12 @@ class Solid:
         return DIMENSIONS[self.name]
 
     def refusal(self, scene: NamedScene) -> str:
-        """What they can't take is told where the scene is translated."""
+        """Always empty: a scene that it can't take is refused when it is translated."""
         del scene
         return ""
 
     def warm_up(self) -> None:
-        """Tap with a coarse mesh from 52.5 mm: every kernel is loaded."""
+        """Tap twice with a coarse mesh, so that every kernel is loaded."""
         for law, relaxation in (("penalty", 0.0), ("impulse", 1e-8)):
             keys = f"solver.fem.contact={law}", f"material.relaxation_time={relaxation}"
             scene = load_scene("soft", (*WARM_UP, *keys))
@@ -83,7 +83,7 @@ class Solid:
         progress: Progress | None = None,
         checkpoint: Checkpoint | None = None,
     ) -> Outcome:
-        """Mesh, translate and solve, once more where an accuracy asks for it; solves are timed."""
+        """Mesh, translate and solve, again if an accuracy asks for it; only solves are timed."""
         taps: list[tuple[Any, Any]] = []
 
         def solve(asked: NamedScene) -> Outcome:
@@ -99,7 +99,7 @@ class Solid:
         taps: list[tuple[Any, Any]],
         warm: bool = False,
     ) -> Outcome:
-        """One solve, compared with the last of `taps`, meshes and results, which it is added to.
+        """Solve once; compare with the last of `taps` (meshes and results) and append to them.
 
         warm : whether the kernels of the one-point element are loaded.
         """
@@ -153,7 +153,7 @@ class Solid:
 
 @cache
 def _warm_up_element(model: Solid, element: str, damped: bool) -> None:
-    """Tap on one that is not the default, once a process: it has kernels of its own."""
+    """Tap with an element that is not the default, once per process: it has its own kernels."""
     keys = f"solver.fem.element={element}", f"material.relaxation_time={1e-8 * damped}"
     warmed = model._solved(load_scene("soft", (*WARM_UP, *keys)), None, None, [], warm=True)
     unless_interrupted(warmed.record)

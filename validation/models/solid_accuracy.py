@@ -1,6 +1,6 @@
-"""A solid run that is held to an accuracy: solved again where it expects more, and what it tells.
+"""A solid run held to an accuracy: it is solved again if it expects a larger error, and says so.
 
-Stated errors bound 9 of 10 true ones (of 336 random taps: 93 % of the stated one at the most).
+Stated errors bound 9 of 10 true ones (336 random taps: at most 93 % of the stated error).
 """
 
 import math
@@ -18,16 +18,16 @@ from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 
 # Share of the wanted error that the first mesh is sized for, if the run states its errors: of 20
-# taps held to 1e-2 half state that they keep it there, and all on the second, in 0.43 of the time
-# that the mesh for 1e-2 and its repeats took (0.54 with 1, 0.71 with 0.5).
+# taps held to 1e-2 half state that they keep it on this mesh, all on the second, in 0.43 of the
+# time that the mesh for 1e-2 and its repeats took (0.54 with 1, 0.71 with 0.5).
 FIRST_TARGET_SHARE = 0.7
 # Factor by which each further mesh lowers the target, least and most (unless the finest mesh known
-# is next), and how many meshes. A smaller factor is lost in the errors' scatter; at most 3 in place
-# of 4 does 0.8 of the work, at least 1.5 in place of 2 does 0.7 of it.
+# is next), and how many meshes. A smaller factor is lost in the errors' scatter; at most 3 instead
+# of 4 takes 0.8 of the work, at least 1.5 instead of 2 takes 0.7 of it.
 LEAST_FACTOR, MOST_FACTOR, SOLVES = 1.5, 3.0, 3
-# Share of the wanted error that must remain for the mesh, and that a rigid flight may leave out.
+# Share of the wanted error that must be left to the mesh, and that a rigid flight may leave out.
 REMAINING_SHARE = 0.5
-# Longest time of a flight that nobody asked for, by the count of its element updates.
+# Longest solve time of a flight that was not asked for, from the count of its element updates.
 LONGEST_FLIGHT_S = 60.0
 FLIGHT_REASON = "a rigid one leaves out {} of the tap"
 FINER_ENDS = "on a finer mesh the run ends as {}"
@@ -36,22 +36,22 @@ FINER_ENDS = "on a finer mesh the run ends as {}"
 def solved_within(
     solve: Callable[[NamedScene], Outcome], scene: NamedScene, dimension: Dimension
 ) -> Outcome:
-    """A scene's run, again on finer meshes while they may lessen an error beyond what is asked for.
+    """Run a scene, and again on finer meshes as long as they may reduce an error that is too large.
 
-    It has a coarse flight where a rigid one would leave out too much and none is stated, unless
-    that takes long; on a mesh that is read, or without estimates, it is solved once.
+    The flight is coarse if a rigid one would leave out too much and none is stated, unless that
+    takes long; on a mesh file, or without estimates, the scene is solved once.
 
-    Each run is compared with the one before, and its time includes theirs. The search ends where a
+    Each run is compared with the one before, and the time is that of all. The search ends where a
     further mesh is refused or its run does not complete; the finest completed run is kept. Its
-    errors are raised where a coarser run lies outside both stated errors (`_overlapping`). What
-    other ends leave open (`reference_fem.other_ends`) is no reason for another mesh.
+    errors are raised where a coarser run lies outside both stated errors (`_overlapping`). Doubts
+    about the tap's end (`reference_fem.other_ends`) are no reason for another mesh.
     """
     import reference_fem
 
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
     if wanted is None:
         return solve(scene)
-    try:  # as it is stated, before a share of it is asked for
+    try:  # with the accuracy as stated, before asking for a share of it
         sizes_of(scene.tables)
         left_out, flight = _flight_override(scene.tables, dimension, wanted)
     except ValueError as error:
@@ -60,7 +60,7 @@ def solved_within(
     smallest = min(wanted, reference_fem.SMALLEST)
     target, runs, targets, finer = FIRST_TARGET_SHARE * wanted, list[Outcome](), list[float](), ""
     while True:
-        if target < LEAST_FACTOR * smallest:  # after which no mesh would be another
+        if target < LEAST_FACTOR * smallest:  # the next step down would be too small
             target = smallest
         asked = [] if once else [f"solver.fem.accuracy={target:.3g}"]
         try:
@@ -82,7 +82,7 @@ def solved_within(
         last = once or len(runs) == SOLVES or target <= smallest
         if last or left is None or expects is None:
             break
-        # what no mesh lessens takes its part of what is wanted, where there is room for both
+        # errors that no mesh reduces take their part of the wanted one, if there is room for both
         room = math.sqrt(max(wanted**2 - (expects**2 - left**2), 0.0))
         room = room if room >= REMAINING_SHARE * wanted else wanted
         if left <= room:
@@ -113,10 +113,10 @@ def solved_within(
 
 
 def _flight_override(tables: Scene, dimension: Dimension, wanted: float) -> tuple[float, list[str]]:
-    """What a rigid flight would leave out, as a share of the tap, and the key of a coarse one.
+    """The share of the tap that a rigid flight would leave out, and the key of a coarse flight.
 
-    No key where the scene states a flight, a rigid one leaves out little, or a coarse one takes
-    long.
+    There is no key if the scene states a flight, a rigid one leaves out little, or a coarse one
+    takes long.
     """
     if "flight" in tables.solver.fem.model_fields_set:
         return 0.0, []
@@ -127,9 +127,9 @@ def _flight_override(tables: Scene, dimension: Dimension, wanted: float) -> tupl
 
 
 def _with_caution(record: RunRecord, wanted: float, finer: str = "") -> RunRecord:
-    """The record, a caution before its own where it expects more than is wanted.
+    """The record, with a caution put first if it expects a larger error than is wanted.
 
-    finer : why no finer mesh has it
+    finer : why no finer mesh was used
     """
     expects = record.accuracy["expected"]
     if expects is None or expects <= wanted:
@@ -140,9 +140,9 @@ def _with_caution(record: RunRecord, wanted: float, finer: str = "") -> RunRecor
 
 
 def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:
-    """The run, its errors no smaller than what a coarser one's numbers are beyond their own errors.
+    """The run, its errors raised to where they overlap with those of the coarser runs.
 
-    Two meshes may agree by chance, and the third be far from either.
+    Two meshes may agree by chance, while the third is far from either.
     """
     record, errors = run.record, dict(run.record.errors)
     numbers = [name for name, error in errors.items() if isinstance(error, float)]
@@ -153,7 +153,7 @@ def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:
                 errors[name] = max(errors[name], abs(own - its) - other.errors.get(name, math.inf))
     stated, left = record.accuracy["expected"], run.mesh_error
     expected = stated and max(stated, largest_share(errors, record) or 0.0)
-    # where other ends of the tap are open too, it is those that differ
+    # if the tap's end is in doubt as well, the ends are what differs
     left = expected if left is not None and left == stated else left
     accuracy = {**record.accuracy, "expected": expected}
     return replace(run, record=replace(record, errors=errors, accuracy=accuracy), mesh_error=left)
@@ -162,9 +162,9 @@ def _overlapping(run: Outcome, coarser: list[Outcome]) -> Outcome:
 def accuracy_record(
     tables: Scene, sizing: Any, solved: tuple[Any, Any], record: RunRecord
 ) -> dict[str, Any]:
-    """`RunRecord.accuracy` of a run on a mesh of these sizes; empty where none was asked for.
+    """`RunRecord.accuracy` of a run on a mesh of these sizes; empty if none was asked for.
 
-    sizing : None of a mesh that is read. solved : the reference's settings and materials
+    sizing : None for a mesh file. solved : the reference's settings and materials
     """
     import meshes
     import reference_fem
@@ -207,7 +207,7 @@ def accuracy_record(
 
 
 def largest_share(errors: Mapping[str, Any], record: RunRecord) -> float | None:
-    """The largest relative error of what an accuracy is about; None where one is not known."""
+    """Largest relative error of the numbers that an accuracy applies to; None if one is unknown."""
     from reference_fem import ACCURACY_QUANTITIES
 
     shares = [

@@ -8,7 +8,7 @@ from validation.scenes.scene import Scene
 Dimension = Literal[2, 3]
 DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
 
-# Contact law by preset, where it isn't the solver's own default.
+# Contact law by preset, if it isn't the solver's default.
 CONTACT = {"contact": "impulse", "converged": "impulse"}
 NEEDED = {
     "penalty_factor": ("contact", "penalty"),
@@ -45,7 +45,7 @@ def solid_parts(tables: Scene) -> SolidParts:
 
 
 def finger_geometry(tables: Scene) -> Any:
-    """The scene's finger, as meshes and mesh files must have it."""
+    """Geometry of the scene's finger, for meshes and the check of mesh files."""
     import meshes
 
     diameters = tables.per_phalanx(tables.finger.diameter)
@@ -56,7 +56,7 @@ def finger_geometry(tables: Scene) -> Any:
 def solver_settings(tables: Scene) -> Any:
     """The reference's settings: its defaults, then the preset's, then the scene's own.
 
-    Raises ValueError: the scene states a number of a contact law or a flight that it does not take.
+    Raises ValueError: the scene states a number of a contact law or flight that it does not use.
     """
     import reference_fem
 
@@ -75,7 +75,7 @@ def solver_settings(tables: Scene) -> Any:
 
 
 def drive_of(tables: Scene) -> Any:
-    """The scene's drive as the reference takes it."""
+    """The scene's drive in the form that the reference takes."""
     import reference_fem
 
     return reference_fem.Drive(
@@ -87,7 +87,7 @@ def drive_of(tables: Scene) -> Any:
 
 
 def start_of(tables: Scene) -> Any:
-    """The scene's start as the reference takes it; None: horizontal, at rest."""
+    """The scene's start in the form that the reference takes; None: horizontal, at rest."""
     import numpy as np
 
     import reference_fem

@@ -8,22 +8,22 @@ from typing import Any
 from validation.models.solid_inputs import Dimension, finger_geometry, solid_parts, start_of
 from validation.scenes.scene import Scene
 
-# Presets whose tip has even edges where the patch of contact is predicted, up to EVEN_PATCH times
-# its radius; the preset `contact` divides that radius, at least a share of the tip's, into edges.
+# Presets with even edges around the predicted contact patch, up to EVEN_PATCH times its radius;
+# `contact` divides that radius, at least LEAST_PATCH of the tip's, into PATCH_EDGES edges.
 EVEN_TIPS, EVEN_PATCH = ("contact", "converged"), 1.3
 PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
-COARSER, FINER = 2.0, 0.75  # edges of the mesh that a run is compared with, over its own
+COARSER, FINER = 2.0, 0.75  # edges of a run's companion mesh over its own
 FEW = 600  # elements
-FLIGHT_EDGE = 0.25  # of the smallest diameter, on the mesh of a coarse flight
-CLEARANCE = 0.01  # of the tip's radius, below an impact state; nodes stand out by less
+FLIGHT_EDGE = 0.25  # edges over the smallest diameter, on the mesh of a coarse flight
+CLEARANCE = 0.01  # over the tip's radius, in an impact state; nodes stand out by less
 
 
 def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
-    """The finger's mesh, of the sizes that `sizing_of` finds unless they are given.
+    """The finger's mesh, with the sizes from `sizing_of` unless they are given.
 
     ``solver.fem.mesh`` replaces it by a file, relative to the current folder.
-    ``solver.fem.symmetry = false`` makes both halves of the body in 3D, of either.
+    ``solver.fem.symmetry = false`` makes both halves of the body in 3D, from a file too.
     """
     fem = tables.solver.fem
     if fem.mesh is not None:
@@ -32,7 +32,7 @@ def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
 
 
 def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
-    """A mesh file, which must be the scene's finger."""
+    """Read a mesh file, which must fit the scene's finger."""
     import meshes
 
     try:
@@ -67,10 +67,11 @@ def _whole(tables: Scene, mesh: Any) -> Any:
 
 
 def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
-    """What a run on `build_mesh` is compared with: see `reference_fem.estimate`.
+    """The companion mesh of a run on `build_mesh`: see `reference_fem.estimate`.
 
-    A mesh of `COARSER` edges; where so `FEW` elements are in blocks that cannot spare half of them,
-    one of edges so fine that it has 2^dimension as many. A mesh that is read has none.
+    Its edges are `COARSER` times as long. If the run has at most `FEW` elements and that would
+    leave more than half of them, it is finer, with 2^dimension times as many. A mesh file has no
+    companion.
     """
     import meshes
 
@@ -93,7 +94,7 @@ def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
 
 
 def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
-    """The mesh of a coarse flight; None where it does not fly on one."""
+    """The mesh of a coarse flight; None if the flight is not coarse."""
     if tables.solver.fem.flight != "coarse":
         return None
     return _mesh(tables, dimension, _flight_sizing(tables))
@@ -110,14 +111,14 @@ def _flight_sizing(tables: Scene) -> Any:
 
 
 def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
-    """The preset's sizes, scaled with the diameter, then the scene's own; None of a mesh file.
+    """The preset's sizes, scaled with the diameter, then the scene's own; None for a mesh file.
 
-    A tip finer than the section is refined where the rigid finger touches the surface; that of the
-    preset ``contact``, or of an accuracy, is sized by the patch that is predicted there.
+    A tip finer than the section is refined where the rigid finger touches the surface; with the
+    preset ``contact``, or an accuracy, the patch that is predicted there sets the size.
 
     Returns
     -------
-    The sizes, and the `predicted_touch`: None where nothing is sized by it or there is none.
+    The sizes, and the `predicted_touch`: None if no size depends on it or there is no touch.
     """
     import meshes
 
@@ -152,9 +153,9 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
 
 
 def sizes_of(tables: Scene) -> Any:
-    """What the scene's accuracy asks of the mesh; None where it asks for none.
+    """The sizes that the scene's accuracy asks for; None if no accuracy applies.
 
-    Raises ValueError: it cannot be kept, or a preset is stated beside it.
+    Raises ValueError: the accuracy cannot be kept, or a preset is stated as well.
     """
     import reference_fem
 
@@ -170,10 +171,10 @@ def sizes_of(tables: Scene) -> Any:
 
 
 def materials_within(tables: Scene, touch: Any, materials: Sequence[Any]) -> Any:
-    """Materials as the scene's accuracy asks for: see `reference_fem.accuracy`.
+    """The materials that the scene's accuracy asks for: see `reference_fem.accuracy`.
 
-    They relax where the tip slides with friction, unless the scene states a relaxation time, or
-    elements of one point, which damp nothing; where they touch, `sizing_of` tells.
+    They get a relaxation time if the tip slides with friction, unless the scene states one or asks
+    for one-point elements, which have no damping. touch : the one that `sizing_of` predicts
     """
     import reference_fem
 
@@ -186,7 +187,7 @@ def materials_within(tables: Scene, touch: Any, materials: Sequence[Any]) -> Any
 
 
 def size_scale(tables: Scene) -> float:
-    """What the presets' sizes are multiplied by for this finger."""
+    """The factor on the presets' sizes for this finger."""
     return tables.smallest_diameter / PRESET_DIAMETER
 
 
@@ -216,10 +217,10 @@ def rod_flight(tables: Scene, dimension: Dimension) -> Any:
 
 
 def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> float:
-    """About what elements would take for a flight that lasts so long, s; inf where they are too
-    many.
+    """Approximate solve time of a coarse flight that lasts `lasts_s`, s; inf if there are too many
+    elements.
 
-    A step is what a wave takes through half an edge.
+    A step is the time that a wave takes through half an edge.
     """
     import meshes
     from reference_fem.workload import UPDATES_PER_S
@@ -237,7 +238,7 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
 def impact_state(tables: Scene, dimension: Dimension) -> Any:
     """Rigid state a little above the surface; None if it never gets there.
 
-    Runs on different meshes that start from it hit the surface alike.
+    Runs on different meshes that start from it hit the surface in the same way.
     """
     import reference_fem
 

@@ -1,8 +1,8 @@
 """The reduced model between the paper's assumptions and the refined ones.
 
-Cumulative: from the paper's, one assumption after the other becomes the refined one's, in `ORDER`,
-by which what an assumption is worth depends. Leave-one-out: the refined model with the paper's
-choice of one, and of those that have no meaning without it. A tap ends by the same rule in all.
+Cumulative: starting from the paper's, assumptions become refined one after the other, in `ORDER`,
+on which the effect of each depends. Leave-one-out: the refined model with the paper's choice of one
+assumption, and of those that mean nothing without it. A tap ends by the same rule in all.
 """
 
 from dataclasses import dataclass
@@ -25,31 +25,31 @@ ORDER = (
 
 @dataclass(frozen=True)
 class Variant:
-    """Assumptions by a name: which of `ORDER` are the refined model's."""
+    """A named set of assumptions: which of `ORDER` are the refined model's."""
 
     name: str
     refined: frozenset[str]
 
     @property
     def overrides(self) -> tuple[str, ...]:
-        """The scene's keys that make it so."""
+        """Overrides of the scene that select these assumptions."""
         switches = (f"solver.hcm.{s}={str(s in self.refined).lower()}" for s in ORDER)
         return (*switches, "solver.hcm.whole_tap=true")
 
 
 def cumulative() -> tuple[Variant, ...]:
-    """The paper's assumptions, then one refined after the other."""
+    """The paper's assumptions, then with one after the other refined."""
     names = ("paper", *(f"+ {switch}" for switch in ORDER))
     return tuple(Variant(name, frozenset(ORDER[:n])) for n, name in enumerate(names))
 
 
 def all_variants() -> tuple[Variant, ...]:
-    """The cumulative ones, then those with one left out."""
+    """The cumulative variants, then those with one assumption left out."""
     return (*cumulative(), *leave_one_out())
 
 
 def leave_one_out() -> tuple[Variant, ...]:
-    """The refined model without each assumption, and without those that need it."""
+    """The refined model without each assumption in turn, and without those that need it."""
     found = []
     for switch in ORDER:
         without = {switch, *(own for own, needed in NEEDS if needed == switch)}

@@ -95,7 +95,7 @@ def run_scene(
 
 @dataclass(frozen=True)
 class Kept:
-    """A run's record, why not all of its files could be written, and whether a store has it."""
+    """A run's record, why some of its files could not be written, and whether a store has it."""
 
     record: RunRecord
     unwritten: str = ""
@@ -144,12 +144,12 @@ def _failure(kept: Kept, folder: Path, going_on: str) -> str:
 def _stored_or_solved(
     scene: NamedScene, model: str, folder: Path, store: Store, checkpoint: Checkpoint | None
 ) -> Kept:
-    """The run, its files in its folder; the restart file goes once the result is kept."""
+    """The run, its files in its folder; the restart file is removed once the result is kept."""
     inputs = run_inputs(scene.tables, model, execute.__name__, process="command")
     record, unwritten = None, ""
     try:
         record = restore_run(store, inputs, folder, fields=True)
-    except OSError as error:  # its fields have no room; the record may be read all the same
+    except OSError as error:  # no room for the fields; the record may still be readable
         record, unwritten = load_run(store, inputs), file_reason(error)
     if record is not None:
         record = relabelled(record, scene.name, None, scene.document)
@@ -173,7 +173,7 @@ def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint 
     try:
         with progress_bar(f"{scene.name} {model}") as progress:
             return solve(scene, model, folder, progress, checkpoint)
-    except KeyboardInterrupt as error:  # where no solver answers it: loading, meshing
+    except KeyboardInterrupt as error:  # where no solver handles it: loading, meshing
         if not _going_on(checkpoint):
             raise
         raise RunFailedError(
@@ -183,7 +183,7 @@ def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint 
 
 
 def _going_on(checkpoint: Checkpoint | None) -> str:
-    """What a command does that continues from the restart file, empty where there is none."""
+    """How the same command continues from the restart file; empty if there is none."""
     if checkpoint is None or not checkpoint.path.exists():
         return ""
     return f"with --resume goes on from {checkpoint.path}"
@@ -195,9 +195,9 @@ def _keep_alone(folder: Path, outcome: Outcome) -> None:
 
 
 def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Result) -> str:
-    """Why a result's files could not all be written, empty if they were.
+    """Why some of a result's files could not be written; empty if all were.
 
-    A solved run is shown whatever becomes of its files.
+    A solved run is shown even if its files cannot be written.
     """
     try:
         write(folder, result)

@@ -1,4 +1,4 @@
-"""One run: warm up, solve, measure, keep. In this process, or alone in a fresh one."""
+"""One run: warm up, solve, measure, keep; in this process, or in a fresh one of its own."""
 
 import contextlib
 import os
@@ -33,12 +33,12 @@ from validation.models.adapter import Checkpoint, Outcome, Progress
 from validation.models.inputs import run_inputs
 from validation.scenes.load import NamedScene, load_scene, scene_name
 
-PLUG_IN_LIMIT_S = 600.0  # of a process that runs somebody else's model beside others
+PLUG_IN_LIMIT_S = 600.0  # for a process with a model that is not this project's
 
 
 @dataclass(frozen=True)
 class Job:
-    """A run to be made: a scene's source, model, overrides, and a name for what was changed."""
+    """A run to do: a scene's source, model, overrides, and a name for what was changed."""
 
     scene: str
     model: str
@@ -53,13 +53,13 @@ class Job:
 
     @property
     def folder_name(self) -> str:
-        """Of the folder that its run is written to."""
+        """Name of the folder that its run is written to."""
         return safe_name(self.name.replace(" ", "-"))
 
 
 @contextlib.contextmanager
 def _folder_kept() -> Iterator[None]:
-    """The current folder stays what it is, also where a model works in one of its own."""
+    """Restore the current folder at the end, in case a model changes it."""
     here = os.open(".", os.O_RDONLY)
     try:
         yield
@@ -72,7 +72,7 @@ def _folder_kept() -> Iterator[None]:
 def compiling_reported(progress: Progress | None) -> Iterator[None]:
     """Call `progress` with each kernel's name as numba begins to compile it.
 
-    Code that is loaded from the cache beside the sources is not compiled, and nothing is reported.
+    Nothing is reported for code that is loaded from the cache beside the sources.
     """
     if progress is None:
         yield
@@ -82,7 +82,7 @@ def compiling_reported(progress: Progress | None) -> Iterator[None]:
     tell = progress
 
     class Listener(event.Listener):
-        """Names every kernel as its turn comes; those that it calls are compiled within it."""
+        """Reports each kernel as its compilation begins; those that it calls are within it."""
 
         def __init__(self) -> None:
             self.depth = 0
@@ -109,7 +109,7 @@ def solve(
     checkpoint: Checkpoint | None = None,
     warm: bool = False,
 ) -> Outcome:
-    """Warm up, unless this process has solved a scene of the model (`warm`); solve and measure.
+    """Warm up, unless this process has run the model before (`warm`); solve and measure.
 
     Raises UserError: the model cannot take this scene.
     Raises RunFailedError: the solver stopped with an error of its own; its trace is kept in
@@ -132,7 +132,7 @@ def solve(
         check_given_fields(outcome.fields)
     except (UserError, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as error:  # a script made a model may exit
+    except (Exception, SystemExit) as error:  # a model made from a script may exit
         text = " ".join(str(error).split()) or "no message"
         where = ""
         if folder is not None:
@@ -142,19 +142,19 @@ def solve(
         raise RunFailedError(
             f"scene {scene.name}, model {model}: {type(error).__name__}: {text}{where}"
         ) from error
-    # one that runs another model, or scene, hands on a record with their names
+    # a model that runs another one, or another scene, returns a record with their names
     record = replace(relabelled(outcome.record, scene.name, None, scene.document), model=model)
     return replace(outcome, record=record.with_summary(peak_memory_MB=peak_memory_MB()))
 
 
 def keep(folder: Path, outcome: Outcome) -> None:
-    """Write a run's files in the place of those that were there; see `write_run`."""
+    """Write a run's files, replacing those that were there; see `write_run`."""
     clear_run(folder)
     write_run(folder, outcome.record, outcome.fields)
 
 
 def solve_into(folder: Path, scene: NamedScene, model: str, label: str) -> Outcome:
-    """Solve with a progress bar of that label, and keep the run in a folder.
+    """Solve with a progress bar labelled `label`, and keep the run in a folder.
 
     Raises UserError: the model cannot take this scene, or another command writes to the folder.
     Raises RunFailedError: as `solve`.
@@ -169,14 +169,14 @@ def solve_into(folder: Path, scene: NamedScene, model: str, label: str) -> Outco
 
 
 def failed(job: Job, status: str, message: str) -> RunRecord:
-    """The record of a run that gave nothing."""
+    """The record of a run without a result."""
     name = scene_name(job.scene)
     return RunRecord(name, job.model, job.variant or "", status, False, message, summary={})
 
 
 @dataclass(frozen=True)
 class Task:
-    """A job, its folder, and what its result is stored under (None: of a scene that is refused)."""
+    """A job, its folder, and the inputs that identify its stored result (None: scene refused)."""
 
     job: Job
     folder: Path
@@ -185,10 +185,10 @@ class Task:
 
 
 def _task(job: Job, folder: Path, store: Store, first: bool) -> Task:
-    """The peak memory of the first job in a process is its own, that of the others is not."""
+    """The task of a job; only the first job of a process has a peak memory of its own."""
     run_folder = folder / job.folder_name
     inputs = None
-    # a scene that is refused is refused again where it would be run
+    # a scene that is refused here is refused again when it is run
     with contextlib.suppress(UserError):
         tables = load_scene(job.scene, job.overrides).tables
         process = "own" if first else "shared"
@@ -197,7 +197,7 @@ def _task(job: Job, folder: Path, store: Store, first: bool) -> Task:
 
 
 def _read_back(task: Task) -> RunRecord | None:
-    """The stored result of a task, put into its folder."""
+    """The stored result of a task, written to its folder; None if there is none."""
     if task.inputs is None:
         return None
     record = restore_run(task.store, task.inputs, task.folder, task.job.keep_fields)
@@ -213,7 +213,7 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
     from threadpoolctl import threadpool_limits
 
     records = []
-    with threadpool_limits(1, user_api="blas"):  # the models' own threads are what is timed
+    with threadpool_limits(1, user_api="blas"):  # only the models' own threads are timed
         for task in tasks:
             job = task.job
             try:
@@ -235,7 +235,7 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
 
 
 def _warm_up(*names: str) -> None:
-    """Compile what is not compiled yet; a model that cannot says so when it runs."""
+    """Compile what is not compiled yet; a model that fails here reports it when it runs."""
     for name in names:
         with contextlib.suppress(Exception):
             adapter(name).warm_up()
@@ -244,9 +244,9 @@ def _warm_up(*names: str) -> None:
 def compile_in_fresh_process(
     models: Iterable[str], say: Callable[[str], None] = lambda what: None
 ) -> None:
-    """Fill the compiled code's cache, so that no measured run pays for a compiler's memory.
+    """Fill the cache of compiled code, so that no measured run includes the compiler's memory.
 
-    Models of one kind share kernels: each kind has a process, beside the other's.
+    Models of one kind share kernels: each kind has its process, and these run side by side.
     """
     kinds: dict[str, list[str]] = {}
     for name in models:
@@ -265,7 +265,7 @@ def stored(jobs: Sequence[Job], store: Store) -> bool:
 
 
 def in_fresh_process(jobs: Sequence[Job], folder: Path, store: Store = NO_STORE) -> list[RunRecord]:
-    """Run jobs in a process of their own: the first one's peak memory is its own.
+    """Run jobs in a fresh process: the peak memory of the first one is its own.
 
     A crash of the process (a segmentation fault, the system out of memory) is reported as the
     failure of the job that caused it: after a crash each job gets a process of its own.
@@ -274,7 +274,7 @@ def in_fresh_process(jobs: Sequence[Job], folder: Path, store: Store = NO_STORE)
 
 
 def _run(tasks: Sequence[Task]) -> list[RunRecord]:
-    """Records of tasks, from the store where it has them."""
+    """Records of tasks, read from the store if it has them."""
     records = {n: found for n, task in enumerate(tasks) if (found := _read_back(task)) is not None}
     rest = [n for n in range(len(tasks)) if n not in records]
     if rest:
@@ -286,5 +286,5 @@ def _run(tasks: Sequence[Task]) -> list[RunRecord]:
                 new = [failed(tasks[rest[0]].job, "CRASHED", str(error))]
             else:
                 new = [record for n in rest for record in _run([tasks[n]])]
-        records |= dict(zip(rest, new, strict=False))  # an interrupted process did not do all
+        records |= dict(zip(rest, new, strict=False))  # an interrupted process has fewer
     return [records[n] for n in sorted(records)]

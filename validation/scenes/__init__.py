@@ -1,1 +1,1 @@
-"""Scenes: TOML in, validated tables out (pydantic), refused with one line where impossible."""
+"""Scenes: TOML in, validated tables out (pydantic); an invalid one is refused with one line."""

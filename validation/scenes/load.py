@@ -18,14 +18,14 @@ from validation.scenes.messages import one_line, show
 from validation.scenes.scene import Scene
 
 BUILT_IN = ("hard", "soft", "driven-1", "driven-2", "driven-3")
-# Numbers that TOML has not, as spreadsheets write them.
+# Numbers as spreadsheets write them, which TOML does not allow.
 BARE_POINT = re.compile(r"[+-]?(\.\d+|\d+\.)([eE][+-]?\d+)?")
-MAX_BYTES = 1_000_000  # a scene is a page of text: anything longer is another kind of file
+MAX_BYTES = 1_000_000  # a scene is a page of text: anything longer is something else
 
 
 @dataclass(frozen=True)
 class NamedScene:
-    """A validated scene, what to call it, and the tables as they were read."""
+    """A validated scene, its name, and the tables as they were read."""
 
     name: str
     tables: Scene
@@ -33,16 +33,16 @@ class NamedScene:
 
 
 def scene_name(source: str) -> str:
-    """What a scene is called: a built-in one by its name, a file by its stem.
+    """The name of a scene: a built-in one's own, a file's stem.
 
-    A file keeps its ending where its stem is a built-in scene's name: soft.toml beside soft.
+    A file whose stem is a built-in scene's name keeps its ending: soft.toml beside soft.
     """
     stem = Path(source).stem
     return source if source in BUILT_IN else file_name(f"{stem}.toml" if stem in BUILT_IN else stem)
 
 
 def file_name(name: str) -> str:
-    """A file's name as result files can hold it: it may be no UTF-8."""
+    """A file's name in a form for result files: the name itself may not be valid UTF-8."""
     return name.encode("utf-8", "backslashreplace").decode()
 
 
@@ -52,7 +52,7 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
         text = resources.files("validation.scenes").joinpath(f"{source}.toml").read_text("utf-8")
         return source, tomllib.loads(text)
     path = Path(source)
-    # of `os.path`: a name that is too long or has a null byte is no file, rather than an error
+    # `os.path`: a name that is too long or has a null byte is not a file, and not an error
     there = os.path.exists(path)
     if path.suffix != ".toml" and not there:
         near = difflib.get_close_matches(source, BUILT_IN, n=1)
@@ -71,19 +71,19 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
 
 
 def read_toml(path: Path, origin: str) -> dict[str, Any]:
-    """The tables of a TOML file; the origin begins every refusal."""
+    """The tables of a TOML file; every refusal begins with the origin."""
     try:
         return tomllib.loads(read_text(path, origin, MAX_BYTES))
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{origin}: TOML syntax error: {error}") from error
     except RecursionError as error:
         raise UserError(f"{origin}: its lists or tables are nested too deeply") from error
-    except ValueError as error:  # of Python, which names a switch of its own
+    except ValueError as error:  # Python's own text names one of its switches
         raise UserError(f"{origin}: a number has thousands of digits; shorten it") from error
 
 
 def read_text(path: Path, origin: str, largest: int) -> str:
-    """A file's text, of up to so many bytes; the origin begins every refusal."""
+    """A file's text, at most `largest` bytes; every refusal begins with the origin."""
     try:
         if path.stat().st_size > largest:
             raise UserError(f"{origin}: larger than {largest} bytes, another kind of file")
@@ -98,11 +98,11 @@ def read_text(path: Path, origin: str, largest: int) -> str:
 def parse_value(text: str, origin: str) -> Any:
     """The right side of KEY=VALUE as a TOML value, or a number like .5; a bare word is a string.
 
-    Raises UserError: it begins as a list or a table and is none.
+    Raises UserError: it begins like a list or a table but is not one.
     """
     try:
         parsed = tomllib.loads(f"value = {text}")
-        tomllib.loads(f"value = [{text}]")  # a comment, which is no value, hides the bracket
+        tomllib.loads(f"value = [{text}]")  # a comment, which is not a value, hides the bracket
     except (ValueError, RecursionError) as error:  # TOML's own error is a ValueError
         if text.strip()[:1] in ("[", "{"):
             raise UserError(
@@ -119,7 +119,7 @@ def key_of(assignment: str) -> str:
 
 
 def sets(assignment: str, key: str) -> bool:
-    """Whether KEY=VALUE gives a dotted key its value, by itself or in a table."""
+    """Whether KEY=VALUE sets a dotted key, directly or in a table."""
     found: Any = override({}, assignment)
     for part in key.split("."):
         if not isinstance(found, dict) or part not in found:
@@ -150,7 +150,7 @@ def override(document: dict[str, Any], assignment: str) -> dict[str, Any]:
 
 
 def validate(document: dict[str, Any], origin: str) -> Scene:
-    """The validated tables, or a ``UserError`` of one line."""
+    """Return the validated tables, or raise a ``UserError`` of one line."""
     try:
         return Scene.model_validate(document)
     except ValidationError as error:
@@ -172,7 +172,7 @@ def load_scene(source: str, overrides: Iterable[str] = ()) -> NamedScene:
 def changed_scene(
     name: str, document: dict[str, Any], overrides: Iterable[str], origin: str
 ) -> NamedScene:
-    """The scene of tables as they were read, after overrides; the origin is named in a refusal."""
+    """The scene made from raw tables and overrides; a refusal names the origin."""
     for assignment in overrides:
         document = override(document, assignment)
     return NamedScene(name, validate(document, origin), document)

@@ -15,7 +15,7 @@ from validation.scenes.tables import Table
 
 @cache
 def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, FieldInfo]:
-    """All dotted keys of a scene, and what each is declared as."""
+    """All dotted keys of a scene, and the declaration of each."""
     found: dict[str, FieldInfo] = {}
     if table is SolverTable:
         for name, solver_table in SOLVER_TABLES.items():
@@ -32,7 +32,7 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, Fi
 
 
 def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:
-    """The remedy for an unknown key: the nearest known one, or the list of its table's."""
+    """The remedy for an unknown key: the nearest known key, or the list of those in its table."""
     keys = list(known_keys(of))
     table, _, last = key.rpartition(".")
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
@@ -64,9 +64,9 @@ def show(value: object) -> str:
 
 
 def refusal_of(key: str, value: object, origin: str) -> str:
-    """What a scene says of this value of its key; empty where it takes it.
+    """Why a scene refuses this value of a key; empty if it accepts it.
 
-    origin : what stands in the key's place.
+    origin : what the message names instead of the key.
     """
     try:
         _check_of(key).validate_python(value)
@@ -117,7 +117,7 @@ def _missing(key: str) -> str:
 
 
 def one_line(error: ValidationError, of: type[BaseModel] = Scene) -> str:
-    """The first problem of such a table in full, and how many more there are."""
+    """The first problem of a table in full, and how many more there are."""
     problems = error.errors(include_url=False)
     more = len(problems) - 1
     return _one(problems[0], of) + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")

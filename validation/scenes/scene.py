@@ -21,8 +21,8 @@ from validation.scenes.tables import (
     refuse,
 )
 
-MAX_TOTAL_ELEMENTS = 20_000  # above this a planar beam model is no longer a reduced one
-ELEMENTS = 20  # in a phalanx, where neither they nor an accuracy are stated
+MAX_TOTAL_ELEMENTS = 20_000  # with more, a planar beam model is no longer a reduced one
+ELEMENTS = 20  # per phalanx, if neither they nor an accuracy are stated
 
 
 class Scene(Table):
@@ -48,7 +48,7 @@ class Scene(Table):
 
     @property
     def elements(self) -> tuple[float, ...]:
-        """Beam elements of each phalanx, those of no accuracy where none are stated."""
+        """Beam elements of each phalanx; `ELEMENTS` if none are stated."""
         return self.per_phalanx(self.finger.elements or ELEMENTS)
 
     @property
@@ -58,7 +58,7 @@ class Scene(Table):
 
     @property
     def smallest_diameter(self) -> float:
-        """Of all phalanges, m."""
+        """Smallest diameter of all phalanges, m."""
         return min(self.per_phalanx(self.finger.diameter))
 
     @property
@@ -70,7 +70,7 @@ class Scene(Table):
     def start_state(self) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
         """Angles (rad) and rates (rad/s) of the phalanges at the start; None: horizontal, at rest.
 
-        None lets a solver start as it does without being told, to the same bits.
+        None lets a solver use its own default start, to the same bits.
         """
         if self.start == StartTable():
             return None
@@ -78,10 +78,10 @@ class Scene(Table):
         return angles, rates
 
     def _start_depth(self) -> float:
-        """Of the finger's lowest point at the start below the fixed hinge, m.
+        """Depth of the finger's lowest point below the fixed hinge at the start, m.
 
-        Hinges have sections of radius R_w. Of the tip the end of its axis counts: how low its round
-        end reaches is a matter of the models.
+        Hinges have sections of radius R_w. At the tip the end of its axis counts: how low its round
+        end reaches depends on the model.
         """
         angles, _ = self.start_state or ((0.0,) * self.finger.phalanges, ())
         depth, lowest = 0.0, 0.0
@@ -93,7 +93,7 @@ class Scene(Table):
 
     @property
     def torque_rows(self) -> tuple[tuple[float, ...], ...]:
-        """Joint torques, N m: one row, or one for each time of a table; none given means none."""
+        """Joint torques, N m: one row, or one for each time of a table; zeros if none are given."""
         torques = self.drive.torques
         if isinstance(torques, TorqueTable):
             return torques.values
@@ -160,7 +160,7 @@ class Scene(Table):
 
 
 def _cost(elements: float) -> str:
-    """Memory and time that the reduced model would need for so many elements."""
+    """Memory and time that the reduced model would need for this many elements."""
     from hcm.workload import ELEMENT_BYTES, SECONDS_A_STEP
 
     memory, step = ELEMENT_BYTES * elements / 2**30, SECONDS_A_STEP * elements

@@ -1,7 +1,7 @@
-"""What one number of a scene may be: its unit, its bounds, and the sentence that says so.
+"""What a number of a scene may be: its unit, its bounds, and the sentence that states them.
 
-Contract: a ``SceneNumber`` is put beside a type in ``Annotated`` and becomes the field's whole
-validation. The bounds are stated once; the check and the error text both come from them.
+Contract: a ``SceneNumber`` stands beside a type in ``Annotated`` and is the field's entire
+validation. Bounds are stated once; both the check and the error text come from them.
 """
 
 import math
@@ -25,7 +25,7 @@ class SceneNumber:
     per_phalanx : whether a list with one number per phalanx is allowed.
     only_list : whether only such a list is allowed.
     per : what a list has one number for.
-    or_word : a word that is allowed in the place of a number, none if empty.
+    or_word : a word that is allowed instead of a number, none if empty.
     """
 
     unit: str = ""
@@ -79,7 +79,7 @@ class SceneNumber:
         return item if self.integer else float(item)
 
     def check(self, value: object) -> float | int | str | tuple[float | int, ...]:
-        """The value, or a refusal."""
+        """Return the checked value, or raise a refusal."""
         if isinstance(value, str) and value and value == self.or_word:
             return value
         if isinstance(value, list | tuple):
@@ -115,12 +115,12 @@ class SceneNumber:
 
 @dataclass(frozen=True)
 class OrTable(SceneNumber):
-    """Such a number, or a table that says more."""
+    """A number as above, or a table that says more."""
 
     table: Any = None
 
     def check(self, value: object) -> Any:
-        """The value, or the table made of it, or a refusal."""
+        """Return the checked value or the table made from it, or raise a refusal."""
         if isinstance(value, dict):
             return self.table.model_validate(value)
         return value if isinstance(value, self.table) else super().check(value)
@@ -135,7 +135,7 @@ class OrTable(SceneNumber):
 
 @dataclass(frozen=True)
 class Rows:
-    """A list of lists, each of which is such a number."""
+    """A list of rows, each of which is checked as a list by `row`."""
 
     row: SceneNumber
 

@@ -13,7 +13,7 @@ from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import SIZES, SOLVER_TABLES, SolverTable, settings_of
 from validation.scenes.tables import state_key
 
-WIDTH = 100  # of a new scene's lines
+WIDTH = 100  # width of a new scene's lines
 BY_PRESET = (*SIZES, "contact")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -21,8 +21,8 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 def scene_schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of a scene: keys, units, bounds, defaults, descriptions.
 
-    What more than one key decides, such as a list's length by ``finger.phalanges``, a schema
-    cannot say; reading the scene does.
+    A schema cannot express what depends on several keys, such as a list's length on
+    ``finger.phalanges``; that is checked when the scene is read.
     """
     schema = Scene.model_json_schema()
     tables = schema["$defs"]
@@ -41,7 +41,7 @@ def scene_schema() -> dict[str, Any]:
 
 
 def _describe(properties: dict[str, Any], settings: type) -> None:
-    """Put the docstrings and defaults of a solver's settings beside the keys that state them."""
+    """Add the docstrings and defaults of a solver's settings to the keys that state them."""
     texts = attribute_docstrings(settings)
     for field in dataclasses.fields(settings):
         entry = properties.get(state_key(field.name))
@@ -56,7 +56,7 @@ def _describe(properties: dict[str, Any], settings: type) -> None:
 
 
 def attribute_docstrings(owner: type) -> dict[str, str]:
-    """The text below each attribute of a class, as its source has it."""
+    """The docstring below each attribute of a class, read from its source."""
     (body,) = ast.parse(textwrap.dedent(inspect.getsource(owner))).body
     assert isinstance(body, ast.ClassDef)
     texts = {}
@@ -73,7 +73,7 @@ def _sentence(*parts: str) -> str:
 
 
 def _as_toml(node: Any) -> Any:
-    """Without what TOML has not, null; units among the words, for editors show nothing else."""
+    """Remove null, which TOML does not have; add units to descriptions, all that editors show."""
     if isinstance(node, list):
         return [_as_toml(item) for item in node if item != {"type": "null"}]
     if not isinstance(node, dict):
@@ -88,9 +88,9 @@ def _as_toml(node: Any) -> Any:
 
 
 def scene_text(values: dict[str, Any]) -> str:
-    """A scene's text: keys with their values, and as comments the others with their defaults.
+    """A scene's text: keys with their values, and the other keys as comments with their defaults.
 
-    values : tables of the scene that the new one starts from.
+    values : tables of the scene on which the new one is based.
     """
     schema = scene_schema()
     head = (
@@ -124,14 +124,14 @@ def _table(
 
 
 def _written(key: str, value: Any) -> str:
-    """A key and its value; a table in the place of a number in one line, for it has no header."""
+    """A key and its value; a table instead of a number goes on one line, as it has no header."""
     if isinstance(value, dict):
         return f"{key} = {{ {', '.join(_written(*item) for item in value.items())} }}"
     return tomli_w.dumps({key: value}).strip()
 
 
 def _explained(entry: dict[str, Any]) -> str:
-    """What a key is, and what it may be."""
+    """A key's description, and the values that it may have."""
     choices = [one for one in (entry, *entry.get("anyOf", ())) if "enum" in one or "const" in one]
     names = [str(name) for one in choices for name in one.get("enum", [one.get("const")])]
     allowed = f" One of {', '.join(names)}." if len(names) > 1 else ""

@@ -1,4 +1,4 @@
-"""The scene's tables of the solvers: an accuracy, or the settings that the solvers declare."""
+"""The scene's solver tables: an accuracy, or the settings that the solvers declare."""
 
 import dataclasses
 from collections.abc import Callable, Iterable
@@ -17,15 +17,15 @@ SIZES = (
 )  # fmt: skip
 """Keys of the solid models' mesh; left out, they are the preset's."""
 DEFAULT_ACCURACY = {"hcm": 1e-3, "fem": 1e-2}
-"""What `run` and `validate` ask of a solver where the scene leaves it open."""
+"""The accuracy that `run` and `validate` ask for if the scene leaves it open."""
 DECIDED = {
     "hcm": {"accuracy"},
     "fem": {
         "accuracy", "preset", "mesh", "section_size", "axial_size", "tip_size", "contact", "flight"
     },
 }  # fmt: skip
-"""Keys of which a scene that states one leaves nothing to the default accuracy: solving again, in
-minutes of an explicit flight, would not lessen what springs or stated sizes leave wrong."""
+"""Keys that exclude the default accuracy if a scene states one of them: solving again, in minutes
+of an explicit flight, would not reduce the errors that springs or stated sizes leave."""
 
 
 def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
@@ -39,16 +39,16 @@ def _declared(settings: type, left_out: Iterable[str]) -> dict[str, Any]:
         if get_origin(kind) is Annotated:
             number, bound = members
             kind = Annotated[number | None, SceneNumber(**vars(bound))]
-        else:  # of names or an object of the solver's, a scene states a name
+        else:  # names or a solver's object: a scene states a name
             kind = next((m for m in members if get_origin(m) is Literal), kind) | None
         keys[state_key(field.name)] = (kind, None)
     return keys
 
 
 def settings_of(solver: str) -> dict[type, tuple[str, ...]]:
-    """Settings of a solver, and which of their fields are no matter of a scene.
+    """Settings of a solver, and which of their fields a scene cannot state.
 
-    Postures that a figure asks for, what is sampled, how refinement is aimed, and the guards.
+    Those are the postures that a figure needs, sampling, where refinement is aimed, and the guards.
     """
     if solver == "hcm":
         import hcm
@@ -66,7 +66,7 @@ def _declared_by(solver: str) -> dict[str, Any]:
 
 
 class AccuracyTable(Table):
-    """What may be asked of a solver in the place of its settings."""
+    """What may be asked of a solver instead of stating its settings."""
 
     accuracy: Annotated[
         float | str | None,
@@ -92,8 +92,8 @@ class FemMeshTable(AccuracyTable):
     symmetry: bool = True
     """Whether half of the body is meshed in 3D, cut by its plane of motion."""
     shaft_radius: Annotated[float | None, SceneNumber("m", above=0, at_most=LONGEST_M)] = None
-    """Of the holes for shafts at the hinges, also those of a mesh file; left out: none, end faces
-    turn about their axes."""
+    """Radius of the holes for shafts at the hinges, also in a mesh file; left out: no holes, end
+    faces turn about their axes."""
     flight_size: Annotated[float | None, SceneNumber("m", above=0, at_most=LONGEST_M)] = None
     """Edges of the mesh for flight = "coarse"; left out: a quarter of the smallest diameter."""
     mesh: str | None = None
@@ -134,7 +134,7 @@ def _checked_by(table: Callable[[], type[Table]]) -> AfterValidator:
 class SolverTable(AccuracyTable):
     """What the scene states for each solver, checked by the bounds of that solver's settings.
 
-    A solver's package, which takes a second to import, is imported where the scene states
+    A solver's package, which takes a second to import, is imported only if the scene states
     something for it or its table is read, not for a scene that the other one solves.
     """
 
@@ -152,12 +152,12 @@ class SolverTable(AccuracyTable):
         return fem_table().model_validate(self.stated_fem)
 
     def accuracy_of(self, solver: str) -> float | None:
-        """What is asked of ``hcm`` or ``fem``: in its own table, or for all."""
+        """The accuracy asked of ``hcm`` or ``fem``: from its own table, or the one for all."""
         own = getattr(self, solver).accuracy
         asked = self.accuracy if own is None else own
         return None if asked is None or asked == NO_ACCURACY else float(asked)
 
     def open_to_accuracy(self, solver: str) -> bool:
-        """Whether the scene says nothing of an accuracy, nor of what is in its place `DECIDED`."""
+        """Whether the scene states neither an accuracy nor any of the keys in `DECIDED`."""
         stated = {"hcm": self.stated_hcm, "fem": self.stated_fem}[solver].keys()
         return self.accuracy is None and not stated & DECIDED[solver]

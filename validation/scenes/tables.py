@@ -14,7 +14,7 @@ from validation.scenes.scene_number import OrTable, Rows, SceneNumber
 
 Numbers = float | tuple[float, ...]
 
-MAX_TIMES = 10_000  # of a drive, each of which ends a step
+MAX_TIMES = 10_000  # most times in a drive's table; each ends a step
 LONGEST_M = 2.0  # above this a length of a finger was most likely meant in millimetres
 
 ELEMENTS_ADVICE = "the paper uses 5 to 20 per phalanx, and 20 is converged to 0.02 %"
@@ -29,17 +29,17 @@ RELAXATION_ADVICE = (
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
 COMPLIANCE = SceneNumber(at_least=-10, at_most=10)
-# below a nanometre no continuum is left, and the section's second moment underflows
+# below a nanometre there is no continuum, and the section's second moment underflows
 SIZE = SceneNumber("m", at_least=1e-9, at_most=LONGEST_M, per_phalanx=True, advice=METRES_ADVICE)
 
 
 def refuse(key: str, value: object, text: str) -> PydanticCustomError:
-    """What pydantic is to raise where tables do not fit together: a key, its value, what to do."""
+    """The error for pydantic if tables do not fit together: a key, its value, what to do."""
     return PydanticCustomError("scene", "{text}", {"text": text, "key": key, "value": value})
 
 
 def state_key(field: str) -> str:
-    """A scene's key is a field's name without the suffix of its unit."""
+    """A scene's key for a field: its name without the suffix of its unit."""
     return field.removesuffix("_s")
 
 
@@ -64,17 +64,16 @@ class FingerTable(Table):
     phalanges: Annotated[int, SceneNumber(integer=True, at_least=1, at_most=200)] = 3
     """Number of phalanges, from the fixed hinge to the tip."""
     length: Annotated[Numbers, SIZE]
-    """Between hinges; the last one's to the end of its half-ball."""
+    """Length between hinges; the last one's includes its half-ball."""
     diameter: Annotated[Numbers, SIZE]
-    """Of the round section."""
+    """Diameter of the round section."""
     elements: Annotated[
         int | tuple[int, ...] | None,
         SceneNumber(
             integer=True, at_least=1, at_most=10**12, per_phalanx=True, advice=ELEMENTS_ADVICE
         ),
     ] = None
-    """Beam elements of the reduced model in a phalanx; left out: what an accuracy asks for, else
-    20."""
+    """Beam elements of the reduced model per phalanx; left out: as an accuracy needs, else 20."""
 
 
 class MaterialTable(Table):
@@ -89,7 +88,7 @@ class MaterialTable(Table):
     poisson_ratio: Annotated[
         Numbers, SceneNumber(at_least=0, below=0.5, per_phalanx=True, advice=POISSON_ADVICE)
     ]
-    """nu; of the finite elements, of the refined reduced model, and of the default of
+    """nu, for the finite elements, the refined reduced model, and the default of
     tip.tangential_ratio."""
     relaxation_time: Annotated[
         Numbers, SceneNumber("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE)
@@ -125,10 +124,10 @@ class TipTable(Table):
     tangential_ratio: Annotated[float | None, SceneNumber(at_least=0, at_most=1e6)] = None
     """eta^-2, tangential over normal stiffness; by default Mindlin's 2(1 - nu)/(2 - nu)."""
     compliance_nn: Annotated[float | None, COMPLIANCE] = None
-    """E R c_nn, of the tip's own compliance where solver.hcm.tip_compliance takes it into account:
-    between the beam's end and the contact; by default, and likewise, its closed form."""
+    """E R c_nn of the tip's own compliance, between beam's end and contact, where
+    solver.hcm.tip_compliance uses it; by default, like the next two, its closed form."""
     compliance_nt: Annotated[float | None, COMPLIANCE] = None
-    """E R c_nt, normal yielding of a tangential force away from the hinges."""
+    """E R c_nt, normal compliance to a tangential force away from the hinges."""
     compliance_tt: Annotated[float | None, COMPLIANCE] = None
     """E R c_tt over the cosine of the last phalanx's angle from the vertical."""
 
@@ -173,7 +172,7 @@ class DriveTable(Table):
     torques: Annotated[
         tuple[float, ...] | TorqueTable | None, OrTable(**vars(TORQUES), table=TorqueTable)
     ] = None
-    """tau_w of each phalanx, counter-clockwise positive, on its first node: a list with one number
+    """tau_w on the first node of each phalanx, counter-clockwise positive: a list with one number
     per phalanx, or a table of such lists over time, [drive.torques] time and values."""
     gravity: Annotated[float, SceneNumber("m/s2", at_least=-1e4, at_most=1e4)] = 9.8
     """g, downwards: along -Y where surface.incline is 0."""

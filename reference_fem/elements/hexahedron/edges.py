@@ -96,7 +96,7 @@ def store_bases(s: Array, row: int, lane: int, g: Bases) -> None:
 
 @inlined
 def load_bases(s: Array, row: int, lane: int) -> Bases:
-    """What `store_bases` stored."""
+    """Read what `store_bases` wrote."""
     o = row * LANES + lane
     h, t = o + 4 * LANES, o + 8 * LANES
     return (

@@ -6,8 +6,8 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_
     W = sum_q w_q mu E_q:E_q + V lambda e^2 / 2                                  (element energy)
     S_q = lambda e I + 2 mu E_q,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
-With damping (`damped_force`), tau dE/dt and tau de/dt are added to E and e where they make S.
-Only the volumetric term is reduced (selective reduced integration), so the element does not lock as
+With damping (`damped_force`), tau dE/dt and tau de/dt are added to E and e in S. Only the
+volumetric term is reduced (selective reduced integration), so the element does not lock as
 nu -> 1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
 
 The covariant base vectors come from the edges (`edges`), each point has a frame of its own
@@ -70,7 +70,7 @@ def point_bases(s: Array, row: int, lane: int, values: tuple[int, int, int]) -> 
 
 @inlined
 def store_all_bases(s: Array, row: int, nodal: int) -> None:
-    """36 rows of s: g_k of the vectors in 24 nodal rows; zeros in the row behind, for a sum."""
+    """36 rows of s: g_k of the vectors in 24 nodal rows; zeros in the next row, for a sum."""
     for lane in range(LANES):
         for k in range(3):
             store_bases(s, row + 12 * k, lane, base_vectors(s, nodal + 8 * k, lane))
@@ -153,7 +153,7 @@ def add_dilatations(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: flo
 
 @inlined
 def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
-    """`lane_force` with damping, and what it dissipates, W; row DILATATION_RATE is summed up."""
+    """`lane_force` with damping, and its dissipation, W; row DILATATION_RATE must be complete."""
     x = at_points(load_bases(s, BASES, lane))
     y = at_points(load_bases(s, BASES + 12, lane))
     z = at_points(load_bases(s, BASES + 24, lane))
@@ -188,7 +188,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
 
 @compiled
 def damped_force(s: Array, r: Array, lag: float) -> None:
-    """Rows 0..23 of s: forces in place of positions, of elements whose nodes move.
+    """Rows 0..23 of s: damped forces replace positions; rows VELOCITIES.. hold velocities.
 
     Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
     """

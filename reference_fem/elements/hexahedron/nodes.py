@@ -1,4 +1,4 @@
-"""Between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
+"""Copying between the mesh and a block of 8-node hexahedra: 24 rows of scratch, x then y, z."""
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inlined

@@ -13,8 +13,8 @@ see rotations: the force is the exact gradient of W however large the rotation.
 k = c E V B/72 with B = sum_a b_a . b_a; c = 1 gives a cube its exact stiffness in pure bending.
 
 Sums over corners are taken over the modes of `modes`, where b has six vectors instead of
-eight and h^n is a unit vector. b and G are not stored but found again in each call from the
-corners: 150 operations cost less than the 288 bytes that they would be read from.
+eight and h^n is a unit vector. b and G are not stored but recomputed in each call from the corners:
+150 operations cost less than reading 288 bytes.
 
 Layout: `reference[block, row*LANES + lane]` holds V mu, V lambda (J) and k (N/m).
 Scratch rows: 24 of displacements (later forces), 24 of reference corners, two of energies or dets.
@@ -54,7 +54,7 @@ FourThrees = tuple[Three, Three, Three, Three]
 
 @inlined
 def hourglass_shapes(x: Modes, y: Modes, z: Modes) -> FourThrees:
-    """G^n, m."""
+    """G^n from the modes of the reference corners, m."""
     return (x[3], y[3], z[3]), (x[4], y[4], z[4]), (x[5], y[5], z[5]), (x[6], y[6], z[6])
 
 
@@ -109,7 +109,7 @@ def square(q: Four) -> float:
 def force_row(
     s: Array, o: int, u: Modes, h: Three, f: Three, k: float, stress: Rows, b: Six, g: FourThrees
 ) -> float:
-    """Overwrite one component of the 8 displacements by that of the 8 forces; sum_n (q^n)^2."""
+    """Overwrite one component of 8 displacements with that of the forces; return sum_n (q^n)^2."""
     q = hourglass_row(u, h, g)
     q1, q2, q3, q4 = k * q[0], k * q[1], k * q[2], k * q[3]
     g1, g2, g3, g4 = g
@@ -127,7 +127,7 @@ def force_row(
 def lane_force(s: Array, r: Array, lane: int) -> tuple[float, float]:
     """One element's forces in place of its displacements; energies of strains and hourglass, J.
 
-    Inlined where nobody asks for the energies, they are not computed.
+    Where the caller that inlines this does not use the energies, they are not computed.
     """
     o = lane + CORNERS * LANES
     x, y, z = modes(s, o), modes(s, o + 8 * LANES), modes(s, o + 16 * LANES)

@@ -80,9 +80,9 @@ def green_strain(f: Rows) -> tuple[Three, Three]:
 
 @inlined
 def strain_rate(f: Rows, v: Rows, lag: float) -> tuple[Three, Three]:
-    """2 dE/dt = F^T F. + F.^T F as `green_strain` gives 2E, of the rows of F. and those of F.
+    """2 dE/dt = F^T F' + F'^T F, F' = dF/dt, in the order of `green_strain`, from rows of F and F'.
 
-    F. is that of `lag` ago, and taken with the F that was there then, F - lag F.: over a step of
+    F' is that of `lag` ago, and is combined with the F of that time, F - lag F': over a step of
     twice the lag the rate is the difference of the strains, which is zero where the body turns.
     """
     (fx, fy, fz), (vx, vy, vz) = f, v
@@ -134,7 +134,7 @@ def stress_force(f: Rows, d: Three, h: Three, r: Array, o: int, wmu: float, wp: 
 def point_force(g: Rows, r: Array, o: int, mu: float, pressure: float) -> tuple[Rows, float]:
     """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point; w mu E:E, J.
 
-    Inlined where nobody asks for the energy, it is not computed.
+    Where the caller that inlines this does not use the energy, it is not computed.
     """
     f = gradient_rows(g, r, o)
     d, h = green_strain(f)
@@ -147,7 +147,7 @@ def damped_point(
     bases: Rows, rates: Rows, r: Array, o: int, mu: float, tau: float, pressure: float, lag: float,
     energy: float, power: float,
 ) -> tuple[Rows, float, float]:  # fmt: skip
-    """`point_force` with damping, `rates` those of g; energy and power with its own added."""
+    """`point_force` with damping, `rates` those of g; returns energy and power plus its own."""
     f, v = gradient_rows(bases, r, o), gradient_rows(rates, r, o)
     d, h = green_strain(f)
     e, g = strain_rate(f, v, lag)

@@ -2,14 +2,13 @@
 
     x0 y0 z0   x1 y1 z1 ... x7 y7 z7     <->     x0 .. x7,  y0 .. y7,  z0 .. z7
 
-In numba's Python each number is one load and one store, together longer than the arithmetic of a
-1-point hexahedron. Here, in LLVM's own vectors for which Python has no words, a node's numbers are
-loaded at once, x and y are added as a pair, and a row is stored at once (measured on one thread:
-8 to 16 % less time). Any processor will do: where registers hold fewer than 8 numbers LLVM takes
-several.
+Written in Python, each number takes one load and one store, together slower than the arithmetic of
+a 1-point hexahedron. Here LLVM's vectors, which Python cannot express, load a node's numbers at
+once, add x and y as a pair, and store a row at once (measured on one thread: 8 to 16 % less time).
+Any processor will do: where registers hold fewer than 8 numbers LLVM uses several.
 
-Arrays are contiguous and indices in bounds; neither is checked. Node numbers (LANES, 8) are taken
-at flat places `first`, `first + 8`, ... for lanes 0, 1, ...: one corner of 8 elements.
+Arrays must be contiguous and indices in bounds; neither is checked. Node numbers (LANES, 8) are
+taken at flat places `first`, `first + 8`, ... for lanes 0, 1, ...: one corner of 8 elements.
 """
 
 from typing import Any
@@ -40,8 +39,8 @@ def _constants(numbers: list[int]) -> ir.Constant:
     return ir.Constant(ir.VectorType(INDEX, len(numbers)), numbers)
 
 
-# What take_rows picks of two vectors together: ALL of nodes i and i + 4; of two such, in each half,
-# EVEN x x z z and ODD y y; of two of these, in each half, the FIRST pairs or the SECOND.
+# Shuffles of `_store_rows`: ALL joins nodes i and i + 4; of two such, in each half, EVEN takes
+# x x z z and ODD y y; of two of these, in each half, FIRST or SECOND takes such pairs.
 ALL = _constants([0, 1, 2, 3, 4, 5, 6, 7])
 EVEN = _constants([0, 8, 2, 10, 4, 12, 6, 14])
 ODD = _constants([1, 9, 3, 11, 5, 13, 7, 15])
@@ -61,7 +60,7 @@ def _node(builder: Any, array: Any, nodes: Any, first: Any, lane: int) -> Any:
 
 
 def _as(builder: Any, pointer: Any, offset: int, kind: Any) -> Any:
-    """Address `offset` numbers further on, of something of another type."""
+    """Address `offset` numbers further on, as a pointer to another type."""
     there = builder.gep(pointer, [ir.Constant(ir.IntType(64), offset)])
     return builder.bitcast(there, kind.as_pointer())
 
@@ -72,7 +71,7 @@ def _row(builder: Any, s: Any, place: Any) -> Any:
 
 
 def _three(builder: Any, p: Any) -> Any:
-    """The vector at p, its fourth number unread (there is none behind the last node's)."""
+    """Load the vector at p without its fourth number (the last node has none after it)."""
     kind = ir.FunctionType(FOUR, [FOUR.as_pointer(), INDEX, MASK.type, FOUR])
     load = get_or_insert_function(builder.module, kind, "llvm.masked.load.v4f64.p0")
     args = [_as(builder, p, 0, FOUR), _number(BYTES), MASK, ir.Constant(FOUR, ir.Undefined)]
@@ -80,7 +79,7 @@ def _three(builder: Any, p: Any) -> Any:
 
 
 def _store_rows(builder: Any, threes: list[Any], out: Any, place: Any, stride: Any) -> None:
-    """The first, second and third numbers of 8 vectors into rows."""
+    """Store the first, second and third numbers of 8 vectors as rows."""
     shuffle = builder.shuffle_vector
     both = [shuffle(a, b, ALL) for a, b in zip(threes[:4], threes[4:], strict=True)]
     xz = [shuffle(a, b, EVEN) for a, b in (both[:2], both[2:])]

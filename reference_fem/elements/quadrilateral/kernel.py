@@ -6,7 +6,7 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = 
     W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
     S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
-With damping (`damped_lane`), tau dE/dt is added to E where it makes S.
+With damping (`damped_lane`), tau dE/dt is added to E in S.
 
 Edges and frames as in `edges` and `point`: [g_1 g_2] from the 4 edge vectors,
 F Q = [g_1 g_2] R^-1.
@@ -129,7 +129,7 @@ def point_force(
 ) -> tuple[Two, Two, float]:
     """`stress_force` of the point's own strains; its energy, J.
 
-    Inlined where nobody asks for the energy, it is not computed.
+    Where the caller that inlines this does not use the energy, it is not computed.
     """
     fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
     c = green_strain(fx, fy)

@@ -1,4 +1,4 @@
-"""A half ball (Z >= 0) of hexahedra, refined towards its lowest point: Hertz's body."""
+"""A half ball (Z >= 0) of hexahedra, refined towards its lowest point, for Hertz's problem."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What is read off a state: energies, reactions and the stress at section R."""
+"""Quantities computed from a state: energies, and the stress at section R."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
         motion.jerk[i] = 0.0
 
 
-@kernel_with("contract", nogil=True)  # other threads run meanwhile: `hcm.batch`
+@kernel_with("contract", nogil=True)  # so that the thread in `hcm.batch` can watch the parent
 def advance(
     old: Motion, new: Motion, contact: ContactState, totals: RunTotals, limits: StepLimits,
     integrator: AnyIntegrator, probe: Probe, outline: Outline, record: Record,
@@ -125,7 +125,7 @@ def advance(
         if slot == NO_EVENT and h > 0.0 and not h == last == remaining:
             longest = limits.flight_step if in_flight else limits.contact_step
             next_step = min(longest, growth * h)
-            # xi = 1 delays nothing: a differs from q.. by round-off, which changes would multiply
+            # with xi = 1 a has no delay: it is q.. to round-off, which changes would multiply
             anew = rebound and next_step != h
             change_step(0.0 if anew else next_step / h, old)
         if slot != NO_EVENT:

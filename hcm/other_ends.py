@@ -37,7 +37,7 @@ Errors = Mapping[str, float | tuple[float, float]]
 
 
 def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
-    """Open ends of a completed run, the nearest first; none if its duration is hardly known."""
+    """Open ends of a completed run, nearest first; none if its duration errs by over a tenth."""
     lasts, error = result.summary.contact_duration_s, errors.get("contact_duration_s")
     if lasts is None or not isinstance(error, float) or error > 0.1 * lasts:
         return ()

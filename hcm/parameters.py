@@ -93,7 +93,7 @@ class Surface:
     height: Annotated[float, SIZE]
     """H, depth of the surface below the fixed hinge."""
     friction: Annotated[float, Bound(at_least=0)]
-    """mu, coefficient of Coulomb friction; 0 leaves out the tangential state."""
+    """mu, coefficient of Coulomb friction; 0: no tangential force."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -209,7 +209,7 @@ class Settings:
     """Longest step in contact. Any step is shortened to end on an event, and when Newton's method
     fails."""
     contact_tolerance: Annotated[float, Bound("m", at_least=0, at_most=1)] = 1e-11
-    """Bound on a contact step's local error; 0 keeps them at `contact_step`."""
+    """Bound on a contact step's local error; 0 keeps the steps at `contact_step`."""
     spectral_radius: Annotated[float, Bound(at_least=0, at_most=1)] = 0.8
     """xi, generalized-alpha's spectral radius at infinite frequency. Flights after a tap whose
     steps `flight_tolerance` controls take xi = 1, the trapezoidal rule: the vibration that a tap

@@ -170,7 +170,7 @@ def first_segment(
     contact: ContactState, totals: RunTotals, rows: Floats, reactions: Floats, steps: int,
     touched: bool, motion: Motion,
 ) -> Segment:  # fmt: skip
-    """Where the beams start, at `motion`: at the first touch, or before any event."""
+    """The segment up to the beams' start at `motion`: at the first touch, or before any event."""
     events = (Event(totals.time, EVENT_KINDS[TOUCH]),) if touched else ()
     q, v = np.empty((2, len(events), motion.q.size))
     q[:], v[:] = motion.q, motion.v

@@ -241,5 +241,5 @@ def write_flight(
     return contact[:], totals[:], m, code, solved, left_out / max(approach, 1e-300)
 
 
-# Its kind: the law's class, and whether a row of the flight follows the one before without a gap.
+# Its kind: the law's class, and whether the rows of the flight are contiguous in memory.
 write_flight_by_kind = ByKind(write_flight)

@@ -22,8 +22,8 @@ from hcm.parameters import Finger
 from hcm.result import Event, OtherEnd
 
 SEPARATION_SHARE, SEPARATION_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
-# A tap fades out where F_n stays below the first share of its peak for longer than the second share
-# of the tap: such durations differ by more than 2 % in the study.
+# A tap fades out if F_n stays below the first share of its peak for longer than the second share of
+# the tap: such durations differ by more than 2 % in the study.
 SLIGHT, LONG = 0.01, 0.03
 # time over L/c between two checks of a tip that is about to come back
 CHECK_INTERVAL = 0.1

@@ -22,7 +22,7 @@ _METRES_PER_MM = 1e-3
 LONG = 1.2
 """Ratio of a cell's size to the requested one above which it is halved; halves then have 0.6."""
 _TOLERANCE = 1e-6
-"""Largest distance of y from 0 over the radius at which a node counts as lying on y = 0."""
+"""Largest |y| over the radius at which a node counts as lying on y = 0."""
 
 
 def finger_hexahedra(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:

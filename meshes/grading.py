@@ -83,7 +83,7 @@ class Grading:
         return math.copysign(far, edges)
 
     def count(self, start: float, stop: float) -> int:
-        """Fewest edges between two positions that are nowhere longer than asked."""
+        """Fewest edges between two positions such that none is longer than asked."""
         return max(1, math.ceil(abs(self.edges(stop) - self.edges(start)) - 1e-9))
 
     def divide(self, start: float, stop: float, least: int = 1) -> Division:

@@ -118,8 +118,8 @@ SIZINGS: Mapping[str, Sizing] = MappingProxyType(
     }
 )
 """`fast`: 2,000-5,000 elements counted for the full body; `ls-dyna-like`: about 60,000 (30,000 in
-the half model); `contact` and `converged`: fine tips for whoever knows the patch of contact to size
-them by, on shafts as coarse as those of `fast`, which are fine enough: halving them changes the
+the half model); `contact` and `converged`: fine tips, whose sizes should follow from the patch of
+contact, on shafts as coarse as those of `fast`, which are fine enough: halving them changes the
 contact by 0.2 %. `converged` halves cells: blocks as fine throughout have five times as many, for
 peaks and impulses within 0.2 %. All for the paper's finger of three 40 mm x 15 mm phalanges."""
 

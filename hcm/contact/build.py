@@ -53,9 +53,9 @@ SPRINGS = 200
 # Largest a/R of the round end's statics at finite strain; largest strain, and least length over
 # diameter, for which the stress at mid-length is the solids' to 5 % (seen over 128 fingers).
 LARGEST_PATCH, LARGEST_STRAIN, SHORTEST = 0.41, 0.05, 2.5
-# Slope of E R c_nn over a/R, and the a/R at which it is that of a tip that deforms (above).
+# Slope of E R c_nn over a/R, and the a/R at which it equals that of a tip that deforms (above).
 GROWTH, GROWN = 0.28, 0.28
-# E c D of a tip that radiates, and what it takes from E R c_nn.
+# E c D of a tip that radiates, and what is subtracted from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
 # Friction towards the hinge, over F_n, beyond which a tap has a caution: at 0.2 peaks are 1 % high.
 # c_nt holds for friction away from the hinge, where the patch's and finite strain's effects cancel.

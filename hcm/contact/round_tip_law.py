@@ -39,7 +39,7 @@ class RoundTipLaw(NamedTuple):
 
     k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
-    radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
+    radius : R, m. lowest, hertz : whether the lowest point touches, and whether F_n is Hertz's.
     growth : s, 1/m. plane_strain_modulus, effective_shear_modulus : E* and G*, Pa.
     tangential_stiffness : k_t, N/m. compliance : (4,) of `build`, m/N.
     radiation : D of `round_tip_kinematics`, m s/N.

@@ -158,7 +158,7 @@ def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> f
         (5 p_n L^4/384 + M L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
         (p_t L^2/2 + F_t L)/(E A) pi/(2 L) sqrt(E A/rho A),
 
-    and the largest sum of any rod counts. A rod vibrates at that speed if the loads come suddenly.
+    of which the largest sum of any rod counts. Beams vibrate at it if the loads come suddenly.
     """
     n, fastest = rods.length.size, 0.0
     gx, gy = -rods.gravity_vector[0], -rods.gravity_vector[1]

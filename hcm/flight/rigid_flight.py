@@ -2,7 +2,7 @@
 
 Only gravity and the joint torques load a finger in flight: from rest it stays straight to 1e-5 of
 its length, and the vibration that its release excites moves the soft tap's peak force by 1e-4.
-Where that is below the error asked for, the thin rods of `hcm.flight.rigid_chain` fall instead, and
+If that is below the wanted error, the thin rods of `hcm.flight.rigid_chain` fall instead, and
 the beams take over, unstrained, at the touch.
 """
 

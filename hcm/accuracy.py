@@ -1,9 +1,9 @@
-"""A run that keeps a relative error: solved, judged by a coarser one, and solved again if need be.
+"""Solve a run to a relative error: judge it by a coarser run, and solve it again if need be.
 
 The coarser run's errors are `COMPANION_ERROR_RATIO` times as large, or more: those of steps in
 contact go with h^2, of a followed vibration with h^(3/2) and at least l^4 (`hcm.chosen_flight`), of
-elements in contact with l^4, of refined ones with l^2. The two runs then differ by at least that
-ratio less 1 times the finer one's error; `SAFETY` covers errors that fall more slowly with h and l.
+elements in contact with l^4, of refined ones with l^2. The two runs then differ by at least
+(ratio - 1) times the finer one's error; `SAFETY` covers errors that fall more slowly with h and l.
 A phalanx of one element has two in the other run, whose error is at most a quarter of the run's:
 their difference is at least three quarters of the run's error.
 """
@@ -37,11 +37,11 @@ from hcm.simulate import simulate_scene
 from hcm.stepping import Progress
 
 COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5
-# Of the step of a flight that does not follow its vibration: equal steps of two runs would have it
-# in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
+# Factor on the step of a flight that does not follow its vibration: with equal steps both runs have
+# it in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
 OTHER_PHASE = 0.8
-# A tip that leaves with less of its approach than the first times the accuracy (at most the second)
-# may come back: at 1e-2 one left with 0.024 of it in both runs, and its tap lasts twice as long.
+# A tip may come back if it leaves at less than GRAZE_OVER times the accuracy, at most MOST_GRAZED,
+# of its approach speed: at 1e-2 one left at 0.024 in both runs, and its tap lasts twice as long.
 GRAZE_OVER, MOST_GRAZED = 3.0, 0.05
 ACCURACY_QUANTITIES = (
     "peak_normal_force_N",
@@ -49,7 +49,7 @@ ACCURACY_QUANTITIES = (
     "contact_duration_s",
     "contact_time_s",
 )
-"""What an accuracy holds for, by the summary's fields."""
+"""Fields of the summary whose relative errors an accuracy bounds."""
 TRANSITION_COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
 
 
@@ -61,10 +61,10 @@ def simulate_within(
 ) -> TapResult:
     """`hcm.simulate_scene` with the settings of `settings_for`.
 
-    A run whose energy audit does not close once it has touched is solved once more, for an accuracy
-    that is 9 times smaller. Where errors are estimated, so is one that is expected to have a larger
-    one, or whose tap may end by chance, for one that is 3 to 9 times smaller; the time is that of
-    both. Where the second asks for more steps or memory than is allowed the first is kept.
+    A run that touches but whose energy audit does not close is solved again, for an accuracy 9
+    times smaller. If errors are estimated, so is a run whose expected error exceeds the accuracy or
+    whose tap may end by chance, for an accuracy 3 to 9 times smaller. wall_time_s is that of both
+    runs. If the second needs more steps or memory than is allowed, the first is kept.
     """
     began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
     first: tuple[TapResult, float, bool, Chosen] | None = None
@@ -79,7 +79,7 @@ def simulate_within(
             if result.status is Status.WORK_LIMIT:
                 most = scene.settings.max_steps
                 beyond = f"a finer run takes more than max_steps = {most} steps"
-        except ParameterError as refusal:  # for its size
+        except ParameterError as refusal:  # the run is too large
             if first is None:
                 raise
             beyond = f"no finer run: {refusal}"
@@ -92,7 +92,7 @@ def simulate_within(
         if touched and result.status is Status.UNBALANCED and not again:
             began, target = time.perf_counter(), accuracy / COMPANION_ERROR_RATIO**2
             finer = choose(target, scene, stated)
-            if finer.scene != chosen.scene:  # not all that matters is stated
+            if finer.scene != chosen.scene:  # equal if all that matters is stated
                 again = "solved again: the energy audit of the first run did not close"
                 chosen = finer
                 continue
@@ -115,7 +115,7 @@ def simulate_within(
             result = replace(result, errors=errors, cautions=(*result.cautions, *doubts))
             shares = relative_errors(result.summary, errors)
             expected = max(expected, *(shares[name] for name in ACCURACY_QUANTITIES))
-        # what another end of the tap changes is no lack of repeatability
+        # a change due to another end of the tap is not a lack of repeatability
         chance = not doubts and (folded(result, scene.finger.length) or grazes(result))
         may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
         if again or (expected <= accuracy and not (chance or may_go_on)):
@@ -149,11 +149,11 @@ def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> Ta
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:
-    """The scene of the run beside `own`, over as many taps: in contact, and in a vibration that is
-    followed, it errs by `COMPANION_ERROR_RATIO` times as much.
+    """Scene of the coarser run that judges `own`, over as many taps.
 
-    A single element becomes two. Gauss' few steps in flight leave next to nothing but the phase of
-    a vibration that they do not follow, which is another one here.
+    In contact, and in a vibration that is followed, its error is `COMPANION_ERROR_RATIO` times as
+    large. A single element becomes two. Gauss's few steps in flight leave hardly any error but the
+    phase of a vibration that they do not follow: it differs here (`OTHER_PHASE`).
     """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept, ratio = 1.0, settings.flight_elements, 1, COMPANION_ERROR_RATIO
@@ -161,7 +161,7 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
         longer = ratio ** (2 / 3)
         most = max(p.elements for p in scene.finger.phalanges)
         flown = _fewer(min(flown, most), ratio**0.25)
-        kept = flown  # no phalanx flies on more than it touches with
+        kept = flown  # no phalanx has more elements in flight than in contact
     elif settings.flight == "elastic":
         longer = OTHER_PHASE if settings.flight_integrator == GAUSS else math.sqrt(ratio)
     fewer = [
@@ -180,12 +180,12 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
 
 
 def _fewer(elements: int, factor: float) -> int:
-    """Elements over `factor`, one fewer at least and not under one; 1 becomes 2, 0 stays."""
+    """Elements over `factor`, rounded, and at least one fewer; 1 becomes 2, 0 stays 0."""
     return 2 if elements == 1 else max(min(round(elements / factor), elements - 1), 0)
 
 
 def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[TapResult, float]:
-    """The run with its errors, and the largest relative one that is expected."""
+    """Return the run with its estimated errors, and its largest expected relative error."""
     left_out = chosen.flight_error if chosen.flight_error < math.inf else 0.0
     settings = chosen.scene.settings
     rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
@@ -197,7 +197,7 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
         finger = chosen.scene.finger
         bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
         late = omitted_time(fall.largest / fall.speed, finger, fall.time)
-    # what rods leave out is no difference of two runs, and has no need of its safety
+    # not estimated from two runs: `SAFETY`, which multiplies all errors below, does not apply
     omitted = bent / SAFETY, late / SAFETY
     apart_by = compare(result, coarse, of_stress, left_out, rods, located, *omitted)
     errors: dict[str, float | tuple[float, float]] = {
@@ -220,7 +220,7 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
 
 
 def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
-    """A caution of the first tap's transitions where the coarser run has more or fewer."""
+    """Caution about the first tap's transitions if the coarser run has more or fewer of them."""
     both = result.summary, coarse.summary
     counts = [(name, *(getattr(of, name) for of in both)) for name in TRANSITION_COUNTS]
     apart = ", ".join(f"{name} {own} and {its}" for name, own, its in counts if own != its)

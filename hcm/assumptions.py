@@ -1,5 +1,5 @@
-"""What the model assumes of the finger and its contact: the paper's, or the refined one's, each
-assumption a switch of its own.
+"""Assumptions about the finger and its contact: the paper's or the refined model's, each a switch
+of its own.
 """
 
 from dataclasses import dataclass, fields
@@ -9,7 +9,7 @@ from typing import Literal
 from hcm.bounds import ParameterError, check_fields
 
 TIP = ("hertz", "lowest_point", "tip_compliance")
-# (switch, one that it needs): the switch refines what the other brings in, Hertz's patch, a
+# (switch, another that it needs): the switch refines what the other introduces, Hertz's patch, a
 # spherical tip or the tip's compliance.
 NEEDS = (
     ("partial_slip", "hertz"),
@@ -26,23 +26,23 @@ NEEDS = (
 
 @dataclass(frozen=True)
 class Assumptions:
-    """All of the paper's or all of the refined model's, but for the switches that are given."""
+    """The paper's or the refined model's assumptions, except for the switches that are given."""
 
     assumptions: Literal["paper", "refined"] = "paper"
-    """What switches that are not given are: off (the paper) or on (refined)."""
+    """Value of the switches that are not given: off (the paper) or on (refined)."""
     rotary_inertia: bool | None = None
     """Sections resist turning, in flight and in contact."""
     half_ball: bool | None = None
     """The last phalanx's end, over a length of R, has a half-ball's mass, not a cylinder's."""
     lowest_point: bool | None = None
-    """The tip touches with the lowest point of a sphere around the end R of the last phalanx, which
-    is rigid, and not with the end of its axis."""
+    """The tip touches with the lowest point of a sphere, the rigid end R of the last phalanx,
+    instead of with the end of its axis."""
     hertz: bool | None = None
-    """F_n is Hertz's, and not tip.normal_stiffness times the indentation."""
+    """F_n is Hertz's instead of tip.normal_stiffness times the indentation."""
     partial_slip: bool | None = None
-    """Parts of the patch slip while others stick, and not the whole of it at once."""
+    """Parts of the patch slip while others stick, instead of the whole patch at once."""
     shear: bool | None = None
-    """Sections turn against the axis (Timoshenko)."""
+    """Sections rotate relative to the axis: shear deformation (Timoshenko)."""
     tip_compliance: bool | None = None
     """The tip is elastic between the beam's end and the patch."""
     deforming_tip: bool | None = None
@@ -50,7 +50,7 @@ class Assumptions:
     growing_patch: bool | None = None
     """The tip's compliance grows with the radius of the patch."""
     radiating_tip: bool | None = None
-    """F_n has a part -D k^2 g. of the approach's speed: waves carry energy away from the patch."""
+    """F_n has a part -D k^2 g. by the speed of approach: waves carry energy away from the patch."""
     whole_tap: bool | None = None
     """A touch that soon follows a separation belongs to the same tap (`hcm.tap`)."""
 
@@ -70,7 +70,7 @@ class Assumptions:
 
     @cached_property
     def any(self) -> bool:
-        """Whether there is one that concerns the beams or their contact."""
+        """Whether any refinement of the beams or their contact is switched on."""
         return any(self.has(field.name) for field in fields(self)[1:] if field.name != "whole_tap")
 
 

@@ -1,8 +1,8 @@
-"""Many scenes over all cores: a scene belongs to one process, from its start to its end.
+"""Solve many scenes on all cores, each scene in one process from its start to its end.
 
-Processes, not threads: before and after a scene's steps Python works, a third of the time of a tap
-held to 1e-3, and threads would do that one after the other. The processes are forked from this one
-once it has solved a first scene, so that they begin with its compiled kernels.
+Processes, not threads: the Python work before and after a scene's steps takes a third of the time
+of a tap held to 1e-3, and threads would do it one after the other. The processes are forked from
+this one after it has solved a first scene, so that they begin with its compiled kernels.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from hcm.simulate import simulate_scene
 if TYPE_CHECKING:
     import xarray
 
-# Scenes that a process takes at once, and such parts that may wait, per process.
+# Scenes in a part, which one process takes at once, and parts that may wait per process.
 PART, AHEAD = 8, 8
 _FORKED = get_context("fork")
-# In a process: set where nobody waits for its runs any more.
+# In a worker process: the event that is set when its results are no longer wanted.
 _stop: Any = None
-# Statuses of a scene without a run: it was refused, or its solver raised what it should not have.
+# Statuses of a scene without a run: it was refused, or its solver raised an unexpected exception.
 REFUSED, FAILED = "REFUSED", "FAILED"
 
 
@@ -46,9 +46,9 @@ REFUSED, FAILED = "REFUSED", "FAILED"
 class Outcome:
     """A scene's result without its history.
 
-    status : name of the run's `Status`, REFUSED or FAILED. message, summary, errors, cautions : of
-    `TapResult`; the summary is None where there was no run. steps : accepted ones. wall_time_s :
-    of the run, without the estimates of its errors.
+    status : name of the run's `Status`, REFUSED or FAILED. message, summary, errors, cautions : as
+    in `TapResult`; the summary is None if there was no run. steps : accepted steps. wall_time_s :
+    time of the run, without its error estimates.
     """
 
     status: str
@@ -60,20 +60,20 @@ class Outcome:
     wall_time_s: float = 0.0
 
 
-NO_COLUMN = Mapping, Set, str, bytes, bytearray  # sized, but not by scenes
+NO_COLUMN = Mapping, Set, str, bytes, bytearray  # sized, but without a value per scene
 
 
 def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene | ParameterError]:
-    """Scenes like `scene`, one a row of the columns; in its place why a row is refused.
+    """Yield a scene like `scene` for each row of the columns, or the error that refuses the row.
 
     Parameters
     ----------
-    columns : by dotted fields, ``surface.friction``; those of ``phalanx`` hold for all phalanges.
+    columns : values by dotted field (``surface.friction``); ``phalanx`` means all phalanges.
 
     Raises
     ------
     ParameterError
-        There are no columns, or one has no such field or not as many rows as the others.
+        There are no columns, or one is not a list, names no field or is of another length.
     """
     check_kind("columns", columns, Mapping)
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
@@ -119,22 +119,22 @@ def simulate_each(
     workers: int | None = None,
     accuracy: float | None = None,
 ) -> Iterator[Outcome]:
-    """Outcomes in the order of the scenes, each to the bits that `simulate` alone gives.
+    """Yield outcomes in the order of the scenes, bit for bit as `simulate` gives them.
 
-    Scenes are asked for as they are needed, and nothing is kept of those that are done: memory does
-    not grow with their number.
+    Scenes are drawn as they are needed, and nothing is kept of those that are done: memory does not
+    grow with their number.
 
     Parameters
     ----------
-    scenes : a `ParameterError` in the place of one is a scene that is refused.
-    workers : processes that share them out; None: one a core that this process may use.
-    accuracy : chooses each scene's settings (`simulate_within`); None leaves its own.
+    scenes : a `ParameterError` instead of a scene gives an outcome that is REFUSED.
+    workers : number of processes; None: one for each core that this process may use.
+    accuracy : chooses each scene's settings (`simulate_within`); None keeps its own.
 
     Raises
     ------
     ParameterError
-        There are no scenes to go through, the accuracy is none that settings are known for, or the
-        workers are no number of them.
+        `scenes` cannot be iterated over, no settings are known for the accuracy, or `workers` is
+        not a whole number of at least 1.
     """
     if not isinstance(scenes, Iterable):
         raise ParameterError(f"scenes = {scenes!r}: must be a list of them, or a generator")
@@ -154,14 +154,14 @@ def simulate_each(
                     yield from waiting.popleft().result()
             while waiting:
                 yield from waiting.popleft().result()
-        finally:  # an interrupt too: runs end within a call of the loop
+        finally:  # on an interrupt too: runs end within a call of the loop
             stop.set()
             for future in waiting:
                 future.cancel()
 
 
 def _begin(stop: Any) -> None:
-    """Begin a process, which `stop` ends between two calls of the loop, and its parent's death."""
+    """Set up a worker: `stop` ends its runs between calls of the loop; it dies with its parent."""
     global _stop
     _stop = stop
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -181,8 +181,8 @@ def simulate_many(
 ) -> xarray.Dataset:
     """`simulate_each` as one table over a dimension ``scene``, units in the attributes.
 
-    Numbers that a scene has not are NaN. Estimated errors, where a scene's settings ask
-    for them, are ``error_`` and the number's name.
+    Numbers that a scene does not have are NaN. Estimated errors, if a scene's settings ask for
+    them, are named ``error_`` and the number's name.
     """
     return table(list(simulate_each(scenes, workers, accuracy)))
 
@@ -208,7 +208,7 @@ def _tap(scene: Scene | ParameterError, accuracy: float | None) -> Outcome:
             result = simulate_within(accuracy, scene, progress=_watch)
     except ParameterError as error:
         return Outcome(REFUSED, str(error))
-    except Exception as error:  # of one scene, of which the others know nothing
+    except Exception as error:  # one scene's failure must not stop the others
         return Outcome(FAILED, f"{type(error).__name__}: {error}")
     statistics = result.statistics
     return Outcome(
@@ -223,7 +223,7 @@ def _tap(scene: Scene | ParameterError, accuracy: float | None) -> Outcome:
 
 
 def table(outcomes: Sequence[Outcome]) -> xarray.Dataset:
-    """Outcomes as `simulate_many` gives them."""
+    """Convert outcomes to the dataset that `simulate_many` returns."""
     import xarray
 
     def column(name: str, values: list[Any]) -> tuple[tuple[str, ...], Any, dict[str, str]]:

@@ -1,4 +1,4 @@
-"""What a given number may be: declared beside its field, checked when its object is made."""
+"""Bounds on parameters: declared in a field's type, checked when the object is made."""
 
 import math
 import operator
@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 
 PLAIN = {float, int}
-# kinds of a name or a truth value: 1.0 equals True as well, and arrays compare one by one
+# types of names and truth values; without them 1.0 would equal True, and arrays compare by element
 NAME_TYPES = (str, bool, np.bool_)
 
 
@@ -35,8 +35,8 @@ class Bound:
     integer: bool = False
 
     def holds(self, value: Any) -> bool:
-        """Whether a value is such a number; numpy's are, truth values are not."""
-        # asked in this order, as an abstract class costs ten times the rest
+        """Whether a value is a number within the bounds; numpy's may be, truth values may not."""
+        # in this order: the check against an abstract class costs ten times the rest
         plain = value.__class__ in PLAIN
         if not (plain or isinstance(value, Real)) or isinstance(value, bool):
             return False
@@ -44,10 +44,10 @@ class Bound:
             return False
         number = value if plain else _plain(value)
         inside = self.above < number < self.below and self.at_least <= number <= self.at_most
-        return inside and abs(number) <= sys.float_info.max  # a whole number may be longer
+        return inside and abs(number) <= sys.float_info.max  # a whole number may exceed it
 
     def allowed(self) -> str:
-        """The words that say what is allowed."""
+        """Describe in words what is allowed."""
         named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if math.isfinite(bound))
         kind = "a whole number" if self.integer else "a finite number"
@@ -55,11 +55,11 @@ class Bound:
 
 
 def check_fields(owner: Any) -> None:
-    """Check every field that declares a `Bound`, a ``Literal``, a truth value or a dataclass; what
-    a tuple holds one by one.
+    """Check every field that declares a `Bound`, a ``Literal``, a truth value or a dataclass; a
+    tuple item by item.
 
-    None passes where it is the default. Numbers are kept as an int where whole ones are asked for,
-    else as a float, numpy's too.
+    None passes if it is the default. Numbers, numpy's included, are stored as int where the bound
+    asks for whole ones, else as float.
 
     Raises ParameterError: naming the field, its value and what is allowed.
     """
@@ -81,7 +81,7 @@ def check_fields(owner: Any) -> None:
                 if not bound.holds(part):
                     raise ParameterError(f"{name} = {part!r}: must be {bound.allowed()}")
         if bounds:
-            # kernels are compiled for one or the other
+            # kernels are compiled for int or for float
             plain = int if bounds[0].integer else float
             if not {plain}.issuperset(map(type, parts)):
                 kept = tuple(map(plain, parts))
@@ -89,7 +89,7 @@ def check_fields(owner: Any) -> None:
 
 
 def _plain(number: Any) -> int | float:
-    """The same number, an int where it is whole by its kind, else a float; infinite beyond one."""
+    """Convert to int if the number's type is an integer, else to float; inf if beyond a float."""
     try:
         return operator.index(number) if hasattr(number, "__index__") else float(number)
     except OverflowError:
@@ -97,7 +97,7 @@ def _plain(number: Any) -> int | float:
 
 
 def check_kind(name: str, value: Any, kind: type) -> None:
-    """Raise `ParameterError` where a value is no `kind`."""
+    """Raise `ParameterError` if a value is not an instance of `kind`."""
     if not isinstance(value, kind):
         raise ParameterError(f"{name} = {value!r}: must be a {kind.__name__}")
 
@@ -106,8 +106,8 @@ def check_kind(name: str, value: Any, kind: type) -> None:
 def _declared(
     owner: type,
 ) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...], tuple[type, ...], bool], ...]:
-    """Name, default, bounds, allowed values and dataclasses of the fields that declare any; whether
-    a tuple of them.
+    """Name, default, bounds, allowed values and dataclasses of each field that declares any, and
+    whether it is a tuple.
     """
     found = []
     for field in fields(owner):

@@ -1,19 +1,19 @@
-"""Settings that keep a relative error, from what is known of a tap before it is solved.
+"""Choose settings that keep a relative error, from what is known of a tap before it is solved.
 
-Rigid rods (`hcm.flight`) fall to the touch first, which costs little: they say when it comes, how
-fast, and what they leave out. Then, with eps the error wanted:
+First rigid rods (`hcm.flight`) fall to the touch, which costs little: this gives its time, its
+speed, and what rods leave out. Then, with eps the wanted error:
 
 - contact: the tip is a spring k/e*^2 on the free end of a beam, whose impedance there is
   |Z| = rho A c/sqrt(2), c = (E I/(rho A))^(1/4) sqrt(w) (Cremer, Heckl and Petersson 2005). Above
   the frequency w where |Z| = k/(e*^2 w) the spring shields the beam. The trapezoidal rule's time
   scale is wrong by (w h)^2/12, elements of length l by (kappa l)^4 with the wave number
   kappa = (w^2 rho A/(E I))^(1/4): hence h ~ sqrt(eps)/w and l ~ eps^(1/4)/kappa. Collocation
-  keeps its order where it resolves the waves that the touch sets off, and no step does all of them:
-  what it leaves goes with about h^2 too, at steps thirty times as long. Where the beam is stiff
-  beside the spring, the phalanx's mass m on it vibrates faster than that: w >= sqrt(k/m)/e*.
+  keeps its order only if it resolves the waves that the touch excites, and no step resolves them
+  all: its error goes with about h^2 too, at steps thirty times as long. If the beam is stiff beside
+  the spring, the phalanx's mass m vibrates on it faster than that: w >= sqrt(k/m)/e*.
 - flight: `hcm.chosen_flight`.
 
-The shares before these are measured on 110 random scenes, so that 95 of 100 keep them.
+The factors of these relations were measured on 110 random scenes, so that 95 of 100 keep eps.
 """
 
 from __future__ import annotations
@@ -45,29 +45,29 @@ from hcm.result import Choice
 SMALLEST, LARGEST = 1e-6, 0.1
 # w h over sqrt(eps), and elements of a phalanx over kappa L/eps^(1/4)
 STEP_SHARE, ELEMENT_SHARE = 1.0, 0.3
-# the first by collocation, whose largest w h is a fourth of a tap; the hard finger's peak is off by
-# 18e-6 at w h = 0.2, by 0.6e-6 at 0.1
+# w h over sqrt(eps) of collocation, and its largest w h, a quarter of a tap; the hard finger's peak
+# is off by 18e-6 at w h = 0.2, by 0.6e-6 at 0.1
 STAGE_SHARE, LONGEST_TURN = 30.0, 1.2
-# of refined beams, whose elements' errors fall with l^2 only: the first as it is, and elements over
+# for refined beams, whose element errors fall with l^2 only: w h over sqrt(eps), and elements over
 # kappa L/sqrt(eps). 4, 5 and 7 elements of the soft finger are off by 2.9, 1.7 and 0.8e-3, steps of
-# w h = sqrt(eps) by 0.02e-3. Of 334 random falls with e* = 1 and 0.6 all but 12 keep 1e-3, by these
-# and the flight's refined shares; with 0.08 and the lumped tip's 31 miss it, in a fifth more time,
-# as more are solved again
+# w h = sqrt(eps) by 0.02e-3. Of 334 random falls with e* = 1 and 0.6 all but 12 keep 1e-3 with
+# these and the flight's refined shares; with 0.08 and the lumped tip's shares 31 miss it, and the
+# falls take a fifth longer, as more are solved again
 REFINED_STEP_SHARE, REFINED_ELEMENT_SHARE = 2.0, 0.12
-# of elements, in the phalanges before the last: a wave comes back from them when the tap is nearly
-# over. 85 taps at 1e-3 keep their errors with 0.7 of them; with 0.6, 3 of 208 more miss 1e-3
+# factor on the elements of phalanges before the last: a wave returns from them when the tap is
+# nearly over. 85 taps at 1e-3 keep their errors with 0.7; with 0.6, 3 more of 208 miss 1e-3
 INNER_SHARE = 0.8
-# The accuracy over the contact's share of it where a flight's vibration is followed. Such a flight
-# may take ten times as long, and would be solved again too if the contact's error were too large
+# Accuracy over the part left to the contact, if a flight's vibration is followed. Such a flight may
+# take ten times as long, and would have to be solved again if the contact's error were too large
 BESIDE = 2.0
-# of eps, and at most: errors of an acceleration, by the contact's integrator; collocation's
-# iteration ends on its way of a step
+# Newton's tolerance over eps, and its largest value, by the contact's integrator; it is relative to
+# the acceleration, for collocation to the displacement in a step
 NEWTON = {GENERALIZED_ALPHA: (1e-5, 1e-8), GAUSS: (1e-3, 1e-6)}
-# the least of undriven collocation, of eps and at most: 30 falls at 1e-5 change by a tenth of it at
-# most, nine of ten by a fiftieth
+# the same for the smallest tolerance of undriven collocation: 30 falls at 1e-5 change by a tenth of
+# eps at most, nine of ten by a fiftieth
 FINE_NEWTON = (1e-2, 1e-7)
-# where torques whirl the finger: what the iteration leaves in the highest modes adds up in a flight
-# without damping, to 5 % of a peak at 1e-6, 0.01 % at 1e-9
+# the same where torques drive the finger: what the iteration leaves in the highest modes adds up in
+# an undamped flight, to 5 % of a peak at 1e-6, 0.01 % at 1e-9
 DRIVEN_NEWTON = (1e-6, 1e-9)
 
 SETTINGS = (
@@ -75,16 +75,16 @@ SETTINGS = (
     "contact_step", "contact_tolerance", "contact_integrator", "stages", "spectral_radius",
     "newton_tolerance",
 )  # fmt: skip
-"""What is chosen, unless it is stated."""
+"""Settings that are chosen unless they are stated."""
 
 
 @dataclass(frozen=True)
 class Chosen:
     """A scene with its settings, and the choices that led to them.
 
-    flight_error : what the flight adds to the tap's relative error; inf where it is not known.
-    followed : whether its vibration is followed up to the touch. fall : of its rods; None where
-    they do not touch.
+    flight_error : what the flight adds to the tap's relative error; inf if unknown.
+    followed : whether its vibration is followed up to the touch. fall : of the finger as rods; None
+    if they do not touch.
     """
 
     scene: Scene
@@ -95,7 +95,7 @@ class Chosen:
 
 
 def check_accuracy(accuracy: float) -> None:
-    """Raise `ParameterError` where no settings are known for so small or large an accuracy."""
+    """Raise `ParameterError` if no settings are known for so small or large an accuracy."""
     if not Bound(at_least=SMALLEST, at_most=LARGEST).holds(accuracy):
         raise ParameterError(
             f"accuracy = {accuracy!r}: must be {SMALLEST:g} to {LARGEST:g}, the largest relative"
@@ -110,13 +110,13 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     ----------
     accuracy : relative, against the converged answer of the same equations.
     scene : its settings are kept where nothing is chosen: taps, times, limits.
-    stated : settings that stay as they are in the scene, by their names; "elements" are the
+    stated : settings that keep their values in the scene, by name; "elements" means the
         finger's.
 
     Raises
     ------
     ParameterError
-        No settings are known for the accuracy, or what is stated is none.
+        No settings are known for the accuracy, or a stated name is not a setting.
     """
     check_accuracy(accuracy)
     check_kind("scene", scene, Scene)
@@ -128,7 +128,7 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
 
 
 def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
-    """`settings_for` any accuracy, as a run that is judged may need a smaller one."""
+    """`settings_for` without bounds on the accuracy: a second run may need a smaller one."""
     phalanges = scene.finger.phalanges
     fall = rods_fall(scene)
     hertz = None
@@ -146,7 +146,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
         max(count_elements(p, frequency, turn), least)
         for p, turn, least in zip(phalanges, waves, flight.elements, strict=True)
     ])  # fmt: skip
-    # springs that slip by parts leave no smooth pieces
+    # springs that slip one by one leave no smooth pieces
     method = stated.get("contact_integrator", GAUSS if lumped else GENERALIZED_ALPHA)
     stages = stated.get("stages", flight.stages)
     of_turn = STEP_SHARE if lumped else REFINED_STEP_SHARE
@@ -185,8 +185,8 @@ def contact_frequency(
 ) -> float:
     """Angular frequency w, rad/s, above which the tip's spring shields a beam that ends there.
 
-    hertz : K of F_n = K d^(3/2), N/m^(3/2), in the place of the tip's spring: it is as stiff as at
-    the depth v/w, v the speed of approach, m/s.
+    hertz : K of F_n = K d^(3/2), N/m^(3/2), instead of the tip's spring; its stiffness is taken at
+    the depth v/w. speed : v, of the approach, m/s.
     """
     beam = phalanx.bending_stiffness**0.25 * phalanx.line_density**0.75
     if hertz is not None:  # w^(3/2) = sqrt(2) k/beam, k = 3/2 K (v/w)^(1/2)/e*^2

@@ -1,20 +1,20 @@
-"""The cheaper run beside a run, whose differences to it tell how wrong it may be.
+"""The companion: a cheaper repetition of a run, whose differences from it bound the run's errors.
 
 The *companion* takes STEP_RATIO times longer steps and half the elements (twice as many where a
-phalanx has few). With time errors ~ h^2 and element errors ~ l^p, p >= 2, it is at least four times
-as wrong as the run, so that
+phalanx has few). With time errors ~ h^2 and element errors ~ l^p, p >= 2, its errors are at least
+four times those of the run, so that
 
     |companion - run| >= 3 |run - exact|:
 
 Roache's grid convergence index of two grids, with its safety factor 3 (J. Fluids Eng. 116, 1994).
 
-Generalized-alpha damps vibrations that its steps do not resolve, and two damped runs agree without
-them. So the companion takes equal steps with xi = 1, the trapezoidal rule, which keeps a
+Generalized-alpha damps vibrations that its steps do not resolve, and two damped runs would agree
+without them. So the companion takes equal steps with xi = 1, the trapezoidal rule, which keeps a
 vibration's energy at any step though not its phase.
 
-A chain that folds up multiplies every error by e^(Lambda t), those of its own steps included, and a
-tap that *grazes* ends, or nearly ended before it went on, with a tip that hardly moves away: two
-runs may agree on either by chance or in error. Those are solved once more, `TIGHTER`.
+A chain that folds up multiplies every error by e^(Lambda t), those of its own steps included. A tap
+*grazes* if it ends, or nearly ended before it went on, with a tip that hardly moves away. In either
+case two runs may agree by chance: the scene is solved once more with tolerances `TIGHTER` as large.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from hcm.parameters import GAUSS, Finger, Settings
 from hcm.result import TapResult
 
 STEP_RATIO = 3.0
-# Least elements of a phalanx that are halved: fewer would leave too few to tell anything.
+# Fewest elements of a phalanx that are halved: half of fewer would be too coarse to compare with.
 LEAST_HALVED = 10
 TIGHTER = 0.1
 # A tip that came closer to the fixed hinge than this share of the finger's length has folded up.
 FOLDED = 0.5
-# Share of the peak F_n at which the tip turned back, and of the speed of approach at which it left.
+# Below this a tap grazes: F_n over its peak as the tip turned back, or leaving over approach speed.
 GRAZE = 0.01
 
 
 def repetition_settings(settings: Settings, own: TapResult) -> Settings:
-    """Settings of a repetition of a run: one tap, not repeated itself.
+    """Settings to repeat a run: one tap, without an estimate of its own errors.
 
-    A flight may last as long as the run did, where an end time lifts the limit.
+    A flight may last twice as long as the run did, as an end time may have lifted its limit.
     """
     return replace(
         settings,
@@ -54,8 +54,8 @@ def repetition_settings(settings: Settings, own: TapResult) -> Settings:
 def rescaled_settings(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
     """Settings of a repetition in steps `factor` times as long.
 
-    A step's local error is of order 3 in its length. Shorter steps may be more, up to the `most`
-    that fit, so that a completed run is never refused for its repetition.
+    A step's local error is of order 3 in its length. Shorter steps may be four times as many, but
+    not more than `most`, so that a completed run is never refused for its repetition.
     """
     more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
     return replace(
@@ -80,13 +80,13 @@ def companion_finger(finger: Finger) -> Finger:
 def undamped_settings(settings: Settings, own: TapResult) -> Settings:
     """The companion's `settings` with xi = 1 and equal steps, STEP_RATIO times the run's mean ones.
 
-    A step that followed each swing of an undamped vibration would cost more than the run.
+    Steps that followed each swing of an undamped vibration would cost more than the run.
     """
     time, contact = own.history.time_s, first_contact(own)
     if settings.flight == "elastic" and settings.flight_integrator != GAUSS:
         step = STEP_RATIO * float(time[contact] - time[0]) / max(contact, 1)
         settings = replace(settings, flight_step=_allowed(step), flight_tolerance=0.0)
-    if settings.contact_integrator == GAUSS:  # undamped, and a row is no step
+    if settings.contact_integrator == GAUSS:  # undamped already, and its rows are not steps
         return settings
     rows = first_tap(own)
     step = STEP_RATIO * float(time[rows.stop - 1] - time[contact]) / max(rows.stop - contact - 1, 1)
@@ -131,7 +131,7 @@ def folded(result: TapResult, length: float) -> bool:
 
 
 def grazes(result: TapResult, share: float = GRAZE) -> bool:
-    """Whether the first tap barely ended, or barely did not: by less than that `share`."""
+    """Whether the first tap barely ended or barely went on: by less than `share` (see `GRAZE`)."""
     history, summary = result.history, result.summary
     assert summary.contact_time_s is not None
     assert summary.tip_velocity_at_contact_m_per_s is not None

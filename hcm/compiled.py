@@ -1,16 +1,16 @@
 """How the kernels of the step are compiled.
 
-- Arrays are not reference-counted: a kernel takes and hands on dozens of them in tuples, and with
-  a count of each a tap takes 1.3 times as long, to the same bits (measured on 15 elements). The
-  price is that a kernel can't allocate; the caller in Python holds every array while it runs.
-  `_nrt` is an option that numba doesn't promise to keep: pyproject.toml lets its next minor version
-  in once tests/hcm/test_compiled.py passes with it.
-- Divisions follow IEEE (infinity and NaN) instead of raising: what is not finite is found where
-  Newton's iteration ends.
+- Arrays are not reference-counted: a kernel takes and passes on dozens of them in tuples, and
+  counting them makes a tap take 1.3 times as long, with the same bits (measured on 15 elements).
+  The price is that a kernel can't allocate; the caller in Python holds every array while it runs.
+  `_nrt` is an option that numba doesn't promise to keep: pyproject.toml admits numba's next minor
+  version once tests/hcm/test_compiled.py passes with it.
+- Divisions follow IEEE (infinity and NaN) instead of raising: values that are not finite are found
+  at the end of Newton's iteration.
 - a*b + c may be rounded once (`contract`), which is safe with NaN, unlike full fastmath.
-- Machine code is cached on disk, and a kernel contains the code of those that it calls, so what is
-  cached is stale once any file that the kernel's own imports is edited. numba compares the kernel's
-  own file only; here it compares all of them (`source_stamp`).
+- Machine code is cached on disk, and a kernel contains the code of those that it calls, so the
+  cache is stale once any file that the kernel's file imports is edited. By itself numba compares
+  the kernel's own file only; here it compares all of them (`source_stamp`).
 """
 
 import functools
@@ -30,7 +30,7 @@ IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTI
 
 @functools.cache
 def _source(file: Path) -> tuple[bytes, tuple[Path, ...]]:
-    """A file's digest, and the files of this package that it imports; of a folder all files."""
+    """A file's digest, and the files of this package that it imports (all files of a folder)."""
     text = file.read_text(encoding="utf-8")
     imported: list[Path] = []
     for name in IMPORT.findall(text):
@@ -52,7 +52,7 @@ def source_stamp(file: Path) -> str:
 
 
 class CacheFile(IndexDataCacheFile):
-    """What is cached of one kernel: nothing where it was compiled for types that are gone."""
+    """Cache index of one kernel; empty if it names types that no longer exist."""
 
     def _load_index(self) -> dict[Any, str]:
         try:
@@ -63,7 +63,7 @@ class CacheFile(IndexDataCacheFile):
 
 
 def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., Any]], Any]:
-    """`kernel` with these of LLVM's fast-math flags, and options of numba's own."""
+    """`kernel` with these LLVM fast-math flags and numba options."""
     chosen: dict[str, Any] = {
         "cache": True,
         "error_model": "numpy",
@@ -75,7 +75,7 @@ def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., An
     def compiled(function: Callable[..., Any]) -> Any:
         dispatcher = njit(**chosen)(function)
         if chosen["cache"]:
-            # private to numba, as is `_nrt`: the same test lets its next version in
+            # private to numba, as `_nrt` is: the same test checks it with the next version
             cache, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))
             name = cache._impl.filename_base
             cache._cache_file = CacheFile(cache.cache_path, name, stamp)
@@ -86,15 +86,15 @@ def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., An
 
 # Compiles a function that allocates nothing.
 kernel = kernel_with("contract")
-# The same, for what has one caller in the innermost loop and becomes part of it: a call would hand
-# over two hundred words, seven for each array in its tuples, which takes as long as a small kernel.
+# The same for a function with one caller in the innermost loop, of which it becomes part: a call
+# would pass two hundred words, seven for each array in its tuples, in the time of a small kernel.
 inlined = kernel_with("contract", inline="always")
-# For what allocates its results, outside the step: arrays are counted, and each sum is rounded.
+# For functions outside the step that allocate their results: arrays are counted, each sum rounded.
 allocating = kernel_with(_nrt=True, error_model="python")
 
 
 class ByKind:
-    """Calls of a kernel from Python without numba's check of every type in its tuples.
+    """Call a kernel from Python without numba's check of every type in its tuples.
 
     The check takes six times as long as passing the arguments (9.3 and 1.6 us of the loop's 43
     arrays and 50 numbers). In tuples that this package makes, types and layouts follow from their
@@ -107,7 +107,7 @@ class ByKind:
         self.entries: dict[Any, Callable[..., Any]] = {}
 
     def __call__(self, kind: Any, *args: Any) -> Any:
-        """What the kernel returns; numba checks the types at the first call of a kind."""
+        """Call the kernel; numba checks the types at the first call of a kind only."""
         if entry := self.entries.get(kind):
             return entry(*args)
         result = self.kernel(*args)
@@ -115,16 +115,16 @@ class ByKind:
         return result
 
     def looked_at(self, args: tuple[Any, ...]) -> Callable[..., Any]:
-        """Machine code for arguments of just these types; KeyError where there is none."""
+        """Machine code for arguments of exactly these types; raises KeyError if there is none."""
         found: Callable[..., Any] = self.kernel.overloads[tuple(map(typeof, args))].entry_point
         return found
 
 
 def by_type(kind: type, special: Callable[..., Any], plain: Any) -> Callable[..., Any]:
-    """A kernel that is `special` where an argument is of the named tuple `kind`, else `plain`:
-    another kernel, or what is returned whatever the arguments are.
+    """Return a kernel that is `special` if an argument is of the named tuple `kind`, else `plain`:
+    another kernel, or a constant that is returned whatever the arguments are.
 
-    Chosen while its caller is compiled: the choice costs nothing, and a run compiles one of them.
+    The choice is made while the caller is compiled: it costs nothing, and a run compiles only one.
     """
 
     def chosen(*args: Any) -> Any:

@@ -26,10 +26,10 @@ def unit_of(name: str) -> str:
 def run_dataset(
     curves: Mapping[str, Named], numbers: Named, errors: Named, **attributes: Any
 ) -> "xarray.Dataset":
-    """The run's curves and numbers.
+    """Collect the run's curves and numbers.
 
-    curves : arrays by name, under the dimension that they run over: "time", or one that is put
-        before their names. numbers : scalars and pairs; None becomes nan. errors : of the numbers,
+    curves : arrays by name, for each dimension: "time", or another, which is put before their
+        names. numbers : scalars and pairs; None becomes nan. errors : of the numbers,
         named ``NAME_error``. attributes : those that are not text become JSON, ``NAME_json``.
     """
     import xarray
@@ -52,7 +52,7 @@ def run_dataset(
 
 
 def versions(*packages: str) -> dict[str, str]:
-    """Of Python and of these; empty of what is not installed."""
+    """Versions of Python and of these packages; empty for one that is not installed."""
     found = {name: [d.version for d in metadata.distributions(name=name)] for name in packages}
     return {"python": platform.python_version(), **{k: " ".join(v) for k, v in found.items()}}
 

@@ -1,7 +1,7 @@
-"""Estimated errors of the first tap's numbers, by what a companion run differs by.
+"""Estimate errors of the first tap's numbers from the differences of a companion run.
 
-A force is as wrong as the speed of approach (`hcm.flight_band`), |dF|/F = |dv_n|/v_n, and half as
-wrong as the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
+A force has the relative error of the speed of approach (`hcm.flight_band`), |dF|/F = |dv_n|/v_n,
+and half that of the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
 
 A companion with twice the elements differs from the run by 1 - 2^-p of the run's error. For the
 stress, whose order p may be as low as 1, that is half the error: its difference counts double.
@@ -36,7 +36,7 @@ from hcm.workload import most_steps
 
 Again = Callable[[Finger, Settings], TapResult]
 
-# What a rigid flight is said to leave out is 8 to 200 times what it changes (`hcm.simulate`).
+# The estimate of what a rigid flight leaves out is 8 to 200 times the change (`hcm.simulate`).
 LEFT_OUT_OVER = 8.0
 # The peak's time is the vertex of a parabola through three rows: known to this share of a step
 # (0.3 measured where 23 steps make a tap).
@@ -54,14 +54,14 @@ TITLES = {
     "normal_impulse_N_s": "normal impulse",
     "peak_stress_R_Pa": "peak stress at R",
 }
-"""The numbers with an estimate, by the summary's fields."""
+"""Numbers with an estimated error: the summary's field, and the name in messages."""
 DECISIVE = (
     "contact_time_s",
     "tip_velocity_at_contact_m_per_s",
     "peak_normal_force_N",
     "normal_impulse_N_s",
 )
-"""Those that make a run unrepeatable where a tighter one changes them."""
+"""Numbers that make a run unrepeatable if a tighter run changes them."""
 REPEATED = " while it was repeated"
 USABLE_STATUSES = (Status.COMPLETED, Status.UNRESOLVED)
 """Statuses of a companion with a whole first tap; its steps may be too long for a result."""
@@ -76,7 +76,7 @@ FROM_SPEED = (
 
 @dataclass(frozen=True)
 class Estimate:
-    """What is known of a completed run's errors, and whether it can be relied on.
+    """Errors of a completed run, and whether it can be relied on.
 
     errors : estimated absolute errors by `TITLES`, SI units. status : COMPLETED, or why the run
     can't be relied on, and doubt with what changes.
@@ -91,7 +91,7 @@ class Estimate:
 def signed_error(own: Floats, other: Floats, factor: float = 1.0) -> float:
     """Error of the value of largest magnitude, `factor` times the difference of the extremes.
 
-    Where the extreme of the other sign may be the larger one, it is the distance of both.
+    If the extreme of the other sign may be the larger one, it is the distance between the two.
     """
     high, low = max(float(own.max()), 0.0), min(float(own.min()), 0.0)
     error = factor * max(
@@ -102,25 +102,25 @@ def signed_error(own: Floats, other: Floats, factor: float = 1.0) -> float:
 
 
 def between_rows(time: Floats, values: Floats) -> float:
-    """By what the largest of |values| is below the vertex of a parabola through three rows."""
+    """How far the largest of |values| lies below the vertex of the parabola through three rows."""
     size = np.abs(values)
     row = int(size.argmax())
     return float(vertex(time, size, 0, size.size, row)[1] - size[row])
 
 
 def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Floats:
-    """Times of the maxima of F_n that an `error` of each may raise to the largest."""
+    """Times of the maxima of F_n that may be the largest if each has this `error`."""
     inner = (force[1:-1] >= force[:-2]) & (force[1:-1] > force[2:])
     rival: Floats = time[1:-1][inner & (force[1:-1] >= peak - 2.0 * error)]
     return rival
 
 
 def turn_band(own: TapResult, other: TapResult) -> float:
-    """How far apart two taps turn back, s: F_n is flat at its peak, and the times of two largest
-    values may agree by chance.
+    """Difference, s, of the times at which two taps turn back.
 
-    Root mean square of what the tip's velocities across the surface differ by within an eighth of
-    the tap of own's peak, over their slope.
+    F_n is flat at its peak, where the times of two largest values may agree by chance. So: the root
+    mean square difference of the tips' velocities normal to the surface, within an eighth of the
+    tap from `own`'s peak, over their slope.
     """
     s, theirs = own.summary, other.summary.contact_time_s
     if s.contact_time_s is None or s.contact_duration_s is None or theirs is None:
@@ -140,12 +140,12 @@ def compare(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, omitted_speed_share: float = 0.0,
     rods: bool = False, located: bool = False, omitted_stress: float = 0.0, omitted_s: float = 0.0,
 ) -> dict[str, float | tuple[float, float]]:  # fmt: skip
-    """Estimated errors by what two completed runs differ by; inf where the other has no tap.
+    """Estimate errors from the differences of two completed runs; inf if the other has no tap.
 
-    omitted_speed_share : of the speed of approach, what both runs leave out (a vibration about as
-    long as the tap). rods : whether both flew as rods. located : whether the peak is a located
-    event's row, as collocation's is, and no vertex between rows. omitted_stress : of the stress at
-    R, Pa; omitted_s : of the time of contact, s; both are what the two runs leave out alike.
+    omitted_speed_share : share of the speed of approach that both runs leave out (a vibration about
+    as long as the tap). rods : whether both flew as rods. located : whether the peak is the row of
+    a located event, as with collocation, instead of a vertex between rows. omitted_stress : of the
+    stress at R, Pa, and omitted_s : of the time of contact, s, the part that both runs leave out.
     """
     s, o = own.summary, other.summary
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
@@ -236,7 +236,7 @@ def tap_peaks(result: TapResult) -> Floats:
 
 
 def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
-    """A caution of peaks after the first tap's, which the estimates leave out."""
+    """Caution about the peaks of later taps, which the estimates leave out."""
     if own.size < 2:
         return ()
     common = min(own.size, other.size)
@@ -263,16 +263,16 @@ def _percent(share: float) -> str:
 def estimate_errors(
     own: TapResult, again: Again, finger: Finger, settings: Settings, left_out: float = 0.0
 ) -> Estimate:
-    """Solve a completed run's scene again, more cheaply, and say how wrong its first tap may be.
+    """Solve a completed run's scene again, more cheaply, to estimate the errors of its first tap.
 
-    again : solves the same scene with another finger and settings. left_out : of `BeamStart`: a
+    again : solves the same scene with another finger and settings. left_out : as in `BeamStart`; a
     rigid companion leaves it out too.
     """
     half, most = companion_finger(finger), most_steps(finger)
     coarse = rescaled_settings(settings, own, STEP_RATIO, min(most, most_steps(half)))
     steady = undamped_settings(coarse, own)
     taps = max(tap_peaks(own).size, 1)
-    # equal steps may be too long for some moment of a flight, and its energy then grows
+    # equal steps may be too long for some part of a flight, whose energy then grows
     for changed in [replace(steady, taps=taps), *([steady] if taps > 1 else []), coarse]:
         other = again(half, changed)
         if other.status in (*USABLE_STATUSES, Status.INTERRUPTED):

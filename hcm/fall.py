@@ -1,4 +1,4 @@
-"""What a fall of rigid rods foretells of a tap: when, how fast, and what rods leave out."""
+"""Predict a tap from a fall of rigid rods: when, how fast, and what rods leave out."""
 
 import math
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from hcm.model import Scene, limits_of, rods_state
 from hcm.parameters import Finger, Phalanx, check_scene
 from hcm.state import StepLimits
 
-# of a flight as rods, beside one that decides, over the surface's depth
+# tolerance, over the surface's depth, of a flight as rods that serves as a prediction
 RODS_TOLERANCE = 1e-6
-# the limits that play no part in such a flight
+# the limits that have no effect on such a flight
 OF_CONTACT = {"contact_step", "taps", "contact_tolerance", "max_contact_time", "undamped"}
 OF_FLIGHT = tuple(of for of in StepLimits._fields if of not in OF_CONTACT)
 
@@ -24,7 +24,7 @@ class Fall:
     """The rods' flight: its time, s; the speed of the tip's approach, m/s; the speed that rods
     leave out (`reactions`) at the start, at the touch and at most, m/s; the largest depth of a
     section below the surface, m, while the tip is at least as far above it. flight, limits : the
-    flight itself and how it was solved. rods : and the torques on them.
+    flight itself and how it was solved. rods : the rods and the torques on them.
     """
 
     time: float
@@ -43,7 +43,7 @@ class Fall:
 
 
 def rods_fall(scene: Scene) -> Fall | None:
-    """The fall of the phalanges as rods; None where they do not touch."""
+    """The fall of the phalanges as rods; None if they do not touch."""
     finger, drive, settings = scene.finger, scene.drive, scene.settings
     check_scene(finger, scene.surface, drive)
     state, start_s = rods_state(finger, scene.start)
@@ -74,11 +74,11 @@ def slowest_frequency(finger: Finger) -> float:
 
 
 def omitted_time(speed_share: float, finger: Finger, lasts_s: float) -> float:
-    """Time, s, by which rods may touch too early or late that leave out this share of the speed.
+    """Largest error, s, of the touch of rods that leave out this share of the speed of approach.
 
-    2 share/w_1: a beam that is loaded at once swings to twice its static deflection; in a shorter
-    flight the tip moves by no more than the speed times the flight's time. Of 180 random fingers
-    none is beyond that, or beyond what else is known of the touch.
+    2 share/w_1, as a beam that is loaded suddenly swings to twice its static deflection; in a
+    shorter flight the tip moves by no more than the speed times the flight's time. None of 180
+    random fingers exceeds that, or the other errors known of the touch.
     """
     return speed_share * min(2.0 / slowest_frequency(finger), lasts_s)
 

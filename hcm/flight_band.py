@@ -1,9 +1,9 @@
-"""How far apart two flights end: what the touch, and so the tap, of one may be wrong by.
+"""How far apart two flights end: the error that the touch, and so the tap, may have.
 
-The two (`hcm.companion`: one keeps the vibration that the other damps) differ by d, seen not at the
-touch alone, which may show it in a node, but over the last `FLIGHT_SHARE` of the flight: twice its
-root mean square. On the force acts what lasts for a good part of the contact, the mean of d(v_n)
-over half its duration.
+The two (`hcm.companion`: one keeps the vibration that the other damps) differ by d. It is taken as
+twice the root mean square over the last `FLIGHT_SHARE` of the flight, as at the touch itself the
+vibration may be near a zero. The force is changed by what lasts for a good part of the contact, the
+mean of d(v_n) over half its duration.
 """
 
 import math
@@ -20,7 +20,7 @@ FLIGHT_SHARE, SAMPLES = 0.1, 400
 
 
 def positions(history: History, time: Floats) -> Floats:
-    """Height of the tip (m) at `time`, cubic in each step by its heights and velocities."""
+    """Height of the tip (m) at `time`, a cubic in each step through its heights and velocities."""
     t, y, v = history.time_s, history.tip_position_m[:, 1], history.tip_velocity_m_per_s[:, 1]
     i = np.clip(t.searchsorted(time, side="right") - 1, 0, t.size - 2)
     h = t[i + 1] - t[i]
@@ -31,9 +31,9 @@ def positions(history: History, time: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class FlightBand:
-    """Twice the root mean square of what two flights differ by, at their ends.
+    """Twice the root mean square difference of two flights towards their ends.
 
-    height : m. velocity : m/s, of either component. approach : m/s, the part that lasts half the
+    height : m. velocity : m/s, of each component. approach : m/s, the part that lasts half the
     contact. stress : Pa.
     """
 
@@ -44,7 +44,7 @@ class FlightBand:
 
 
 def touch_band(late: float, own: tuple[float, float], other: tuple[float, float]) -> FlightBand:
-    """Compare two flights as rods where they end: they hold no vibration whose phase is chance.
+    """Compare two flights as rods at their ends alone: they have no vibration of arbitrary phase.
 
     late : between the touches, s. own, other : the tip's velocities there, m/s.
     """

@@ -1,8 +1,8 @@
 """The compiled loop: steps, events, and the record of both (paper, figs. 5 and 6).
 
-A step is accepted whole or up to the first event in it; then the contact's mode and history change,
-and nowhere else. The loop returns to Python when its tables are full, so that progress can be shown
-and a run can be interrupted.
+A step is accepted whole or up to the first event in it; only then do the contact's mode and history
+change. The loop returns to Python when its tables are full, so that progress can be shown and a run
+can be interrupted.
 """
 
 import math
@@ -24,14 +24,14 @@ from hcm.integrators.workspace import trapezoidal
 from hcm.record import Record, fill_frames, write_row
 from hcm.state import Motion, RunTotals, StepLimits, advance_totals
 
-# Why the loop came back.
+# Why the loop returned.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5
 LOSES_HOLD = 6
 # After this many events without an advance in time a whole step is taken in the current mode, so
-# that the loop always moves on; chatter is then resolved to the step only. A tip that sticks has
-# one event more: held for a whole step it may transmit far more than mu F_n; a sliding one cannot.
+# that the loop always moves on; chatter is then resolved to the step only. A tip that sticks is
+# allowed one event more: held for a whole step it may transmit far more than mu F_n.
 INSTANT_EVENTS = 8
-# Of the time: what is left to an end time that is no step any more.
+# Share of the time: a smaller remainder before an end time is not stepped.
 LAST_STEP = 1e-12
 
 
@@ -60,7 +60,7 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
         motion.jerk[i] = 0.0
 
 
-@kernel_with("contract", nogil=True)  # other threads run meanwhile: `hcm.batch`
+@kernel_with("contract", nogil=True)  # so that the thread in `hcm.batch` can watch the parent
 def advance(
     old: Motion, new: Motion, contact: ContactState, totals: RunTotals, limits: StepLimits,
     integrator: AnyIntegrator, probe: Probe, outline: Outline, record: Record,
@@ -68,7 +68,7 @@ def advance(
     """Step on until the run ends, a table is full or `limits.iterations` are spent.
 
     `old` holds the state and is overwritten. Returns the fields of the contact and of the totals,
-    the number of rows and of events written, and why the loop came back.
+    the number of rows and of events written, and why the loop returned.
 
     Fields, not named tuples: numba makes a named tuple by calling its class, where an interrupt
     that came while the loop ran is raised, and a result that holds two of them crashes the process.
@@ -125,7 +125,7 @@ def advance(
         if slot == NO_EVENT and h > 0.0 and not h == last == remaining:
             longest = limits.flight_step if in_flight else limits.contact_step
             next_step = min(longest, growth * h)
-            # xi = 1 delays nothing: a differs from q.. by round-off, which changes would multiply
+            # with xi = 1 a has no delay: it is q.. to round-off, which changes would multiply
             anew = rebound and next_step != h
             change_step(0.0 if anew else next_step / h, old)
         if slot != NO_EVENT:

@@ -1,4 +1,4 @@
-"""A scene and its settings as the compiled loop takes them: arrays, named tuples, where it starts.
+"""A scene and its settings in the form the compiled loop takes: arrays, named tuples, the start.
 
 A run starts at rest along -X or in a rigid state of straight, unstrained phalanges. Phalanx w,
 turned by theta_w from -X, has the tangent t = (-cos theta, -sin theta) and, turning at omega_w, the
@@ -7,7 +7,7 @@ nodes
     r(s) = r_w + s t,     r' = t,     v(s) = v_w + s omega n,     v' = omega n,
     n = e_z x t = (sin theta, -cos theta),
 
-r_w and v_w being the end of the phalanx before: the hinges hold at once in position and velocity.
+r_w and v_w being those of the previous phalanx's end: hinges hold in position and velocity.
 """
 
 import math
@@ -67,7 +67,7 @@ class Scene:
 
 
 def rods_state(finger: Finger, start: RigidStart | None) -> tuple[Floats, float]:
-    """Angles and rates (2 P,) that a run starts with, and when, s.
+    """Angles and rates (2 P,) that a run starts with, and their time, s.
 
     Raises ParameterError: there is not one angle and one rate per phalanx.
     """
@@ -111,12 +111,12 @@ def fill_rigid_motion(state: Floats, lengths: Floats, chain: Chain, q: Floats, v
 
 
 class Model(NamedTuple):
-    """What a run computes with.
+    """All that a run computes with.
 
     generalized_alpha : the integrator without collocation. drive : torques on the chain's nodes.
     start_s, q, v : time, bordered coordinates and velocities (n,) at the start. angles : (2 P,)
-    theta and theta. there. outline : what of the finger may not touch. roundoff_J : energy that a
-    finger at rest gathers by round-off. tap_ends : None where each separation ends one.
+    theta and theta. there. outline : parts of the finger that may not touch. roundoff_J : energy a
+    finger at rest gains by round-off. tap_ends : the rule; None if each separation ends a tap.
     """
 
     settings: Settings
@@ -135,7 +135,7 @@ class Model(NamedTuple):
     tap_ends: TapEndRule | None
 
     def integrator(self) -> AnyIntegrator:
-        """The run's, of which `generalized_alpha` is a part."""
+        """The run's integrator: `generalized_alpha`, with collocation if the settings want it."""
         plain, of = self.generalized_alpha, self.settings
         gauss = [of.flight_integrator == GAUSS, of.contact_integrator == GAUSS]
         return with_collocation(plain, of.stages, *gauss) if any(gauss) else plain
@@ -191,7 +191,7 @@ def build_model(scene: Scene) -> Model:
         v=v,
         angles=angles,
         # measured up to 1e-20 of E A L at 40 elements of E = 1e12 Pa and 3000 steps; a light finger
-        # on a breeze of gravity moves with 1e-12
+        # in very weak gravity moves with 1e-12
         roundoff_J=1e-16 * sum(p.youngs_modulus * p.area * p.length for p in finger.phalanges),
         tap_ends=tap_ends(whole, assumptions, settings.tap_until),
     )
@@ -209,7 +209,7 @@ def until_touch(model: Model, finger: Finger, assumptions: Assumptions) -> Model
 
 
 def limits_of(settings: Settings, height: float) -> StepLimits:
-    """The settings as the compiled loop takes them; height : of the surface's depth, m."""
+    """Convert the settings for the compiled loop; height : depth of the surface, m."""
     endless = settings.end_time is not None
     return StepLimits(
         float(settings.flight_step),

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 Numbers = Mapping[str, Any]
-WIDTH, HEIGHT, POINTS = 480, 140, 400  # of the curve, in pixels
+WIDTH, HEIGHT, POINTS = 480, 140, 400  # of the curve: pixels, and most points drawn
 
 
 def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any, force: Any) -> str:
-    """HTML that loads nothing.
+    """Show a run as self-contained HTML.
 
     notes : how the run ended, then its cautions. numbers, errors : by name with its SI unit; None
     is left out. time, force : (n,), s and N; drawn from the first to the last contact.
@@ -44,7 +44,7 @@ def run_html(notes: Sequence[str], numbers: Numbers, errors: Numbers, time: Any,
 
 
 def _to_known_digits(value: Any, error: float) -> str:
-    """A number with a digit more than its error leaves, five where none is stated."""
+    """Format a number to one digit beyond its error, or to five if no error is stated."""
     if not isinstance(value, float):
         return str(value)
     share = abs(value) / error if error > 0.0 else 0.0

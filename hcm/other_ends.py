@@ -1,9 +1,9 @@
-"""Other ends of a first tap, where the rule that parts taps (`hcm.tap`) decided narrowly.
+"""Other ends of a first tap, if the rule that separates taps (`hcm.tap`) decided narrowly.
 
-An end is open where what the rule compared is apart from its threshold by at most `THRESHOLD_SHARE`
-times the threshold plus `ERROR_FACTOR` times the estimated error of the tap's duration, as several
-times of touches and separations enter the comparison. The scene is then solved once more with the
-touches of that end (`Settings.tap_until`); the differences of its numbers count as errors.
+An end is open if the value that the rule compared differs from its threshold by at most
+`THRESHOLD_SHARE` times the threshold plus `ERROR_FACTOR` times the estimated error of the tap's
+duration, as several times of touches and separations enter the comparison. The scene is then solved
+again with the touches of that end (`Settings.tap_until`), and the differences count as errors.
 """
 
 import math
@@ -17,7 +17,7 @@ from hcm.result import OtherEnd, Status, TapResult
 from hcm.workload import most_steps
 
 THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0
-# Open ends that are solved, the nearest first.
+# Largest number of open ends that are solved, the nearest first.
 MOST_ENDS = 2
 NUMBERS = (*FROM_SPEED, "peak_stress_R_Pa")
 OPEN = (
@@ -37,7 +37,7 @@ Errors = Mapping[str, float | tuple[float, float]]
 
 
 def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
-    """Open ends of a completed run, the nearest first; none if its duration is hardly known."""
+    """Open ends of a completed run, nearest first; none if its duration errs by over a tenth."""
     lasts, error = result.summary.contact_duration_s, errors.get("contact_duration_s")
     if lasts is None or not isinstance(error, float) or error > 0.1 * lasts:
         return ()
@@ -51,17 +51,17 @@ def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
 def with_other_ends(
     result: TapResult, errors: Errors, again: Callable[[float], TapResult]
 ) -> tuple[dict[str, float | tuple[float, float]], tuple[str, ...], Status]:
-    """Errors that hold for its open ends too, inf where such a run is not whole or goes on, and a
-    caution of each; none of either, and INTERRUPTED, if that is how one of them went.
+    """Extend the errors to the tap's open ends; return them, a caution for each end, the status.
 
-    again : solves the scene with `Settings.tap_until`, s
+    An error is inf if that end's run has no whole tap or its tap goes on. If a run is interrupted,
+    errors and cautions are empty. again : solves the scene with `Settings.tap_until`, s
     """
     found, doubts = dict(errors), list[str]()
     for end in open_ends(result, errors):
         other = again(end.until_s)
         if other.status is Status.INTERRUPTED:
             return {}, (), other.status
-        # the rule itself may go on after touches that it nearly had
+        # after touches that it nearly counted in, the rule itself may go on
         further = end.until_s > (result.summary.contact_duration_s or 0.0) and other.other_ends
         known = other.status in USABLE_STATUSES and not further
         for name in NUMBERS:

@@ -1,4 +1,4 @@
-"""What is given: finger, surface, tip, drive and solver settings of the reduced model (SI units).
+"""Parameters of the reduced model: finger, surface, tip, drive and solver settings (SI units).
 
 Every class is frozen and checks itself when it is made; `dataclasses.replace` gives a changed copy.
 A refusal is a `ParameterError` that names the field, the value and what is allowed.
@@ -19,7 +19,7 @@ GAUSS: Final = "gauss"
 STAGES = 5
 
 SIZE = Bound("m", at_least=1e-20, at_most=1e20)
-"""Of lengths: with `PER_SIZE`, products and quotients of them stay floating-point numbers."""
+"""Bound on lengths: with `PER_SIZE`, their products and quotients neither over- nor underflow."""
 PER_SIZE = {"at_least": 1e-40, "at_most": 1e40}
 
 LONGEST_S = 1e12
@@ -43,7 +43,7 @@ class Phalanx:
     relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
     """tau_w of Kelvin and Voigt's damping, stress E (strain + tau strain rate); 0: none."""
     poisson_ratio: Annotated[float | None, Bound(at_least=0, below=0.5)] = None
-    """nu_w; the paper's model knows none, the refined one needs it."""
+    """nu_w; the paper's model does not use it, the refined one needs it."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -93,7 +93,7 @@ class Surface:
     height: Annotated[float, SIZE]
     """H, depth of the surface below the fixed hinge."""
     friction: Annotated[float, Bound(at_least=0)]
-    """mu, coefficient of Coulomb friction; 0 leaves out the tangential state."""
+    """mu, coefficient of Coulomb friction; 0: no tangential force."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -111,11 +111,11 @@ class Tip:
     """eta^-2, tangential over normal stiffness; 0 transmits no tangential force."""
     compliance_nn: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
     """E R c_nn of the tip's own compliance (`hcm.contact.round_tip_kinematics`); None: the closed
-    form, and likewise:"""
+    form."""
     compliance_nt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
-    """E R c_nt."""
+    """E R c_nt; None: the closed form."""
     compliance_tt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
-    """E R c_tt/cos(alpha)."""
+    """E R c_tt/cos(alpha); None: the closed form."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -129,7 +129,7 @@ class TorqueTable:
     """
 
     time: Annotated[tuple[float, ...], Bound("s", at_least=0, at_most=LONGEST_S)]
-    """(n,), s, none before the one that precedes it, at most two of them equal."""
+    """(n,), s, in rising order; at most two in a row may be equal."""
     values: tuple[tuple[float, ...], ...]
     """(n, P), tau_w in N m."""
 
@@ -174,7 +174,7 @@ class Drive:
     incline: Annotated[float, Bound("rad", at_least=-math.pi / 2, at_most=math.pi / 2)] = 0.0
     """Angle by which the surface rises towards +X."""
     table: TorqueTable | None = None
-    """Torques over time, in the place of `torques`."""
+    """Torques over time, instead of `torques`."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -189,27 +189,27 @@ class Drive:
 
 @dataclass(frozen=True)
 class Settings:
-    """Numerical choices; the paper's, with a finer flight."""
+    """Numerical settings; the defaults are the paper's, with a finer flight."""
 
     flight: Flight = "elastic"
-    """Elastic throughout, or rigid until the first touch (`hcm.flight.rigid_flight`): the finger's
-    bending and vibration on the way down are left out."""
+    """Elastic throughout, or rigid until the first touch (`hcm.flight.rigid_flight`), which leaves
+    out the finger's bending and vibration on the way down."""
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4
     """Longest step out of contact."""
     flight_elements: Annotated[int, Bound(integer=True, at_least=0, at_most=10_000)] = 0
     """Elements of each phalanx, at most the finger's own, in an elastic flight up to the first
-    touch, which divides them into those of the finger (`hcm.beam.division`). However many they are,
-    their masses keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's own
+    touch, where they are divided into the finger's own (`hcm.beam.division`). Whatever their
+    number, their masses keep a vibration in phase (`hcm.beam.customized_mass`); 0: the finger's own
     elements and masses throughout."""
     flight_tolerance: Annotated[float, Bound(at_least=0, at_most=1)] = 1e-6
     """Bound on a flight step's local error over the surface's depth (surface.height), which
     shortens the steps where vibrations matter; 0 keeps all flight steps at `flight_step`. The depth
-    is what the tip falls: an error that is small beside a finger is all of a fall of 1 um."""
+    is the height of the fall: an error that is small for a finger is large for a fall of 1 um."""
     contact_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-6
     """Longest step in contact. Any step is shortened to end on an event, and when Newton's method
     fails."""
     contact_tolerance: Annotated[float, Bound("m", at_least=0, at_most=1)] = 1e-11
-    """Bound on a contact step's local error; 0 keeps them at `contact_step`."""
+    """Bound on a contact step's local error; 0 keeps the steps at `contact_step`."""
     spectral_radius: Annotated[float, Bound(at_least=0, at_most=1)] = 0.8
     """xi, generalized-alpha's spectral radius at infinite frequency. Flights after a tap whose
     steps `flight_tolerance` controls take xi = 1, the trapezoidal rule: the vibration that a tap
@@ -220,10 +220,10 @@ class Settings:
     taps: Annotated[int, Bound(integer=True, at_least=1, at_most=10_000)] = 1
     """The run ends at the separation that ends this many taps, unless `end_time` is given."""
     tap_until: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
-    """With `whole_tap`, a tap's touches are those that begin within this time of its first one:
-    another model's tap is compared over the same touches; 0: the rule decides (`hcm.tap`)."""
+    """With `whole_tap`, a tap's touches are those that begin within this time of its first one, to
+    compare another model's tap over the same touches; 0: the rule decides (`hcm.tap`)."""
     end_time: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
-    """When given the run goes on through further taps until then."""
+    """If given, the run goes on through further taps until then."""
     max_flight_time: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
     """A flight that lasts longer ends the run as `NOT_REACHED`."""
     max_contact_time: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 0.05
@@ -232,7 +232,7 @@ class Settings:
     """Bound on the accepted steps of one run, each a row of the history, and on its work: 20 Newton
     iterations a step."""
     consistent_start: bool = True
-    """Whether the motion starts with the acceleration that the equations ask for. False starts it
+    """Whether the motion starts with the acceleration that solves the equations. False starts it
     from zero, as the paper's fig. 6 does: the first step then applies torques gradually, and
     vibrations faster than the step are never excited. Where `flight_tolerance` controls the steps
     the first one is at most `contact_step`: half its loads are left out."""
@@ -248,13 +248,13 @@ class Settings:
     """Generalized-alpha, or Gauss: collocation in contact too, in far longer steps, each of which
     has a row of the history at each stage (`hcm.integrators.stage_rows`)."""
     stages: Annotated[int, Bound(integer=True, at_least=2, at_most=12)] = STAGES
-    """Stages of a step of collocation; its order is twice their number. A step that keeps a
-    vibration in phase grows faster with their number than its cost."""
+    """Stages of a step of collocation; its order is twice their number. With more stages the length
+    of a step that keeps a vibration in phase grows faster than its cost."""
     frame_times: Annotated[tuple[float, ...], Bound("s", at_least=0)] = ()
-    """Rising; the posture is kept at these times (interpolated, steps unchanged)."""
+    """Times, in rising order, at which the posture is kept (interpolated, steps unchanged)."""
     estimate: bool = True
     """Whether the errors of the first tap's numbers are estimated, which takes a second, cheaper
-    solve, and a third of folded fingers and of taps that barely end (`hcm.estimate`)."""
+    solve, and a third one for folded fingers and taps that barely end (`hcm.estimate`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

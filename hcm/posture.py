@@ -14,7 +14,7 @@ from hcm.beam.chain import Chain
 class Posture:
     """Nodes of every phalanx at time_s: positions (n_w + 1, 2) in m and slopes r' (n_w + 1, 2).
 
-    velocities_m_per_s, slope_rates_per_s : their rates, alike; empty where only the shape is kept.
+    velocities_m_per_s, slope_rates_per_s : their rates, likewise; empty if only the shape is kept.
     """
 
     time_s: float
@@ -79,6 +79,6 @@ class Postures(Sequence[Posture]):
 
 
 def node_places(chain: Chain) -> tuple[tuple[int, int], ...]:
-    """Of each phalanx, its first node's place and the one past its last."""
+    """For each phalanx, the place of its first node and the place past its last node."""
     ends = [*chain.hinge[1:].tolist(), chain.tip + 4]
     return tuple(zip(chain.hinge_outer.tolist(), ends, strict=True))

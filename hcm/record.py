@@ -1,4 +1,4 @@
-"""What a run writes down: the rows of its history and their energy audit, events, frames."""
+"""The record of a run: the rows of its history and their energy audit, events, frames."""
 
 import math
 from typing import NamedTuple
@@ -46,7 +46,7 @@ class FrameTable(NamedTuple):
 class Record(NamedTuple):
     """What a call of the compiled loop fills.
 
-    rows : (m, len(COLUMNS)), one an accepted step. reactions : (m, 2 P). events, frames.
+    rows : (m, len(COLUMNS)), of accepted steps and stages. reactions : (m, 2 P). events, frames.
     """
 
     rows: Floats
@@ -108,7 +108,7 @@ def fill_frames(totals: RunTotals, h: float, old: Motion, new: Motion, frames: F
     for m in range(frames.time.size):
         if frames.time[m] <= totals.time:
             continue
-        # as the next step's search will see its start: a time between is in one of the two
+        # the same sum as the next step's start: a time near it is in exactly one of the two
         if frames.time[m] > totals.time + h:
             return
         s = min((frames.time[m] - totals.time) / h, 1.0)
@@ -170,7 +170,7 @@ def first_segment(
     contact: ContactState, totals: RunTotals, rows: Floats, reactions: Floats, steps: int,
     touched: bool, motion: Motion,
 ) -> Segment:  # fmt: skip
-    """Where the beams start, at `motion`: at the first touch, or before any event."""
+    """The segment up to the beams' start at `motion`: at the first touch, or before any event."""
     events = (Event(totals.time, EVENT_KINDS[TOUCH]),) if touched else ()
     q, v = np.empty((2, len(events), motion.q.size))
     q[:], v[:] = motion.q, motion.v
@@ -182,7 +182,7 @@ def next_segment(
     before: Segment, first_row: Floats, contact: ContactState, totals: RunTotals, steps: int,
     events: int, record: Record,
 ) -> Segment:  # fmt: skip
-    """What a call of the loop returned and wrote; `first_row` is the run's."""
+    """The segment that a call of the loop returned and wrote; first_row : the run's first row."""
     rows, located = record.rows[:steps].copy(), record.events
     kinetic, imbalance = largest_imbalance_by_kind(None, first_row, rows)
     times, kinds = located.time[:events].tolist(), located.kind[:events].tolist()

@@ -1,4 +1,4 @@
-"""An accurate solution of the same semi-discrete equations, by which hcm's integrators are judged.
+"""An accurate solution of the same semi-discrete equations, to judge hcm's integrators by.
 
 Beams, torques, contact law and event functions are hcm's own kernels; the hinges are eliminated
 (`minimal_coordinates`) and time is SciPy's: an explicit Runge-Kutta pair of order 8 (DOP853) with
@@ -27,7 +27,7 @@ Slots = tuple[float, float, float, float]
 
 # More transitions than this mean chatter, which has no end at any tolerance.
 MAX_PHASES = 10_000
-# s; which way an event function that starts at zero goes is seen after this time.
+# s; the direction of an event function that starts at zero is read after this time.
 SIGN_CHECK_S = 1e-9
 
 
@@ -79,7 +79,7 @@ def solve(
 
     finger, surface, tip, drive : as for `hcm.simulate`. start : None means at rest along -X.
     rtol : bound on a step's local error relative to the displacement since the phase began.
-    atol : m, the same absolutely; slopes in units of 1/l, velocities per sqrt(mass/k).
+    atol : m, absolute bound on the same; slopes in units of 1/l, velocities per sqrt(mass/k).
     end_time : s since the start of the motion.
 
     Raises ParameterError: the parts of the scene do not fit each other.
@@ -176,9 +176,9 @@ class _Falling:
     """One slot of `event_values` as SciPy wants it: it ends the phase when it falls through zero.
 
     slot -1 is the rise above the surface of a tip that left it with a residual deformation.
-    A function that starts at zero has just fired, or coincides with one that has. Its round-off
-    says nothing: it starts on the side where it is *not* a moment later if it rises (and fires only
-    after it has been positive), and on the upper side if it falls (and fires at once).
+    A function that starts at zero has just fired, or coincides with one that has, and the sign of
+    its round-off means nothing. Its value a moment later decides: a function that rises starts
+    below zero (it fires only after it has been positive), one that falls above (it fires at once).
     """
 
     terminal = True

@@ -1,14 +1,14 @@
-"""Whether a completed run has its first tap whole and resolved, seen from the run itself.
+"""Judge from a completed run itself whether its first tap is whole and resolved.
 
 A tip that swings at omega is integrated with a time scale that is wrong by (omega h)^2/12 (the
 trapezoidal rule; 1.04 times that at the default xi), by (s!)^2/((2s)! (2s + 1)!) (omega h)^(2s) in
-collocation by s stages. Two readings of omega h:
+collocation by s stages. Two estimates of omega h:
 
 - the second difference of F_n over three rows, over the peak, is (omega h)^2 for a half sine.
   Collocation has rows at its stages, at least h/(s + 1) apart where they are furthest;
 - a phase of n steps between two reversals of v_n, or two changes between stick and slip, is half a
-  swing: omega h = pi/n. One of too few steps may be spurious, or hide others. Collocation takes it
-  in one step, wrong by 0.0095 with 3 stages, by 1e-5 with 5.
+  swing: omega h = pi/n. A phase of too few steps may be spurious, or hide others. Collocation takes
+  a phase in one step, with an error of 0.0095 with 3 stages, of 1e-5 with 5.
 """
 
 import math
@@ -21,9 +21,9 @@ from hcm.result import Event, History, Status, Summary
 
 # A step counts as at most this many times the one beside it. F_n may jump within a step that an
 # event cuts short, as another law begins (refined, with restitution: by 0.2 to 2 %), and h^2 |F''|
-# would contain the jump times twice the ratio of the steps, which may be any.
+# would contain the jump times twice the ratio of the steps, which has no bound.
 LONGER = 2.0
-# Error of the time scale beyond which a run carries a caution, and is no result.
+# Errors of the time scale beyond which a run carries a caution, and beyond which it is rejected.
 CAUTION_ERROR, LARGEST_TIME_ERROR = 0.01, 0.1
 # Steps of a phase whose error is `CAUTION_ERROR`.
 LEAST_PHASE_STEPS = math.pi / math.sqrt(12 * CAUTION_ERROR)
@@ -35,10 +35,10 @@ CHANGES = ("stick_to_slip", "slip_to_stick")
 
 @kernel_with()
 def second_difference(time: Floats, force: Floats, first: int, end: int) -> float:
-    """Largest h h_l |F''| in rows [first, end), h_l the longer of two steps, h that but at most
-    `LONGER` times the other; over the peak.
+    """Largest h h_l |F''| in rows [first, end), over the peak; h_l is the longer of two steps, h
+    the same but at most `LONGER` times the other.
 
-    Infinite of fewer than three times, or where nothing pushes.
+    Infinite for fewer than three different times, or if F_n is nowhere positive.
     """
     largest, peak, before, middle = math.inf, 0.0, -1, -1
     for i in range(first, end):
@@ -57,7 +57,7 @@ def second_difference(time: Floats, force: Floats, first: int, end: int) -> floa
 
 
 def collocation_error(stages: int, swing: float) -> float:
-    """Of the time scale of s stages, at most; swing : (omega d)^2, rows d apart, h <= (s + 1) d."""
+    """Bound on the time scale's error; swing : (omega d)^2 of rows d apart, with h <= (s + 1) d."""
     return ((stages + 1) ** 2 * swing) ** stages / over_phase(stages)
 
 
@@ -78,9 +78,9 @@ def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, 
 def judge_steps(
     history: History, events: tuple[Event, ...], summary: Summary, settings: Settings
 ) -> tuple[Status, str, tuple[str, ...]]:
-    """COMPLETED, or why a first tap is no result and its figure, and cautions.
+    """Return COMPLETED or why the first tap is not a result, the details of that, and cautions.
 
-    Only an end time leaves a completed run without a tap, or its first without a separation.
+    Only an end time leaves a completed run without a tap, or its first tap without a separation.
     """
     contact, duration = summary.contact_time_s, summary.contact_duration_s
     if contact is None:

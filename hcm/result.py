@@ -67,7 +67,7 @@ _ADVICE = {
     " solver.hcm.contact_step",
 }
 
-# Columns of the table that the compiled loop writes; `History` holds them under units' names.
+# Columns of the table that the compiled loop writes; `History` has them under names with units.
 COLUMNS = (
     "time", "normal_force", "tangential_force", "tip_x", "tip_y", "tip_vx", "tip_vy",
     "particle_velocity", "stress_R", "kinetic", "strain", "gravity", "contact_energy",
@@ -97,8 +97,8 @@ class History:
 
     mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
     hinge_reactions_N (n, P, 2) is lam_w: the force that hinge w takes from phalanx w.
-    contact_energy_J is what both contact elements could give back; material_dissipation_J what
-    the phalanges' damping has taken, and a tip that radiates.
+    contact_energy_J is what both contact elements could give back; material_dissipation_J is what
+    the phalanges' damping and a radiating tip have dissipated.
     """
 
     time_s: Floats
@@ -172,9 +172,9 @@ class Statistics:
 class Summary:
     """Scalars of the first tap; None where the run did not get that far.
 
-    Peak times and durations count from first contact. peak_tangential_force_N is signed, of the
-    largest magnitude. energy_residual is the largest |energy balance| over the largest kinetic
-    energy of the whole run, or over strain energy's round-off where that is larger (at rest).
+    Peak times and durations count from first contact. peak_tangential_force_N is the signed value
+    of largest magnitude. energy_residual is the largest |energy balance| over the largest kinetic
+    energy of the whole run, or over strain energy's round-off if that is larger (at rest).
     """
 
     contact_time_s: float | None
@@ -204,10 +204,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What was asked of a run, and what was done for it.
+    """The accuracy asked of a run, and the settings chosen for it.
 
     wanted : largest relative error of peak force, impulse, duration and arrival. expected : the
-    largest that it has by its estimates; None where none were asked for.
+    largest by the run's estimates; None if none were asked for.
     """
 
     wanted: float
@@ -216,8 +216,8 @@ class Accuracy:
 
 
 class OtherEnd(NamedTuple):
-    """An end that a first tap would have had, with the touches that begin within `until_s` of its
-    first one, were what the rule compared (`hcm.tap`) `apart_s` beside its `threshold_s`.
+    """An end that a first tap nearly had, with the touches that begin within `until_s` of its first
+    one: the rule (`hcm.tap`) compared a time that is `apart_s` from its `threshold_s`.
     """
 
     until_s: float
@@ -231,11 +231,11 @@ class TapResult:
 
     message says where and why a run that is not COMPLETED ended. event_postures go with events,
     frames with `Settings.frame_times` as far as the run got. errors : estimated absolute errors of
-    the summary's main numbers, by its fields, SI units; inf where nothing is known, empty where
-    none were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
-    accuracy : of a run that was held to one. taps : first touch and last separation of each, s; inf
-    of one that lasts. other_ends : that the first tap nearly had. given : what `simulate` was
-    given, by its parameters' names.
+    the summary's main numbers, by its fields, SI units; inf where nothing is known, empty if none
+    were asked for or the run is not COMPLETED. cautions : what to know before relying on it.
+    accuracy : None unless the run was held to one. taps : first touch and last separation of each,
+    s; inf if it has not ended. other_ends : ends that the first tap nearly had. given : what
+    `simulate` was given, by its parameters' names.
     """
 
     status: Status
@@ -254,7 +254,7 @@ class TapResult:
     given: Mapping[str, Any] = field(default_factory=dict)
 
     def to_dataset(self) -> "xarray.Dataset":
-        """History, events, numbers and errors with units; what was given and versions beside."""
+        """History, events, numbers and errors with units; inputs and versions as attributes."""
         events = {
             "time_s": np.array([event.time_s for event in self.events]),
             "kind": np.array([event.kind for event in self.events], dtype=str),

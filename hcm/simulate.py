@@ -29,8 +29,8 @@ from hcm.summary import summarize
 from hcm.tap import near_ends_when_touched_again, nearest, next_touch_s, slow_end, taps_of
 from hcm.workload import check_size
 
-# What a rigid flight leaves out may change the tap by this share; the estimate is that of
-# `rigid_chain.reactions`, 8 to 200 times the change (measured on 9 scenes with steady flights).
+# Largest share by which what a rigid flight leaves out may change the tap; `rigid_chain.reactions`
+# estimates it, 8 to 200 times too large (measured on 9 scenes with steady flights).
 LARGEST_LEFT_OUT = 0.01
 
 
@@ -54,16 +54,16 @@ def simulate(
     progress : called now and then with (fraction of the run, what it is doing).
     start : rigid state to start from, its tip above the surface; None: at rest along -X at t = 0.
     assumptions : the paper's, or refinements of them.
-    fall : of the finger as rods, if it is known (`hcm.fall`); a rigid flight like it is not solved.
+    fall : of the finger as rods (`hcm.fall`), if known; a rigid flight equal to it is not solved.
 
     Returns
     -------
-    The result so far whatever the status: a run that fails or is interrupted keeps its history.
+    The result, whatever the status: a run that fails or is interrupted keeps its history so far.
 
     Raises
     ------
     ParameterError
-        Something is of another kind, the parts of the scene do not fit each other, the finger
+        An argument has the wrong type, the parts of the scene do not fit each other, the finger
         starts below the surface, or the run would need more memory or steps than allowed.
     """
     scene = Scene(finger, surface, tip, drive, settings, start, assumptions)

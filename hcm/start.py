@@ -1,4 +1,4 @@
-"""Where the beams start: in flight, or at the touch that ends one as rods or on fewer elements."""
+"""Start the beams: in flight, or at the touch that ends a flight as rods or on fewer elements."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -30,7 +30,7 @@ _STATUS = {
     rigid_flight.TOUCHED: Status.COMPLETED,
     rigid_flight.ENDED: Status.COMPLETED,
     rigid_flight.FULL: Status.WORK_LIMIT,
-    # only steps too long for the motion give no finite error however often they are shortened
+    # no finite error, however often its steps are shortened: they are too long for the motion
     rigid_flight.FAILED: Status.UNBALANCED,
     rigid_flight.BLOCKED: Status.BODY_TOUCHES,
 }
@@ -39,9 +39,9 @@ _STATUS = {
 class BeamStart(NamedTuple):
     """What the beams start from.
 
-    motion : their state, which the loop overwrites. segment : the history so far, the moment
-    included. status : COMPLETED if they may go on, else why not. left_out : share of the tip's
-    speed of approach that the beams' vibration may have after a flight as rods.
+    motion : their state, which the loop overwrites. segment : the history up to and including that
+    moment. status : COMPLETED if they may go on, else why not. left_out : speed of the vibration
+    that a flight as rods may leave out, over the tip's speed of approach.
     """
 
     motion: Motion
@@ -65,7 +65,7 @@ def write_first_row(
     row: Floats, reactions: Floats, consistent: bool, old: Motion, totals: RunTotals,
     contact: ContactState, integrator: Integrator, probe: Probe,
 ) -> bool:  # fmt: skip
-    """Write the row that the beams start with; whether their first acceleration could be found."""
+    """Write the beams' first row; return whether their first acceleration could be found."""
     solved = initial_acceleration(old, contact, integrator) if consistent else True
     write_row(row, reactions, old, totals, contact, integrator, probe)
     return solved
@@ -74,9 +74,9 @@ def write_first_row(
 def start_beams(
     model: Model, rods: tuple[Rods, tuple[Piece, ...]] | None = None, fall: Fall | None = None
 ) -> BeamStart:
-    """Start the beams at once, or where a flight as rods ends; an interrupted one leaves its start.
+    """Start the beams at once, or where a flight as rods ends (at its start if it is interrupted).
 
-    rods : and the torques on them. fall : of these, if it is known.
+    rods : the rods and the torques on them. fall : their fall, if it is known.
     """
     if rods is None:
         return start_in_flight(model, _first_step(model.settings))
@@ -96,7 +96,7 @@ def start_beams(
 
 
 def _first_step(settings: Settings) -> float:
-    """Half of the first step's loads are left out by a start from q.. = 0: keep it short."""
+    """Longest first step, s: short after a start from q.. = 0, which leaves out half its loads."""
     if settings.consistent_start or settings.flight_tolerance == 0.0:
         return float(settings.flight_step)
     return float(min(settings.flight_step, settings.contact_step))
@@ -117,7 +117,7 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
 
 
 def enter_piece(model: Model, motion: Motion, contact: ContactState, time_s: float) -> None:
-    """Go on after a kink of the drive, where the rate of q.. jumps, and q.. itself may."""
+    """Go on after a kink of the drive, where the rate of q.. jumps, and q.. itself may jump."""
     set_drive(time_s, piece_at(model.drive, time_s), motion.drive)
     motion.jerk[:] = 0.0
     initial_acceleration(motion, contact, model.generalized_alpha)
@@ -127,7 +127,7 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     """Write the history of a rigid flight and start at its end, or where a body touches."""
     motion, end = empty_motion(model.chain), float(flight.time[-1])
     set_drive(end, piece_at(model.drive, end), motion.drive)
-    # one more: where the beams take over, forces jump from the rods' to theirs
+    # one row more: where the beams take over, forces jump from the rods' to theirs
     rows, reactions = empty_rows(flight.time.size + 1, model.chain)
     kind = model.generalized_alpha.law.__class__, flight.states.flags.c_contiguous
     contact, totals, steps, code, solved, left_out = write_flight_by_kind(
@@ -153,7 +153,7 @@ def start_divided(
     """Start where a flight on fewer elements ended.
 
     flight, segments, motion, status : of the fewer elements, and how their flight ended.
-    divide : coordinates or velocities on them (m, n) to those on the model's.
+    divide : converts coordinates or velocities (m, n) on them to those on the model's elements.
     """
     last, start = segments[-1], empty_motion(model.chain)
     start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
@@ -163,7 +163,7 @@ def start_divided(
         reached = ~np.isnan(flight.frames.q[:, 0])
         model.frames.q[reached] = divide(flight.frames.q[reached])
     model.generalized_alpha.work.cost[:] += flight.generalized_alpha.work.cost
-    # one more: where the division lets waves in that the few elements could not have
+    # one row more: the division admits waves that the few elements could not have
     row, reaction = empty_rows(1, model.chain)
     rows = np.concatenate([*[s.rows for s in segments], row])
     reactions = np.concatenate([*[s.reactions for s in segments], reaction])
@@ -188,9 +188,9 @@ def write_flight(
     """Fill the rows, the hinges' reactions and the frames of a rigid flight.
 
     The last row is the beams' own, at the time of the one before; `step`, s, is their first. A
-    flight ends, BLOCKED, where a body is below the surface first; that row is left to the caller
-    there, as `old` has the drive of the whole flight's end. Returns the fields of the contact and
-    of the totals there, the steps to it, how the flight ended, whether the beams' first
+    flight ends, BLOCKED, where the body is below the surface first; the last row is then left to
+    the caller, as `old` has the drive at the end of the whole flight. Returns the fields of the
+    contact and of the totals there, the steps to it, how the flight ended, whether the beams' first
     acceleration could be found, and the largest speed that rods leave out, over the tip's approach.
     """
     beams, law = integrator.chain, integrator.law
@@ -241,5 +241,5 @@ def write_flight(
     return contact[:], totals[:], m, code, solved, left_out / max(approach, 1e-300)
 
 
-# Its kind: the law's class, and whether a row of the flight follows the one before without a gap.
+# Its kind: the law's class, and whether the rows of the flight are contiguous in memory.
 write_flight_by_kind = ByKind(write_flight)

@@ -16,11 +16,11 @@ from hcm.contact.law import ContactState
 class Motion(NamedTuple):
     """State of the integrators: q, v, bordered acceleration (q.., lam) and a, each (n,).
 
-    a : generalized-alpha's auxiliary acceleration; after a step of collocation its mean one, from
-    which the next step's stages start. chords : (N, 2) of the elements, summed up from the steps'
-    increments. jerk : (n,) slope of the acceleration over the step that led here, which only
-    predicts the next acceleration. drive : (2, T) torques now
-    (N m) and their rates (N m/s), until the drive's next kink.
+    a : generalized-alpha's auxiliary acceleration; after a step of collocation the step's mean
+    acceleration, from which the next step's stages start. chords : (N, 2) of the elements, summed
+    up from the steps' increments. jerk : (n,) slope of the acceleration over the step that led
+    here, only used to predict the next acceleration. drive : (2, T) torques now (N m) and their
+    rates (N m/s), until the drive's next kink.
     """
 
     q: Floats
@@ -35,9 +35,9 @@ class Motion(NamedTuple):
 class StepLimits(NamedTuple):
     """Step sizes and limits of a run, from `Settings` (seconds, metres, counts).
 
-    taps : separations that end the run; 0: its first touch does. iterations : Newton iterations at
-    which the loop returns, all those before included. undamped : whether generalized-alpha takes
-    xi = 1 in flights after a tap.
+    taps : number of separations that ends the run; 0: its first touch does. iterations : total of
+    Newton iterations at which the loop returns. undamped : whether generalized-alpha takes xi = 1
+    in flights after a tap.
     """
 
     flight_step: float
@@ -105,8 +105,8 @@ def advance_totals(
 ) -> RunTotals:  # fmt: skip
     """Advance the time by an accepted step and add its losses and works.
 
-    `friction` is all that it has taken so far, `material_loss` the step's own, J; restitution loss
-    is exact, as is the drive's work but for torques that change, to order 4.
+    friction : its total loss so far, J. material_loss : that of this step, J. Restitution loss is
+    exact, and the drive's work too, except for changing torques (of order 4).
     """
     tip = chain.tip
     _, y0 = contact_position(old.q, tip, contact, law)
@@ -117,7 +117,7 @@ def advance_totals(
         s = chain.torque_node[t] + 2
         turn = turned_angle(old.q[s], old.q[s + 1], new.q[s], new.q[s + 1])
         work += 0.5 * (old.drive[0, t] + new.drive[0, t]) * turn
-        # int (t - h/2) dtheta, of a spin that is linear in time
+        # int (t - h/2) dtheta, for a spin that is linear in time
         gained = turn_rate(new.q[s], new.q[s + 1], new.v[s], new.v[s + 1])
         gained -= turn_rate(old.q[s], old.q[s + 1], old.v[s], old.v[s + 1])
         work += old.drive[1, t] * h * h / 12.0 * gained

@@ -9,15 +9,15 @@ from hcm.beam.equations import residual, tangent
 from hcm.contact.law import IN_FLIGHT, ContactLaw
 
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e3)  # a surface out of reach
-STATIC = 1e12  # of the stiffness beside the mass, which drops out
-LOAD_STEPS, ITERATIONS = 20, 100  # of a step
-CHANGE_TOLERANCE = 1e-11  # of the scaled unknowns in the last iteration
+STATIC = 1e12  # weight of the stiffness, beside which the mass is negligible
+LOAD_STEPS, ITERATIONS = 20, 100  # most iterations in a step
+CHANGE_TOLERANCE = 1e-11  # largest change of the scaled unknowns in the last iteration
 
 
 def equilibrium(chain: Chain, start: Floats, held: Ints, load: Floats) -> Floats:
     """Coordinates q (n,) with K(q) q = `load` in all rows but `held`, which stay as in `start`.
 
-    chain : without torques; `load` stands in the place of its weight.
+    chain : without torques; `load` replaces its weight.
     start : (n,), where the load's first step begins.
     held : (k,), places of coordinates, and of the multipliers that would hold them.
     load : (n,), generalized forces, of which an equal part is added in every step.

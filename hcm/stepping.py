@@ -1,4 +1,4 @@
-"""Calls of the compiled loop until a run ends, its taps are over, or it is interrupted."""
+"""Call the compiled loop until a run ends, its taps are over, or it is interrupted."""
 
 import math
 from collections.abc import Callable
@@ -42,7 +42,7 @@ _STATUS = {
 class SteppingResult(NamedTuple):
     """History and end of a run's steps.
 
-    over_s : when taps were seen to be over, s. other_ends : those that the first tap nearly had.
+    over_s : times, s, when taps were found to be over. other_ends : near ends of the first tap.
     """
 
     segments: list[Segment]
@@ -52,7 +52,7 @@ class SteppingResult(NamedTuple):
 
 
 def rows_between(settings: Settings) -> int:
-    """Rows of a step in contact before that of its end: one a stage."""
+    """Rows of a step in contact before that of its end: one per stage of collocation, or none."""
     return settings.stages if settings.contact_integrator == GAUSS else 0
 
 
@@ -97,7 +97,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
                 enter_piece(model, motion, last.contact, last.totals.time)
                 code = loop.RUNNING
             status = _STATUS.get(code, Status.COMPLETED)
-            # a NaN compares false and is no balance
+            # a NaN compares false: it counts as unbalanced
             allowed = LARGEST_RESIDUAL * last.kinetic_J + model.roundoff_J
             balanced = last.imbalance_J <= allowed
             # a kink may come so early that the finger hardly moves yet
@@ -118,9 +118,9 @@ def _further(
     model: Model, segments: list[Segment], motion: Motion, over_s: list[float],
     other_ends: list[OtherEnd],
 ) -> StepLimits | None:  # fmt: skip
-    """Limits with which a run goes on that stopped to check whether its tap is over; None: done.
+    """Limits to go on with after a stop to check whether the tap is over; None: the run is done.
 
-    over_s : gets the time of a tap that is. other_ends : those that the first nearly had.
+    over_s : gets the time when a tap is over. other_ends : gets the near ends of the first tap.
     """
     rule, totals = model.tap_ends, segments[-1].totals
     if rule is None or model.limits.end_time - totals.time <= loop.LAST_STEP * totals.time:
@@ -144,9 +144,9 @@ def _further(
 
 
 def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:
-    """Time until a tip that left is where it left at its own speed, s; inf: never.
+    """Time, s, until a tip at its present speed is back where it left the surface; inf: never.
 
-    With restitution it left with what the contact keeps of its indentation.
+    With restitution it left at a residual indentation, which the contact keeps.
     """
     down = model.chain.tip + 1
     left = next(q for s in reversed(segments) for q in s.q[::-1])[down]

@@ -83,8 +83,8 @@ def summarize(
 ) -> Summary:
     """Reduce a run to the scalars of its first tap, and the run's energy residual.
 
-    taps : first touch and last separation of each (`tap.taps_of`). stages : of steps in contact,
-    a row each; their largest F_n is where v_n = 0, which is located.
+    taps : first touch and last separation of each (`tap.taps_of`). stages : in each step in
+    contact, with a row each; the largest F_n is then at v_n = 0, a located event.
     """
     if not taps:
         return Summary(

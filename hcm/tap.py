@@ -7,8 +7,8 @@ tap is over once the tip has stayed away for
 
 and the last phalanx, as a rigid body, will not touch within 2 max(t_s - t_0, L/c): t_0 the first
 touch, t_s the last separation, L/c the time of an axial wave along the phalanx. The finite elements
-end their taps so. With `Settings.tap_until` the touches that begin within that time of t_0 are the
-tap, whatever the rule says. Without `whole_tap` each separation ends a tap, as in the paper.
+end their taps likewise. With `Settings.tap_until` the touches that begin within that time of t_0
+are the tap, whatever the rule says. Without `whole_tap` each separation ends one, as in the paper.
 """
 
 import math
@@ -22,19 +22,19 @@ from hcm.parameters import Finger
 from hcm.result import Event, OtherEnd
 
 SEPARATION_SHARE, SEPARATION_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
-# A tap fades out where F_n stays below the first share of its peak for longer than the second share
-# of the tap: such durations differ by more than 2 % in the study.
+# A tap fades out if F_n stays below the first share of its peak for longer than the second share of
+# the tap: such durations differ by more than 2 % in the study.
 SLIGHT, LONG = 0.01, 0.03
-# of L/c, between two checks of a tip that is about to come back
+# time over L/c between two checks of a tip that is about to come back
 CHECK_INTERVAL = 0.1
 
 Tap = tuple[float, float]
-"""First touch and last separation, s; inf of one that lasts."""
+"""First touch and last separation, s; inf if it has not ended."""
 
 
 @dataclass(frozen=True)
 class TapEndRule:
-    """The rule for a last phalanx of wave transit L/c, s; until : of `Settings`, s."""
+    """The rule that ends taps. transit : L/c, s. until : `Settings.tap_until`, s."""
 
     transit: float
     until: float = 0.0
@@ -47,11 +47,11 @@ class TapEndRule:
         return tap[1] + max(SEPARATION_SHARE * lasted, SEPARATION_TRANSITS * self.transit)
 
     def retouch_window_s(self, tap: Tap) -> float:
-        """How soon after a check the next touch must come to be of the same tap, s."""
+        """How soon after a check the next touch must come to belong to the same tap, s."""
         return SAME_TAP * max(tap[1] - tap[0], self.transit)
 
     def next_check_s(self, tap: Tap, now_s: float, touch_in_s: float) -> float:
-        """When to check again, s; inf where the tap is over. touch_in_s : of `next_touch_s`."""
+        """When to check again, s; inf if the tap is over. touch_in_s : from `next_touch_s`."""
         over = self.until > 0.0 or touch_in_s > self.retouch_window_s(tap)
         return math.inf if over else now_s + CHECK_INTERVAL * self.transit
 
@@ -60,8 +60,8 @@ class TapEndRule:
     ) -> list[OtherEnd]:
         """Other ends that the tap nearly had when it was checked.
 
-        tip_in_s : until the tip itself touches if it keeps its speed, its vibration included, s. A
-        touch just after the check that ended the tap would have been the tap's a little earlier.
+        tip_in_s : time until the tip itself touches at its present speed, vibration included, s. A
+        touch just after the check that ended the tap would have belonged to it a little earlier.
         """
         if self.until > 0.0:
             return []
@@ -69,14 +69,14 @@ class TapEndRule:
         wait = self.first_check_s(tap) - tap[1]
         if touch_in_s <= window:
             ends = [OtherEnd(tap[1] - tap[0], window - touch_in_s, window)]
-        else:  # what comes down may be slowed: the next touch is before twice that time
+        else:  # the tip may slow down on its way: assume a touch within twice that time
             times = (touch_in_s, touch_in_s - window, window), (tip_in_s, tip_in_s, wait)
             ends = [OtherEnd(since + 2.0 * t + wait, apart, of) for t, apart, of in times]
         return [end for end in ends if end.apart_s < math.inf]
 
 
 def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEndRule | None:
-    """The rule; None where every separation ends a tap."""
+    """The rule that ends a finger's taps; None if every separation ends one."""
     if not assumptions.has("whole_tap"):
         return None
     last = finger.phalanges[-1]
@@ -86,7 +86,7 @@ def tap_ends(finger: Finger, assumptions: Assumptions, until: float) -> TapEndRu
 def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Tap, ...]:
     """The taps of a run.
 
-    over_s : when taps were seen to be over, s; None: each separation ends one.
+    over_s : times at which taps were found to be over, s; None: each separation ends one.
     """
     taps: list[Tap] = []
     for event in events:
@@ -102,10 +102,10 @@ def taps_of(events: Iterable[Event], over_s: Sequence[float] | None) -> tuple[Ta
 def near_ends_when_touched_again(
     rule: TapEndRule, events: Sequence[Event], tap: Tap, touch_in_s: Callable[[int], float]
 ) -> list[OtherEnd]:
-    """Other ends that a tap nearly had as its tip touched again before it was checked; one without
-    end where the touches are given (`until`) and the rule would go on after them.
+    """Other ends that a tap nearly had when its tip touched again before it was checked; one at
+    infinity if the touches are given (`until`) and the rule would go on after them.
 
-    touch_in_s : of `next_touch_s` as an event happens
+    touch_in_s : `next_touch_s` at the event of that number
     """
     ends = []
     for number, event in enumerate(events):
@@ -124,7 +124,7 @@ def near_ends_when_touched_again(
 
 
 def nearest(ends: Iterable[OtherEnd]) -> tuple[OtherEnd, ...]:
-    """Of ends with the same touches the one that the tap came nearest to, the nearest first."""
+    """Keep the nearest of several ends with the same touches; sort by nearness."""
     kept: dict[float, OtherEnd] = {}
     for end in sorted(ends, key=lambda end: end.apart_s):
         kept.setdefault(end.until_s, end)
@@ -132,7 +132,7 @@ def nearest(ends: Iterable[OtherEnd]) -> tuple[OtherEnd, ...]:
 
 
 def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
-    """A caution, of a tap that fades out: its duration is a small force's; no end: inf. s, N."""
+    """Caution about a tap that fades out, so that a small force decides its duration. s, N."""
     during = (time >= tap[0]) & (time <= tap[1])
     felt = time[during & (force > SLIGHT * force[during].max(initial=0.0))]
     ended = felt.size > 0 and tap[1] < math.inf
@@ -147,7 +147,7 @@ def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
 
 
 def next_touch_s(q: Floats, v: Floats, chain: Chain, height: float) -> float:
-    """Time until the tip of the last phalanx would touch as a rigid body's, s; inf: never.
+    """Time, s, until the tip would touch if the last phalanx moved as a rigid body; inf: never.
 
     With M its elements' masses, X, Y their coordinates (q of one axis) and e those of a shift,
 

@@ -1,18 +1,18 @@
-"""What a run will need, known before anything is allocated."""
+"""Memory and time that a run will need, estimated before anything is allocated."""
 
 from dataclasses import dataclass
 
 from hcm.parameters import Finger, ParameterError, Settings
 from hcm.result import COLUMNS
 
-# The largest memory that a run may come to need, bytes.
+# The largest memory that a run may need, bytes.
 MEMORY_LIMIT = 4 * 2**30
 # Bytes a beam element takes: its matrices, its four unknowns' vectors and band, their copies at
 # `EVENT_ROWS` events of one table, and the lists that they are built from.
 ELEMENT_BYTES = 20_000
 # s per element and step: three Newton iterations on a 2020s core.
 SECONDS_A_STEP = 1e-6
-# Each value of the history, two more of each hinge among them, is held twice at the end.
+# Each value of the history, including two for each hinge, is held twice at the end.
 COPIES = 2
 
 
@@ -20,7 +20,7 @@ COPIES = 2
 class RunSize:
     """Size of a run.
 
-    elements : of all phalanges. least_steps : that `end_time` asks for at the longest steps (1
+    elements : of all phalanges. least_steps : needed up to `end_time` at the longest steps (1
     without an end time). memory_bytes : at `max_steps` steps. seconds : for `least_steps`.
     """
 
@@ -50,7 +50,7 @@ def most_steps(finger: Finger) -> int:
 
 
 def check_size(finger: Finger, settings: Settings) -> None:
-    """Refuse what can't end well.
+    """Refuse a run that would need too much memory or too many steps.
 
     Raises ParameterError: the run may need more memory than `MEMORY_LIMIT`, or more steps than
         `max_steps` allows.

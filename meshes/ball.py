@@ -1,4 +1,4 @@
-"""A half ball (Z >= 0) of hexahedra, refined towards its lowest point: Hertz's body."""
+"""A half ball (Z >= 0) of hexahedra, refined towards its lowest point, for Hertz's problem."""
 
 import math
 
@@ -23,8 +23,8 @@ def half_ball(radius: float, tip_size: float, growth: float, patch_size: float =
     """Cubed ball about the origin: an inner cube and blocks out to the sphere.
 
     Edges grow by `growth` from `tip_size` at the lowest point, in all directions; within
-    `patch_size` on the surface they stay. `surface` is the lower half of the sphere, `tip` all of
-    it.
+    `patch_size` on the surface they do not grow. `surface` is the lower half of the sphere, `tip`
+    all of it.
     """
     tip = tip_size / radius
     # Tangential coordinate: the angle over 45 degrees; radial: from the sphere inwards.

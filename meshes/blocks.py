@@ -1,6 +1,6 @@
 """Transfinite blocks on gmsh's built-in kernel: points, curves, four-sided faces, hexahedra.
 
-`gmsh_session` lends a gmsh model and puts everything back, whatever happens between.
+`gmsh_session` lends a gmsh model and restores everything afterwards, whatever happens in between.
 
 Faces are found by their four corners and curves by their two ends, so that blocks that name the
 same points share them. Lengths are in millimetres here: gmsh's tolerances are absolute.
@@ -35,10 +35,10 @@ _LOCK = threading.Lock()
 
 @contextmanager
 def _answers_to_signals_kept() -> Iterator[None]:
-    """Put back how this process answers signals, in any thread.
+    """Restore this process's signal handlers afterwards, in any thread.
 
-    gmsh sets interrupts, SIGTERM, SIGHUP and SIGPIPE to the system's own answers as it is
-    initialized (seen with 4.15), whatever it is told: Python's would never be called again.
+    When it is initialized, gmsh resets SIGINT, SIGTERM, SIGHUP and SIGPIPE to the system's defaults
+    (seen with 4.15), whatever it is told: Python's handlers would never be called again.
     """
     system = ctypes.CDLL(None)
     answers = {number: ctypes.create_string_buffer(256) for number in signal.valid_signals()}
@@ -54,7 +54,7 @@ def _answers_to_signals_kept() -> Iterator[None]:
 def gmsh_session(name: str) -> Iterator[ModuleType]:
     """Yield the gmsh module with an empty model of that name, and clean up afterwards.
 
-    gmsh is initialized without a say in signals (so that it works outside the main thread too) and
+    gmsh is initialized without signal handling (so that it works outside the main thread too) and
     finalized at the end; if the caller had it running already, only our model is removed and the
     caller's options and current model are put back.
 
@@ -125,7 +125,7 @@ class Blocks:
     def face(self, corners: Sequence[int], sphere: int | None = None) -> int:
         """Four-sided face through `corners` in cyclic order, on the sphere about a point if given.
 
-        Returns the face's tag; asked for again with the same corners, the same tag.
+        Returns the face's tag, which is the same if it is asked for again with the same corners.
         """
         key = frozenset(corners)
         if key not in self._faces:
@@ -184,7 +184,7 @@ class Blocks:
         return coordinates.reshape(-1, 3)[used], self._index[members].reshape(-1, 2**dim)
 
     def _place(self, tag: int, shares: Sequence[float]) -> None:
-        """Move the inner nodes of a meshed line or arc, whose parameter goes as its length."""
+        """Move the inner nodes of a meshed line or arc, whose parameter is linear in its length."""
         mesh = self._gmsh.model.mesh
         nodes, _, parameters = mesh.getNodes(1, tag)
         for node, share in zip(nodes[np.argsort(parameters)], shares, strict=True):

@@ -1,4 +1,4 @@
-"""What a given number may be: declared beside its field, checked when its object is made."""
+"""Bounds on parameters: declared in a field's type, checked when the object is made."""
 
 import math
 import operator
@@ -10,7 +10,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 
-# kinds of a name or a truth value: 1.0 equals True as well, and arrays compare one by one
+# types of names and truth values; without them 1.0 would equal True, and arrays compare by element
 NAME_TYPES = (str, bool, np.bool_)
 
 
@@ -32,17 +32,17 @@ class Bound:
     advice: str = ""
 
     def holds(self, value: Any) -> bool:
-        """Whether a value is such a number; numpy's are, truth values are not."""
+        """Whether a value is a number within the bounds; numpy's may be, truth values may not."""
         if isinstance(value, bool):
             return False
         if not (hasattr(value, "__index__") if self.integer else isinstance(value, Real)):
             return False
         number = _plain(value)
         inside = self.above < number < self.below and self.at_least <= number <= self.at_most
-        return inside and abs(number) <= sys.float_info.max  # a whole number may be longer
+        return inside and abs(number) <= sys.float_info.max  # a whole number may exceed it
 
     def allowed(self) -> str:
-        """The words that say what is allowed, and the advice."""
+        """Describe in words what is allowed, and add the advice."""
         named = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         bounds = " and ".join(f"{word} {bound:g}" for word, bound in named if math.isfinite(bound))
         words = "a whole number" if self.integer else "a finite number"
@@ -53,10 +53,10 @@ class Bound:
 
 def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
     """Check every field that declares a `Bound`, a ``Literal``, a truth value or a dataclass; a
-    tuple's numbers one by one.
+    tuple number by number.
 
-    A ``Literal`` may be one of a union with dataclasses. None passes where it is the default.
-    Numbers of numpy's are kept as plain ones.
+    A ``Literal`` may be part of a union with dataclasses. None passes if it is the default.
+    Numbers of numpy types are stored as plain ones.
 
     Raises ValueError: as `error`, naming the field, its value and what is allowed.
     """
@@ -89,7 +89,7 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
 
 
 def _plain(number: Any) -> int | float:
-    """The same number, an int where it is whole by its kind, else a float; infinite beyond one."""
+    """Convert to int if the number's type is an integer, else to float; inf if beyond a float."""
     try:
         return operator.index(number) if hasattr(number, "__index__") else float(number)
     except OverflowError:
@@ -97,6 +97,6 @@ def _plain(number: Any) -> int | float:
 
 
 def check_kind(name: str, value: Any, kind: type) -> None:
-    """Raise ValueError where a value is no `kind`."""
+    """Raise ValueError if a value is not an instance of `kind`."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} = {value!r}: must be a {kind.__name__}")

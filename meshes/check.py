@@ -1,4 +1,4 @@
-"""What a mesh must be before a solver may have it."""
+"""Checks that a mesh must pass before a solver may use it."""
 
 import numpy as np
 

@@ -30,7 +30,7 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     Raises
     ------
     MeshError
-        If nodes hang, the suffix is unknown or the file cannot be written.
+        If the mesh has hanging nodes, the suffix is unknown or the file cannot be written.
     """
     import meshio
 
@@ -45,7 +45,7 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     cell_data |= {f"facets_{k}": [_side_bits(mesh, v)] for k, v in mesh.facet_sets.items()}
     kind = "hexahedron" if mesh.dim == 3 else "quad"
     content = meshio.Mesh(points, [(kind, mesh.cells)], point_data, cell_data)
-    # of its own: another process may write the same file
+    # a name of its own: another process may write the same file
     partial = path.with_name(f".{path.stem}-{os.urandom(4).hex()}{path.suffix}")
     try:
         version = {"fmt_version": "4.1"} if path.suffix == ".msh" else {}
@@ -69,7 +69,7 @@ def read(path: str | Path) -> FingerMesh:
     """
     path = Path(path)
     module = _format(path)
-    if not os.path.isfile(path):  # a name too long, or with a null byte, is no file either
+    if not os.path.isfile(path):  # also if the name is too long or has a null byte
         raise MeshError(f"{path}: no such file")
     try:
         content = module.read(path)
@@ -94,7 +94,7 @@ def _format(path: Path) -> ModuleType:
 
 
 def _from_content(content: Any) -> FingerMesh:
-    """Sets from fields; the same order as in the mesh that was written."""
+    """Build the mesh, its sets from fields, in the order of the mesh that was written."""
     if [block.type for block in content.cells] not in ([kind] for kind in _CELL_TYPES):
         found = ", ".join(sorted({block.type for block in content.cells})) or "nothing"
         raise MeshError(f"holds {found}: need one block of hexahedra or of quadrilaterals")

@@ -1,4 +1,4 @@
-"""The whole finger: phalanges meshed one by one, snapped, numbered and put in a row."""
+"""Mesh the whole finger: phalanges are meshed one by one, snapped, numbered and put in a row."""
 
 from dataclasses import replace
 
@@ -20,9 +20,9 @@ from meshes.topology import orient, outer_facets, renumber
 _METRES_PER_MM = 1e-3
 
 LONG = 1.2
-"""A cell's size over the one asked for, from which on it is halved: halves are then 0.6 of it."""
+"""Ratio of a cell's size to the requested one above which it is halved; halves then have 0.6."""
 _TOLERANCE = 1e-6
-"""Largest distance of y from 0 over the radius at which a node counts as lying on y = 0."""
+"""Largest |y| over the radius at which a node counts as lying on y = 0."""
 
 
 def finger_hexahedra(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:
@@ -50,7 +50,7 @@ def finger_quadrilaterals(geometry: FingerGeometry, sizing: Sizing) -> FingerMes
 
 
 def _assemble(geometry: FingerGeometry, sizing: Sizing, dim: int) -> FingerMesh:
-    """Put the phalanges in a row, number them on, and join what they hold into sets."""
+    """Put the phalanges in a row, number them consecutively, and gather their sets."""
     plans = plan_finger(geometry, sizing, dim)
     built = {plan: _prepare(mesh_phalanx(plan, dim), plan) for plan in dict.fromkeys(plans)}
     points: list[Floats] = []
@@ -116,7 +116,7 @@ def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
 
 
 def _cut_long(mesh: Halved, plan: PhalanxPlan) -> Halved:
-    """Halve cells that are longer than asked; the outside stays round, cells at hinges whole."""
+    """Halve cells that are larger than asked; the outside stays round, cells at hinges whole."""
     ends = [mesh.roles[role] for role in ("proximal_face", "distal_face") if role in mesh.roles]
     assert plan.fine is not None
     size = volumes(mesh.points, mesh.cells) ** (1.0 / mesh.points.shape[1])

@@ -1,5 +1,5 @@
-"""Whether a mesh is a given finger: its parts, place and surface, and that its sets hold what they
-are named for. What any mesh must be stands in `check`.
+"""Check that a mesh is a given finger: its parts, place and surface, and that its sets hold what
+they are named for. The checks that apply to any mesh are in `check`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def check_finger(mesh: FingerMesh, geometry: FingerGeometry) -> None:
     Raises
     ------
     MeshError
-        Naming the phalanx or the set, what it is and what the finger says.
+        Naming the phalanx or the set, what it is and what the finger requires.
     """
     if mesh.phalanges != geometry.phalanges:
         raise MeshError(
@@ -144,7 +144,7 @@ class _Body:
         self._check_volume(name)
 
     def _check_volume(self, name: str) -> None:
-        """Chords of angle θ leave 1 - sin θ/θ of a circle, and less than that cubed of a sphere."""
+        """Chords of angle θ keep sin θ/θ of a circle, and more than its cube of a sphere."""
         side = self.facets[self.on[-1] & ~self.on[:-1].any(axis=0)]
         arms = _arms(self.points, self.geometry, self.w)[side]
         arms /= np.linalg.norm(arms, axis=2, keepdims=True)
@@ -168,7 +168,7 @@ def _ends(geometry: FingerGeometry, w: int) -> tuple[float, float]:
 
 
 def _arms(points: Floats, geometry: FingerGeometry, w: int) -> Floats:
-    """Points from the axis, or from the sphere's centre beyond it, (n, dim) m."""
+    """Vectors to points from the axis, or from the sphere's centre beyond it, (n, dim) m."""
     arms = points.copy()
     centre = geometry.end + geometry.radii[-1]
     arms[:, 0] = np.minimum(points[:, 0] - centre, 0.0) if geometry.rounded(w) else 0.0

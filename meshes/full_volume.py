@@ -1,7 +1,7 @@
-"""Outside nodes moved outwards until the facets between them hold a round body's whole volume.
+"""Move outside nodes outwards until the facets between them hold a round body's whole volume.
 
 A section of n chords lacks a share (2 pi / n)^2 / 6 of its area, and twice as much of its second
-moment: 2.5 and 5 % of 16 chords. Where the area is right, the second moment is to 0.1 %.
+moment: 2.5 and 5 % for 16 chords. If the area is right, the second moment is right to 0.1 %.
 """
 
 from dataclasses import replace
@@ -13,8 +13,8 @@ from meshes.halving import Halved
 from meshes.mesh import Floats
 from meshes.plan import PhalanxPlan
 
-# Of a node's way to the surface as it is at the touch, the share that it may come nearer: a shaft
-# that lies all but flat is not to touch before the tip.
+# Largest share of a node's distance to the surface, at the touch, by which it may move nearer: a
+# shaft that lies almost flat must not touch before the tip.
 CLEARANCE = 0.25
 FLAT = ("symmetry", "proximal_face", "distal_face", "proximal_hole", "distal_hole")
 
@@ -22,7 +22,7 @@ FLAT = ("symmetry", "proximal_face", "distal_face", "proximal_hole", "distal_hol
 def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
     """Move each node by the mean height of the true surface over its facets, by area.
 
-    A facet's mean is Simpson's. Hanging nodes hand on their part and stay between their masters.
+    Facets' means are by Simpson's rule. Hanging nodes pass on their part, and stay at the mean.
     """
     dim = mesh.points.shape[1]
     flat = [np.isin(mesh.facets, mesh.roles.get(role, [])).all(axis=1) for role in FLAT]
@@ -48,7 +48,7 @@ def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
     move = at_nodes(area * height) / np.maximum(at_nodes(area), np.finfo(float).tiny)
     if plan.fine is not None:
         lower = mesh.points.copy()
-        lower[:, 1] = -np.abs(lower[:, 1])  # what holds below holds above: hinges are symmetric
+        lower[:, 1] = -np.abs(lower[:, 1])  # move upper nodes as lower ones: hinges stay symmetric
         depth, beside = from_contact(lower, plan)
         move = np.minimum(move, CLEARANCE * np.maximum(-depth, 0.0))
         move[(depth > -plan.fine.even) & (beside < 2.0 * plan.fine.even)] = 0.0
@@ -60,7 +60,7 @@ def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
 
 
 def _shape(place: tuple[int, ...]) -> Floats:
-    """Values at a facet's corners, in VTK's order, of those that are 1 there: 0, 1, 2 of 2."""
+    """Shape functions of a facet's corners, in VTK's order, at a place given in halves, 0 to 2."""
     far = [0.5 * p for p in place]
     if len(far) == 1:
         return np.array([1.0 - far[0], far[0]])
@@ -69,7 +69,7 @@ def _shape(place: tuple[int, ...]) -> Floats:
 
 
 def from_contact(points: Floats, plan: PhalanxPlan) -> tuple[Floats, Floats]:
-    """Heights (n,) of points under the surface as it is at the touch, and distances aside, mm."""
+    """Depths (n,) of points below the surface at the touch, and distances from its normal, mm."""
     angle = plan.contact_angle
     down = np.array([-np.cos(angle), -np.sin(angle), 0.0])[: points.shape[1]]
     if plan.at_hinge:
@@ -82,7 +82,7 @@ def from_contact(points: Floats, plan: PhalanxPlan) -> tuple[Floats, Floats]:
 
 
 def _arm(points: Floats, plan: PhalanxPlan) -> Floats:
-    """From the ball's centre or, along the shaft, from the axis, mm."""
+    """Vectors to points from the ball's centre or, along the shaft, from the axis, mm."""
     arm = points.copy()
     arm[:, 0] = np.minimum(arm[:, 0] + plan.shaft, 0.0) if plan.rounded else 0.0
     return arm

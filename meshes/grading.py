@@ -1,7 +1,7 @@
-"""How edges are spread along a curve: even around the contact point, then in geometric progression.
+"""Spread edges along a curve: even around the contact point, then in geometric progression.
 
 Nodes are placed where the number of edges since the curve's start is whole, so that a curve may run
-through the contact point, and blocks on either side of a corner go on with one another's edges.
+through the contact point, and blocks on either side of a corner continue each other's edges.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Division:
-    """`count` edges of a curve; `nodes` are the inner nodes' shares of its length, none: even."""
+    """`count` edges of a curve; `nodes` are the inner nodes' shares of its length; empty: even."""
 
     count: int
     nodes: tuple[float, ...] = ()
@@ -59,9 +59,9 @@ class Grading:
         return self.even + (widest - self.fine) / (self.growth - 1.0)
 
     def edges(self, d: float) -> float:
-        """Edges from the contact point to d, signed as d is; not a whole number.
+        """Number of edges from the contact point to d, with the sign of d; not a whole number.
 
-        Within the progression they fill a length l where h (g^n - 1)/(g - 1) = l.
+        Within the progression n edges fill the length l = h (g^n - 1)/(g - 1).
         """
         far = abs(d)
         count = min(far, self.even) / self.fine
@@ -83,7 +83,7 @@ class Grading:
         return math.copysign(far, edges)
 
     def count(self, start: float, stop: float) -> int:
-        """Fewest edges between two positions that are nowhere longer than asked."""
+        """Fewest edges between two positions such that none is longer than asked."""
         return max(1, math.ceil(abs(self.edges(stop) - self.edges(start)) - 1e-9))
 
     def divide(self, start: float, stop: float, least: int = 1) -> Division:

@@ -1,9 +1,9 @@
-"""Cells halved where it touches, and the nodes that then hang on their neighbours' sides.
+"""Halve cells near the contact; some new nodes then hang on their neighbours' sides.
 
 A structured block carries its finest edges through the whole body; cells cut in place do not. A new
 node on an edge or a face of a cell that stays whole hangs: it lies at the mean of that side's
-corners and moves with them, which keeps the motion continuous. No corner of a cell that is cut
-hangs: across a side sizes differ by two at most, and what a node follows follows nothing.
+corners and moves with them, which keeps the motion continuous. Cells with a hanging corner are not
+cut: across a side sizes differ at most by a factor of two, and no hanging node follows another.
 """
 
 from collections.abc import Mapping
@@ -22,10 +22,10 @@ class Halved:
 
     points : (n, dim)
     cells : (m, 2^dim), in VTK's order
-    facets : (k, 2^(dim-1)), all of the outside, outward oriented
-    roles : sorted nodes of the outside by role
-    ties : (h, 1 + 2^(dim-1)), hanging nodes, each before those whose mean it follows (an edge's
-        stand twice in 3D)
+    facets : (k, 2^(dim-1)), all outer ones, outward oriented
+    roles : sorted outer nodes by role
+    ties : (h, 1 + 2^(dim-1)), hanging nodes, each followed by those at whose mean it stays (an
+        edge's two stand twice in 3D)
     """
 
     points: Floats
@@ -36,10 +36,10 @@ class Halved:
 
 
 def halve(mesh: Halved, chosen: Ints) -> Halved:
-    """Cut the chosen cells (c,) in 2^dim, but those with a corner that hangs.
+    """Cut the chosen cells (c,) into 2^dim each, except those with a hanging corner.
 
-    New nodes lie at the means of the corners of their edge, face or cell. One that hung there is
-    taken as it is, and is free where no cell stays whole beside it.
+    New nodes lie at the means of the corners of their edge, face or cell. A hanging node that is
+    there already is used, and is freed if no cell beside it stays whole.
     """
     dim = mesh.points.shape[1]
     cut = np.zeros(len(mesh.cells), dtype=bool)
@@ -86,7 +86,7 @@ def halve(mesh: Halved, chosen: Ints) -> Halved:
 def _lattice(cells: Ints) -> Ints:
     """Corners (3^d m, 2^d) whose means are a cell's corners, mid-edges, .. and middle; sorted.
 
-    Each stands as often as it takes.
+    A corner is repeated as often as needed to fill the row.
     """
     d = cells.shape[1].bit_length() - 1
     corner = {place: n for n, place in enumerate(_corners(d))}

@@ -1,4 +1,4 @@
-"""The mesh that everything else receives, and the package's array types."""
+"""The finger's mesh, as all other packages receive it, and the package's array types."""
 
 import re
 from collections.abc import Mapping
@@ -27,15 +27,15 @@ class FingerMesh:
     cells : nodes of each element, (n_cells, 8 or 4), in VTK's (and gmsh's) order
     node_sets : sorted node numbers by name: ``hinge_w_proximal``, ``hinge_w_distal``,
         ``proximal_face_w``, ``distal_face_w``, ``tip``, ``pole`` and (3D) ``symmetry``; w counts
-        phalanges from 1. A hinge takes the mean position by area of its nodes' face: the end face,
-        or the edges that a shaft's hole has in it.
+        phalanges from 1. A hinge holds the mean position by area of its nodes' face: the end face,
+        or the edges of a shaft's hole in it.
     facet_sets : nodes of outer facets by name, (k, 4 or 2), outward oriented: ``surface`` (all of
         the last phalanx that can touch), ``tip``
     cell_sets : sorted element numbers by name: ``phalanx_w``
-    shape : of the finger that this is a mesh of, where that is known: flat facets leave some of it
+    shape : geometry of the meshed finger, if it is known; flat facets leave some of its volume
         out
-    ties : (h, 5 or 3), nodes that hang on their neighbours' sides, each before those whose mean it
-        is and follows; none of these hangs (see `halving`)
+    ties : (h, 5 or 3), nodes that hang on their neighbours' sides, each followed by the nodes at
+        whose mean it stays, none of which hangs (see `halving`)
     """
 
     points: Floats
@@ -59,7 +59,7 @@ class FingerMesh:
             object.__setattr__(self, name, MappingProxyType(members))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """For pickle and copy, which take no mapping proxies."""
+        """For pickle and copy, which do not accept mapping proxies."""
         given = (getattr(self, f.name) for f in fields(self))
         return FingerMesh, tuple(dict(v) if isinstance(v, Mapping) else v for v in given)
 
@@ -75,7 +75,7 @@ class FingerMesh:
 
 
 def _numbers(name: str, given: Any, width: int | None = None) -> Ints:
-    """Node or element numbers, in rows of a width; a mask of truth values is none."""
+    """Check node or element numbers, in rows of `width`; a mask of truth values is refused."""
     numbers = np.asarray(given)
     if numbers.size and numbers.dtype.kind not in "iu":
         raise MeshError(f"{name}: must be whole numbers, not {numbers.dtype}")

@@ -12,13 +12,13 @@ from meshes.topology import orient, renumber
 def mirrored(half: FingerMesh) -> FingerMesh:
     """Both halves as one mesh, without a node set ``symmetry``; the plane's nodes are shared.
 
-    Sets of nodes and facets and the phalanges hold the images of their members too; the pole stays
-    one node. Nodes and elements are numbered for locality again, phalanx by phalanx.
+    Node sets, facet sets and phalanges include the images of their members; the pole stays one
+    node. Nodes and elements are numbered for locality again, phalanx by phalanx.
 
     Raises
     ------
     MeshError
-        If the mesh is no half model: it has no node set ``symmetry``.
+        If the mesh is not a half model: it has no node set ``symmetry``.
     """
     plane = np.asarray(half.node_sets.get("symmetry", ()), dtype=np.int64)
     if half.dim != 3 or not plane.size:

@@ -14,7 +14,7 @@ The tip repeats the same points, bent to the inner cube's end (core) and to the 
 the cap closes it between the core's end and the sphere around the pole. In 2D the section is its
 trace on Z = 0: the points axis, cy and oy.
 
-The fractions of the radius below are the compromise that keeps the smallest characteristic length
+The fractions of the radius below are a compromise that keeps the smallest characteristic length
 (volume over largest face) within some 5 % of the best that was found for the `ls-dyna-like`
 preset, at a smallest scaled Jacobian of 0.66 and an aspect ratio below 2.5. A few sweeps of
 Laplacian smoothing afterwards made that length smaller, not larger.

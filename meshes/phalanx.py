@@ -22,7 +22,7 @@ class PhalanxBlocks:
     (flat end) or ``sphere`` (rounded), and ``pole``. An end with a shaft's hole has
     ``proximal_hole`` (``distal_hole``), and ``proximal_edges`` where the hole leaves the end face.
 
-    facets, ties : of the outside, and hanging nodes, as in `halving`; none before they are looked
+    facets, ties : outer facets and hanging nodes, as in `halving`; empty until they are looked
         for
     """
 
@@ -48,7 +48,7 @@ def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
 
 
 Ease = Callable[[Division], Division]
-"""What a section keeps of the contact's gradings."""
+"""How much of the contact's gradings a section keeps: all, half or nothing."""
 
 
 _halfway: Ease = attrgetter("halfway")
@@ -101,7 +101,7 @@ class _Builder:
         roles: dict[str, list[int]],
         symmetry: list[int],
     ) -> None:
-        """Make an end of a section, or lay the blocks up to an end with a hole at `holed_at`."""
+        """Make the section an end, or lay the blocks up to an end with a hole at `holed_at`."""
         if holed_at is None:
             roles[f"{which}_face"] = [self._face(corners) for corners in _quads(section, self.dim)]
             if which == "distal":
@@ -115,7 +115,7 @@ class _Builder:
         self.edges[f"{which}_edges"] = end.edges
 
     def _section(self, x: float, lower: Ease, upper: Ease) -> Station:
-        """Points and curves of the plane section at `x`, its halves graded as said."""
+        """Points and curves of the plane section at `x`, its halves graded by `lower`, `upper`."""
         points = {
             name: self.blocks.point(*section_point(name, x, self.plan.radius))
             for name in names(self.dim)

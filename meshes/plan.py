@@ -21,7 +21,7 @@ class PhalanxPlan:
     """Edges of the blocks of one phalanx; lengths in mm.
 
     ``across`` spans an eighth of the circumference, from the plane of motion; ``lower`` and
-    ``upper``, of one count, go on from there to the axis' side, on the tip to its pole;
+    ``upper``, equal in count, go on from there to the axis' side, on the tip to its pole;
     ``inwards`` spans the O-grid's ring, ``meridian`` the sphere from the cube's edge to its
     equator, ``axial`` the shaft from there to the hinge.
 
@@ -158,9 +158,9 @@ def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> 
 def _graded_along(
     even: PhalanxPlan, fine: Grading, along_size: float, axial_size: float
 ) -> PhalanxPlan:
-    """Edges of a shaft that `lies`, on either side of its middle alike.
+    """Edges of a shaft that `lies`, symmetric about its middle.
 
-    Cells are not halved, and the hinge's section has an upper half as fine as the lower one, so
+    Cells are not halved, and the upper half of the hinge's section is as fine as the lower one, so
     that its mean stays on the axis.
     """
     arc, depth = 0.25 * math.pi * even.radius, (1.0 - CORE_SIDE) * even.radius
@@ -184,11 +184,11 @@ def _graded_along(
 
 
 def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[PhalanxPlan, ...]:
-    """Plan every phalanx, to be turned over where the contact lies on the upper side.
+    """Plan every phalanx; the mesh is turned over later if the contact lies on the upper side.
 
     Raises MeshError: a size exceeds the body, or mesh or tap would be too large: see
         `require_bearable`.
-    Raises ValueError: the finger or its sizes are of another kind.
+    Raises ValueError: the finger or its sizes have the wrong type.
     """
     check_kind("geometry", geometry, FingerGeometry)
     check_kind("sizing", sizing, Sizing)

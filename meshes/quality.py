@@ -1,4 +1,4 @@
-"""What elements are like: scaled Jacobian and volume."""
+"""Quality of elements: scaled Jacobian and volume."""
 
 import math
 
@@ -36,7 +36,7 @@ def volumes(points: Floats, cells: Ints) -> Floats:
     """Volume (area in 2D) of each element, (n_cells,), m^3 or m^2.
 
     Exact for the trilinear map: the integral of its Jacobian, of degree 2 in each coordinate, by
-    two Gauss points a direction.
+    two Gauss points per direction.
     """
     dim = points.shape[1]
     signs = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], dtype=float)

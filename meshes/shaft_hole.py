@@ -23,11 +23,11 @@ from meshes.o_grid import CORE_SIDE, HINGE_DEPTH, Point, Station, bulge_centre, 
 from meshes.plan import PhalanxPlan
 
 SPLINE_POINTS = 7
-"""Points inside a curve of the phalanx's surface that is no line and no circle."""
+"""Points inside a curve of the phalanx's surface that is neither a line nor a circle."""
 
 
 class HoledEnd:
-    """The blocks between an end face and the O-grid's first section, laid when it is made.
+    """The blocks between an end face and the O-grid's first section, laid by the constructor.
 
     x : of the end face, mm. inwards : direction from it into the phalanx along X, 1 or -1.
     station : points of the section, at ``x + inwards * HINGE_DEPTH * radius``.

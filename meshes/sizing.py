@@ -10,15 +10,15 @@ from meshes.bounds import Bound, check_fields
 from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 
-# What mesh and model of 83,000 hexahedra took beyond one of 3,700, with the fields that a run
-# keeps; the updates of one thread; and ten transits of a wave over the longest phalanx in steps of
-# half an element's.
+# Memory that mesh, model and a run's fields of 83,000 hexahedra took beyond those of 3,700; element
+# updates of one thread; ten transits of a wave over the longest phalanx, in steps of half an
+# element's transit.
 BYTES_PER_ELEMENT, UPDATES_PER_S, STEPS_A_TAP = 4000.0, 1e7, 20.0
 
 
 LYING = math.radians(2.0)
-"""Tilt of a shaft, its round end the lower, below which a tap rocks to its other end. Where the rim
-at the hinge touches, the round end often comes down in the same tap, whatever the tilt."""
+"""Tilt of a shaft, its round end lower, below which a tap rocks to its other end. If the rim at the
+hinge touches, the round end often comes down in the same tap, whatever the tilt."""
 LARGEST_GROWTH = 2.0
 EDGE = Bound("m", at_least=1e-9, at_most=100, advice="give a positive length in metres")
 
@@ -59,17 +59,17 @@ class Sizing:
     halvings: Annotated[int, Bound(integer=True, at_least=0, at_most=10)] = 0
     """How often cells are halved in place on the way to `tip_size`; see `halving`. Blocks then have
     edges of `tip_size` times 2^halvings where it touches, so that the fine ones end near there.
-    Not on a shaft that lies on the surface or points up."""
+    Without effect on a shaft that lies on the surface or points up."""
     full_volume: bool = False
-    """Whether nodes of the outside stand out until the facets between them hold the body's whole
-    volume, but for those where it touches; see `full_volume`."""
+    """Whether outer nodes, except where it touches, are moved outwards until the facets between
+    them hold the body's whole volume; see `full_volume`."""
     max_elements: Annotated[int, Bound(integer=True, at_least=1)] = 2_000_000
     """Meshes with more elements (as built, that is in the half model) are refused before anything
     is allocated."""
     max_updates: Annotated[float, Bound(above=0)] = 1e11
     """Elements times time steps of a tap, by the estimate of `require_bearable`; more are refused
-    likewise. The default, three hours of one thread, is some ten times what `max_elements` even
-    ones take in the paper's finger."""
+    too. The default, three hours of one thread, is some ten times what `max_elements` even ones
+    take in the paper's finger."""
 
     def __post_init__(self) -> None:
         check_fields(self, MeshError)
@@ -83,15 +83,15 @@ class Sizing:
     def block_angle(self) -> float:
         """Angle off the axis at which the cube's edge meets the sphere, rad.
 
-        At the contact between 40 and 54 degrees, on either side. Beyond, blocks would be too flat:
-        the edge stays, and the contact lies inside the cap or the ring between edge and equator.
+        The contact's angle if between 40 and 54 degrees, on either side. Beyond, blocks would be
+        too flat: the edge stays, and the contact lies in the cap or between edge and equator.
         """
         return min(max(abs(self.contact_angle), math.radians(40.0)), math.radians(54.0))
 
     def coarser(self, factor: float) -> Self:
         """The same mesh with every edge `factor` times as long.
 
-        Edges that are joined in threes, say, grow by growth³ from one to the next.
+        If edges are joined in threes, say, they grow by growth³ from one to the next.
         """
         return replace(
             self,
@@ -118,17 +118,17 @@ SIZINGS: Mapping[str, Sizing] = MappingProxyType(
     }
 )
 """`fast`: 2,000-5,000 elements counted for the full body; `ls-dyna-like`: about 60,000 (30,000 in
-the half model); `contact` and `converged`: fine tips for whoever knows the patch of contact to size
-them by, on shafts as coarse as those of `fast`, which are fine enough: halving them changes the
+the half model); `contact` and `converged`: fine tips, whose sizes should follow from the patch of
+contact, on shafts as coarse as those of `fast`, which are fine enough: halving them changes the
 contact by 0.2 %. `converged` halves cells: blocks as fine throughout have five times as many, for
 peaks and impulses within 0.2 %. All for the paper's finger of three 40 mm x 15 mm phalanges."""
 
 
 def require_bearable(geometry: FingerGeometry, sizing: Sizing, elements: int) -> None:
-    """Refuse a mesh of so many elements that nobody would wait for.
+    """Refuse a mesh that would take too much memory or time.
 
-    A tip that is refined alone has few elements however fine it is, but its edge sets the time
-    step of them all: steps count as elements do.
+    A refined tip adds few elements, however fine it is, but its edges set the time step of all
+    elements: the number of steps counts as well.
 
     Raises MeshError: with memory and time, if there are more than ``sizing.max_elements``, or their
         updates in a tap are more than ``sizing.max_updates``.

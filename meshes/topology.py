@@ -39,7 +39,7 @@ def outer_facets(cells: Ints) -> Ints:
 
 
 def orient(points: Floats, cells: Ints) -> Ints:
-    """Turn over the elements that are wound the wrong way as a whole (gmsh's blocks may be)."""
+    """Reverse the elements that are wound the wrong way round (those of gmsh's blocks may be)."""
     corner = points[cells]
     edges = corner[:, [1, 3, 4] if points.shape[1] == 3 else [1, 3]] - corner[:, :1]
     turned = np.linalg.det(edges) < 0.0

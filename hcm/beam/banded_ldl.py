@@ -73,8 +73,8 @@ def factorize(rows: Floats) -> bool:
 def solve(rows: Floats, x: Floats) -> None:
     """Overwrite the right-hand side in x[w:] with the solution, given `factorize`'s output.
 
-    x is (w + n,), its first w entries zero. The w unknowns that a row couples to travel in
-    registers, x_i being i places away: what waits for a row's result is one subtraction.
+    x is (w + n,), its first w entries zero. The w unknowns that a row couples to stay in registers,
+    x_i being i places away, so that only one subtraction waits for a row's result.
     """
     w, last = HALF_BANDWIDTH, x.size - 1
     x0, x1, x2, x3 = x[last], x[last - 1], x[last - 2], x[last - 3]
@@ -100,8 +100,8 @@ def solve_rank_one(
     factors: Floats | Complexes, unsymmetric_factor: complex, y: int, column: Floats,
     rank_one: Floats | Complexes,
 ) -> bool:  # fmt: skip
-    """Fill rank_one with S^-1 c of the column c, which may be the same array; whether the matrix
-    S + u c e_y^T, u the unsymmetric factor, is regular.
+    """Fill rank_one with S^-1 c of the column c, which may be the same array; return whether the
+    matrix S + u c e_y^T, u the unsymmetric factor, is regular.
     """
     for i in range(column.size):
         rank_one[i] = column[i]

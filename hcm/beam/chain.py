@@ -35,14 +35,14 @@ class Chain(NamedTuple):
     hinge : (P,) place of hinge w's first multiplier.
     hinge_inner, hinge_outer : (P,) place of the node before (-1 at the fixed hinge) and after it.
     weight : (n,) generalized gravity force Q (N, N m).
-    torque, torque_node : (T,) tau (N m) at the time that is solved for, which integrators set, and
+    torque, torque_node : (T,) tau (N m) at the time that is solved for, set by the integrators, and
         the place of the node that it acts on.
     scale : (n,) D, the unit of each unknown: 1 for positions, 1/l for slopes, an element's mass for
         multipliers. x = D y makes y an acceleration throughout, and D A D of one magnitude.
     tip : place of the tip node C.
     roundoff : m/s^2, largest acceleration that one rounding of a slope or chord can cause through
         an element's stiffness; an iteration that stalls below it has nothing left to gain.
-    relaxation : (N,) tau, s. damped : whether any of it is not 0.
+    relaxation : (N,) tau, s. damped : whether any tau is not 0.
     """
 
     first: Ints

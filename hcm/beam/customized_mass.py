@@ -1,8 +1,8 @@
-"""Masses of the few elements of a flight, with which their vibrations keep time.
+"""Customized masses of the few elements of a flight, which keep their vibrations in phase.
 
 With consistent masses a wave of wave number kappa runs fast on elements of length l: its frequency
-is too high by (kappa l)^4/1440, with shear by much more. To an element of mass m, here, a kinetic
-energy is added for either axis,
+is too high by (kappa l)^4/1440, with shear by much more. Here an element of mass m gets a further
+kinetic energy for each axis,
 
     m/2 (e_2 c_2.^2 + e_3 c_3.^2),
     c_2 = l (r'_2 - r'_1),    c_3 = r_1 - r_2 + l (r'_1 + r'_2)/2,
@@ -11,16 +11,16 @@ energy is added for either axis,
            + g (420 - 840 Phi - 2100 Phi^2 + 25200 g Phi)]/(2100 (1 + Phi)^3),
 
 g = I/(A l^2) with rotary inertia, else 0, Phi of `hcm.beam.refinement`. c_2 and c_3 are the even
-and the odd bending, which no rigid motion has: mass, centre and moment of inertia stay. With these
-e_2 and e_3 two more terms of a frequency's series in kappa l, at constant Phi and g in a long row
-of elements, are those of Timoshenko's beam, and (kappa l)^8 is wrong. Free ends and hinges of a
-given beam leave more: order 6 in l without shear, 4 with it, 2 with rotary inertia too, a tenth to
-a hundredth of what consistent masses do. This is a customized mass as Felippa, Guo and Park call it
-(Arch. Comput. Methods Eng. 22, 2015); e_2 and e_3 are ours, by computer algebra. An end that tapers
-(a half-ball with its contact at the axis' end) has a whole cylinder's.
+and the odd bending, which no rigid motion has: mass, centre and moment of inertia do not change.
+With these e_2 and e_3 two more terms of a frequency's series in kappa l, at constant Phi and g in a
+long row of elements, are those of Timoshenko's beam; the term (kappa l)^8 is wrong. Free ends and
+hinges of a given beam leave larger errors: of order 6 in l without shear, 4 with it, 2 with rotary
+inertia too, a tenth to a hundredth of those of consistent masses. Felippa, Guo and Park call this a
+customized mass (Arch. Comput. Methods Eng. 22, 2015); e_2 and e_3 are ours, by computer algebra. An
+end that tapers (a half-ball with its contact at the axis' end) gets those of a whole cylinder.
 
-In contact the tip's force acts on one node, and from three elements on consistent masses are as
-good: the first touch brings them back, with the contact's elements.
+In contact the tip's force acts on one node, and with three elements or more consistent masses are
+as good: from the first touch on they are used, with the contact's elements.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def shares(phi: float, g: float) -> tuple[float, float]:
 
 
 def customized(chain: Chain, finger: Finger, assumptions: Assumptions) -> Chain:
-    """The chain of `beams_of(finger)` with such masses (N, 4, 4)."""
+    """The chain of `beams_of(finger)` with customized masses (N, 4, 4)."""
     mass, e, rotary = chain.mass.copy(), 0, assumptions.has("rotary_inertia")
     for beam in beams_of(finger, assumptions).phalanges:
         el = beam.length / beam.elements

@@ -13,7 +13,7 @@ what r'' is to alpha_i (`element.internal_force`). The power that is dissipated,
 is a quadratic form in the velocities: half its gradient by them is the force, half its Hessian the
 damping matrix. The rate of r'' itself would resist the rotation of a bent element.
 
-Rates, as the arguments w, h1, h2, are those of c, r'_1 and r'_2; `axial`, `near` and `far` those of
+The arguments w, h1, h2 are the rates of c, r'_1 and r'_2; `axial`, `near` and `far` are those of
 `internal_force` times tau.
 """
 
@@ -72,7 +72,7 @@ def damping_force(
     wx: float, wy: float, h1x: float, h1y: float, h2x: float, h2y: float,
     axial: float, near: float, far: float,
 ) -> Six:  # fmt: skip
-    """Conjugate to (c, r'_1, r'_2), X before Y, N m; beta_i turns against the chord."""
+    """Force conjugate to (c, r'_1, r'_2), X before Y, N m; beta_i is relative to the chord."""
     e0, e1, e2, e3, e4 = strain_rate(cx, cy, g1x, g1y, g2x, g2y, wx, wy, h1x, h1y, h2x, h2y)
     fcx, fcy, f1x, f1y, f2x, f2y = axial_force(
         cx, cy, g1x, g1y, g2x, g2y, moments(e0, e1, e2, e3, e4), axial
@@ -98,7 +98,7 @@ def damping_power(
     wx: float, wy: float, h1x: float, h1y: float, h2x: float, h2y: float,
     axial: float, near: float, far: float,
 ) -> float:  # fmt: skip
-    """What the element dissipates, W."""
+    """Power that the element dissipates, W."""
     e0, e1, e2, e3, e4 = strain_rate(cx, cy, g1x, g1y, g2x, g2y, wx, wy, h1x, h1y, h2x, h2y)
     m0, m1, m2, m3, m4 = moments(e0, e1, e2, e3, e4)
     b1x, b1y, b2x, b2y = bending_rate(cx, cy, g1x, g1y, g2x, g2y, wx, wy, h1x, h1y, h2x, h2y)
@@ -126,7 +126,8 @@ def add_damping_matrix(
 ) -> None:  # fmt: skip
     """Add the force's derivative by the velocities to the element's `rows` (8, w + 1).
 
-    s1 and s2 are the slopes' units. Squares of de/dt at the points, and of beta_1 +- beta_2.
+    s1 and s2 are the slopes' units. The form is a sum of squares: of de/dt at the Gauss points, and
+    of beta_1 +- beta_2.
     """
     ax, bx, dx = polynomial(cx, g1x, g2x)
     ay, by, dy = polynomial(cy, g1y, g2y)

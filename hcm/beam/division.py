@@ -1,8 +1,8 @@
-"""Beams of few elements divided into more: the same curve, at other nodes.
+"""Divide beams of few elements into more: the same curve, with other nodes.
 
-The nodes (r, r') of the many at the share x of one of the few are its static shapes there,
-r = N(x) q, r' = T(x) q (`hcm.beam.refinement`). Where n elements become m n, their curve is the
-same, shear included, as a piece of a static shape is one.
+A node (r, r') of the many elements, at a share x of one of the few, takes its static shapes there,
+r = N(x) q, r' = T(x) q (`hcm.beam.refinement`). If n elements become m n, their curve is the same,
+shear included, as a piece of a static shape is a static shape.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from hcm.parameters import Finger, Settings
 
 
 def flight_elements(finger: Finger, settings: Settings) -> Finger | None:
-    """The finger with its elements of an elastic flight; None: those that it has throughout."""
+    """The finger with the elements of an elastic flight; None: its own elements throughout."""
     most = settings.flight_elements
     if settings.flight == "rigid" or not most:
         return None

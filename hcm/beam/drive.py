@@ -1,4 +1,4 @@
-"""Joint torques over time: pieces that are linear in it, between kinks that end a step.
+"""Joint torques over time: linear pieces between kinks; each kink ends a step.
 
 Within a piece the torques are as smooth as the motion, and integrators keep their order.
 """
@@ -14,7 +14,7 @@ from hcm.arrays import Floats, Ints
 from hcm.compiled import kernel, kernel_with
 from hcm.parameters import Drive
 
-# Share of a time within which a step's end is on a kink; the loop ends a piece within half of it.
+# Share of the time within which a step's end counts as on a kink; the loop ends pieces within half.
 SAME_TIME = 2e-12
 
 
@@ -58,16 +58,16 @@ def _pieces(drive: Drive, values: Floats) -> tuple[Piece, ...]:
 
 
 def piece_at(pieces: Sequence[Piece], time_s: float) -> Piece:
-    """The piece that goes on from a time; one that ends there, to round-off, is over."""
+    """The piece that goes on after a time; one that ends there, to round-off, is over."""
     now = time_s * (1.0 + SAME_TIME)
-    for piece in pieces:  # a generator takes thrice as long
+    for piece in pieces:  # a generator takes three times as long
         if piece.end_s > now:
             return piece
     raise ValueError(f"no piece goes on from {time_s} s")
 
 
 def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
-    """Joint (T,) of each torque on a node, and its sign: -1 of a reaction, which comes second."""
+    """Joint (T,) of each torque on a node, and its sign: -1 for a reaction, which comes second."""
     if drive.table is None and not any(drive.torques):
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     values = torque_rows(drive, count)
@@ -98,6 +98,6 @@ def torques_on_rods(drive: Drive, count: int) -> tuple[Piece, ...]:
 
 @kernel
 def set_torques(drive: Floats, h: float, torque: Floats) -> None:
-    """Fill `torque` (T,) with those of a time h after that of `drive` (2, T), in the same piece."""
+    """Fill `torque` (T,) with the torques a time h after `drive` (2, T), in the same piece."""
     for t in range(torque.size):
         torque[t] = drive[0, t] + h * drive[1, t]

@@ -54,8 +54,8 @@ def fill_matrices(
 def polynomial(c: float, g1: float, g2: float) -> tuple[float, float, float]:
     """Coefficients of one component of r' = A + B t + C t^2, t = 2 x/l - 1 in [-1, 1].
 
-    c is the chord (r_2 - r_1)/l: all that strains need of the positions, without the cancellation
-    of S q; g1, g2 the slopes r'_1, r'_2.
+    c is the chord (r_2 - r_1)/l, all that strains need of the positions; it avoids the cancellation
+    in S q. g1, g2 are the slopes r'_1, r'_2.
     """
     return 1.5 * c - 0.25 * (g1 + g2), 0.5 * (g2 - g1), 0.75 * (g1 + g2) - 1.5 * c
 
@@ -110,12 +110,12 @@ def axial_force(
     )
 
 
-@kernel_with("contract", forceinline=True)  # a call would hand over as much as it computes
+@kernel_with("contract", forceinline=True)  # passing the arguments would cost as much as the rest
 def internal_force(
     cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
     axial: float, near: float, far: float,
 ) -> Six:  # fmt: skip
-    """(dU/dc, dU/dr'_1, dU/dr'_2), X before Y: int E A e grad e + E I k^2/2's gradient dx, N m.
+    """(dU/dc, dU/dr'_1, dU/dr'_2), X before Y: int E A e grad e + grad(E I k^2/2) dx, N m.
 
     The bending part uses alpha_i = r'_i - c, the slopes' deviation from the chord: the moments
     conjugate to them are E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2).

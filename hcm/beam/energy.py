@@ -1,4 +1,4 @@
-"""What is read off a state: energies, reactions and the stress at section R."""
+"""Quantities computed from a state: energies, and the stress at section R."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
 
     The finger points along -X at rest, so its lower surface lies on the left of r', where a
     positive (left-turning) curvature shortens the fibres. With r' = A + B t + C t^2,
-    l r'' = 2 B + 4 C t; sections that turn against the axis take 1/(1 + Phi) of C.
+    l r'' = 2 B + 4 C t; with shear, C is multiplied by 1/(1 + Phi).
     """
     stress = 0.0
     for i in range(2):

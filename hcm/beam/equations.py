@@ -81,7 +81,7 @@ def depends_on_velocity(chain: Chain, law: Law) -> bool:
 def dissipated_power(
     q: Floats, chords: Floats, v: Floats, chain: Chain, contact: ContactState, law: Law
 ) -> float:
-    """What the material and a tip that radiates take, W."""
+    """Power that the material and a radiating tip dissipate, W."""
     power = radiated_power(q, v, chain.tip, contact, law) if radiates(law) else 0.0
     return power + dissipation(q, chords, q, chords, v, chain) if chain.damped else power
 
@@ -235,12 +235,11 @@ def tangent(
 
     The weights are dq/dq.. (s^2) and dv/dq.. (s) of the integrator (0 leaves M); `rows` is
     (w + n, w + 1) in `banded_ldl`'s storage, scaled by the units on both sides. Returns the factor
-    of the part s c e_Y^T of a sliding tip that is not symmetric, which the rows leave out
-    (`hcm.contact.point`).
+    s of a sliding tip's unsymmetric part s c e_Y^T, which the rows leave out (`hcm.contact.point`).
 
-    weight d(D v)/dq is left out too. Its large part makes of every grad s (grad s)^T in D, s a
-    strain, one whose second factor has turned by about half the step's angle phi: some phi^2 of
-    each change in Newton's iteration is left for the next. Made symmetric it would leave more.
+    weight d(D v)/dq is left out too. Its main effect is to turn the second factor of every
+    grad s (grad s)^T in D, s a strain, by about half the step's angle phi: without it some phi^2 of
+    each change in Newton's iteration is left for the next. Its symmetric part would leave more.
     """
     w = HALF_BANDWIDTH
     rows[:] = 0.0

@@ -22,7 +22,7 @@ def torque_force(tau: float, sx: float, sy: float) -> tuple[float, float]:
 def torque_tangent(tau: float, sx: float, sy: float) -> tuple[float, float]:
     """Derivatives of the generalized force, N m: (d/dsx of its X part, d/dsy of its X part).
 
-    The Hessian of theta is symmetric and free of trace: the other two follow.
+    The Hessian of theta is symmetric and has no trace: the other two follow.
     """
     f4 = (sx * sx + sy * sy) ** 2
     return 2.0 * tau * sx * sy / f4, tau * (sy * sy - sx * sx) / f4

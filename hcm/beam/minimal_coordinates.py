@@ -23,7 +23,7 @@ class Coordinates(NamedTuple):
     """The map from m independent coordinates to n bordered places, and the inverse mass.
 
     source : (n,) index into z, -1 where q is zero. place : (m,) one bordered place of each z.
-    unit : (m,) 1 for positions, 1/l for slopes. inverse_mass : (m, m) of N^T M N.
+    unit : (m,) 1 for positions, 1/l for slopes. inverse_mass : (m, m) inverse of N^T M N.
     """
 
     source: Ints

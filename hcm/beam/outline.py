@@ -1,15 +1,15 @@
-"""What of the finger may not reach the surface Y = -H: all of it but the tip, which has a contact.
+"""The parts of the finger that may not reach the surface Y = -H: all but the tip, which may touch.
 
 A section of radius R at a point r of the centreline is perpendicular to r' and reaches down to
 
     y - R |r'_x|/|r'|.
 
-The lumped contact acts where the centreline ends and knows no radius (paper, section 2.2.2): a tip
+The lumped contact acts where the centreline ends and has no radius (paper, section 2.2.2): a tip
 that points phi below the horizontal touches while a round end would reach R (1 - sin phi) deeper.
 The last phalanx is therefore measured by its centreline, which may be nowhere below both the
 surface and its own tip (a straight one touches with another part if phi < 0), and by the section at
-its hinge. Of the other phalanges every section counts, and of the last one too where it ends in a
-sphere, which is to be the lowest.
+its hinge. On the other phalanges every section counts, and on the last one too if it ends in a
+sphere, which must then be its lowest part.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from hcm.beam.element import polynomial
 from hcm.compiled import ByKind, kernel
 from hcm.parameters import Finger
 
-# Parts into which an element is divided where its bound is below the surface: a curvature of 10/m
+# Parts into which an element is divided if its bound is below the surface: a curvature of 10/m
 # puts a point between two sections of a 4 mm element 0.3 um below both.
 PARTS = 8
-# Depth, over H, that round-off may feign.
+# Depth, over H, that may be mere round-off.
 PASSED = 1e-9
 
 
@@ -61,7 +61,7 @@ def lowest_point(
     q: Floats, a: int, length: float, radius: float, parts: int
 ) -> tuple[float, float]:
     """Height of the lowest point of the element at place `a` and X of its section, m, looked for at
-    the ends of its `parts`; at its first section alone where there are none.
+    the ends of its `parts`; at its first section alone if `parts` is 0.
     """
     ax, bx, dx = polynomial((q[a + 4] - q[a]) / length, q[a + 2], q[a + 6])
     ay, by, dy = polynomial((q[a + 5] - q[a + 1]) / length, q[a + 3], q[a + 7])

@@ -1,4 +1,4 @@
-"""What the refined assumptions make of the beams: masses, shear, and the tip's rigid end.
+"""The beams under the refined assumptions: masses, shear, and the tip's rigid end.
 
 Sections of radius r(s) (of a half-ball over the last R: r^2 = R^2 - (s - L + R)^2) have the mass
 rho pi r^2 and, with rotary inertia, rho pi r^4/4 per length. Where the tip touches with its lowest
@@ -11,12 +11,12 @@ the angle Q/(kappa G A). With Phi = 12 E I/(kappa G A l^2) an element's static s
     (1 + Phi) N_1 = 1 + Phi (1 - x) - 3 x^2 + 2 x^3,        N_3 = 1 - N_1,
     (1 + Phi) N_2 = l [x - 2 x^2 + x^3 + Phi (x - x^2)/2],  N_4 likewise,
 
-of the axis, and T of the sections; 4 and 2 E I/l, the bending stiffness of slopes, become 4 + Phi
+for the axis, and T for the sections; 4 and 2 E I/l, the bending stiffness of slopes, become 4 + Phi
 and 2 - Phi over 1 + Phi; kappa = 6 (1 + nu)^2/(7 + 12 nu + 4 nu^2) (Hutchinson 2001). Mass is
 int rho A N^T N + rho I T^T T ds, the same for X and Y and constant: T is the turn of a slope of
-length 1, and a stretch adds rho I e.^2/2 to the energy, two to five times what the Poisson effect
-does in a bar (Love); its waves, of wave number k, are slower by (k R)^2/8. The angle of shear is
-constant in an element, which makes frequencies converge with order two instead of four.
+length 1, and a stretch adds rho I e.^2/2 to the energy, two to five times the Poisson effect in a
+bar (Love); its waves, of wave number k, are slower by (k R)^2/8. The angle of shear is constant in
+an element, so that frequencies converge with order two instead of four.
 """
 
 from dataclasses import replace
@@ -67,7 +67,7 @@ def touching_height(finger: Finger, surface: Surface, assumptions: Assumptions) 
 
 
 def shear_number(phalanx: Phalanx, assumptions: Assumptions) -> float:
-    """Phi of a phalanx's elements, zero of rigid sections."""
+    """Phi of a phalanx's elements; zero without shear."""
     nu = phalanx.poisson_ratio
     if not assumptions.has("shear") or nu is None:
         return 0.0
@@ -87,7 +87,7 @@ def inertia(phalanx: Phalanx, s: Floats, round_from: float, rotary: bool) -> tup
 
 
 def pieces(finger: Finger, assumptions: Assumptions) -> list[tuple[Phalanx, float, float]]:
-    """Each phalanx, whole; the length of its beam, m; where its half-ball begins, m."""
+    """Each phalanx, whole; the length of its beam, m; where its half-ball begins, m (inf: none)."""
     beams = beams_of(finger, assumptions)
     found = [(p, b.length, np.inf) for p, b in zip(finger.phalanges, beams.phalanges, strict=True)]
     if assumptions.has("half_ball"):
@@ -105,7 +105,7 @@ def moments(finger: Finger, assumptions: Assumptions) -> Floats:
         return np.array([whole, [0.5] * len(whole), [1 / 3] * len(whole)])
     out = np.empty((3, len(finger.phalanges)))
     for w, (p, length, round_from) in enumerate(pieces(finger, assumptions)):
-        # the round end alone has another mass than a cylinder
+        # only the round end's mass differs from a cylinder's
         middle = p.length - p.diameter / 2 if round_from < np.inf else p.length
         spans = [(0.0, middle), (middle, p.length - middle)]
         s = np.concatenate([start + span * POINTS for start, span in spans])
@@ -131,7 +131,7 @@ def shapes(x: float, el: float, phi: float) -> tuple[Four, Four]:
 
 
 def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assumptions) -> Chain:
-    """The chain of `beams_of(finger)` with the masses and stiffnesses that are assumed."""
+    """The chain of `beams_of(finger)` with the masses and stiffnesses of the assumptions."""
     mass, bending = chain.mass.copy(), chain.bending.copy()
     weight, f = np.zeros_like(chain.weight), np.array(drive.gravity_vector)
     rotary, e = assumptions.has("rotary_inertia"), 0

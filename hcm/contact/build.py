@@ -1,13 +1,13 @@
-"""The contact's law of a scene: the paper's lumped one, or that of a round tip.
+"""The contact law of a scene: the paper's lumped one, or that of a round tip.
 
-Closed form of the tip's compliance between the beam's end and the half-space, of finite-element
-statics (a Hertz-shaped pressure on a patch of radius b, less the half-space's own compliance and
-the cantilever from a section R behind C, for b^2 -> 0), known to 0.03, 0.05 and 0.1:
+Closed form of the tip's compliance between the beam's end and the half-space, from finite-element
+statics (a Hertz-shaped pressure on a patch of radius b, less the compliance of the half-space and
+of the cantilever from a section R behind C, for b^2 -> 0), known to 0.03, 0.05 and 0.1:
 
     E R c_nn = -0.15 + 0.55 (nu - 0.4),  E R c_nt = 0.34 + 0.4 (nu - 0.4),
     E R c_tt = (1.6 + 2.6 (nu - 0.4)) cos(alpha),       alpha from the vertical to the last phalanx.
 
-A tip that deforms, to 0.05, of three effects that are of the order of a/R as C is:
+For a tip that deforms, known to 0.05, with three effects that are of the order of a/R, as C is:
 
     E R c_nn += 0.015 + 0.15 (nu - 0.4) + 0.22 cos^2(alpha).
 
@@ -15,18 +15,18 @@ A tip that deforms, to 0.05, of three effects that are of the order of a/R as C 
 -  St. Venant-Kirchhoff's law softens under pressure: +0.23 for all nu, by statics of a half-ball on
    a rod at finite strain (which at alpha = 0 agree with these first two effects to 0.02).
 -  Parts between contact and centre lag: c_nn -0.13 + 0.17 cos^2(alpha), by the linear response of
-   a free phalanx to half a sine of force, of finite elements less this model's beam.
+   a free phalanx to a half-sine force, in finite elements less that of this model's beam.
 
-c_nt stays that of b^2 -> 0: by linear statics of a half-ball that slides a patch of a/R = 0.12, 0.2
-and 0.28 has 0.28, 0.23 and 0.15 (45 degrees, nu = 0.4; 0.2 at 57), and at finite strain 0.01 to
-0.04, 0.16 and 0.31 more (0.12 at 57 degrees, 0.14 and 0.17 at nu = 0.3 and 0.48).
+c_nt keeps its value for b^2 -> 0. By linear statics of a sliding half-ball, patches of a/R = 0.12,
+0.2 and 0.28 have 0.28, 0.23 and 0.15 (45 degrees, nu = 0.4; 0.2 at 57); finite strain adds 0.01 to
+0.04, 0.16 and 0.31 (0.12 at 57 degrees, 0.14 and 0.17 at nu = 0.3 and 0.48).
 
 With a patch that grows, E R c_nn += 0.28 (a/R - 0.28), to 0.01 of the same axisymmetric statics at
 finite strain for a/R 0.13 to 0.35 and nu = 0.4 (slopes 0.24 and 0.31 at nu = 0.3 and 0.48, a/R 0.2
 to 0.4, where it is 0.03 higher and 0.01 lower); beyond 0.41 no equilibrium was found.
 
-A tip that radiates, by least squares of c F - D F. over pulses F ~ sin^(3/2) of the same free
-phalanx that rise in 5 to 11 R/c, c = sqrt(E/rho) (0.07 and 0.02 about the means of 20 to 60
+For a tip that radiates, by a least-squares fit of c F - D F. to pulses F ~ sin^(3/2) on the same
+free phalanx that rise in 5 to 11 R/c, c = sqrt(E/rho) (0.07 and 0.02 about the means of 20 to 60
 degrees, a/R 0.15 to 0.4, nu 0.3 to 0.48; D grows with the rise, from 0.13 to 0.29):
 
     D = 0.22/(E c),     E R c_nn -= 0.06,
@@ -50,15 +50,15 @@ from hcm.parameters import Finger, Phalanx, Surface, Tip
 # square of i/SPRINGS, so that a patch of any size has sqrt(a/R) of them, and its edge a width of
 # 2 sqrt(R/a)/SPRINGS over a.
 SPRINGS = 200
-# Where the round end's statics at finite strain end: a/R; and where the stress at mid-length is the
-# solids' to 5 %, seen over 128 fingers: strains, and lengths over diameters.
+# Largest a/R of the round end's statics at finite strain; largest strain, and least length over
+# diameter, for which the stress at mid-length is the solids' to 5 % (seen over 128 fingers).
 LARGEST_PATCH, LARGEST_STRAIN, SHORTEST = 0.41, 0.05, 2.5
-# Slope of E R c_nn over a/R, and the a/R at which it is that of a tip that deforms (above).
+# Slope of E R c_nn over a/R, and the a/R at which it equals that of a tip that deforms (above).
 GROWTH, GROWN = 0.28, 0.28
-# E c D of a tip that radiates, and what it takes from E R c_nn.
+# E c D of a tip that radiates, and what is subtracted from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
 # Friction towards the hinge, over F_n, beyond which a tap has a caution: at 0.2 peaks are 1 % high.
-# c_nt holds for friction away from it, where the patch's effect and finite strain's cancel.
+# c_nt holds for friction away from the hinge, where the patch's and finite strain's effects cancel.
 PULLED = 0.1
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
 NU_CHECKED, ANGLES_CHECKED = (0.3, 0.49), (15.0, 62.0)
@@ -106,11 +106,11 @@ def beyond_checks(
     last: Phalanx, tip: Tip, assumptions: Assumptions, angle: float, peak: float, stress: float,
     pull: float,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Cautions of a tap: a closed form out of its range, a patch that is large or reaches the
-    shaft, a beam's stress that is not a solid's.
+    """Cautions about a tap: a closed form out of its range, friction towards the hinge, a patch
+    that is large or reaches the shaft, a beam's stress that may differ from a solid's.
 
     angle : of the last phalanx below the horizontal at the touch, rad. peak : of F_n, N. stress :
-        the peak at R, Pa. pull : F_t as F_n is largest, positive towards the hinge, N.
+        the peak at R, Pa. pull : F_t when F_n is largest, positive towards the hinge, N.
     """
     found, nu, degrees = [], last.poisson_ratio or 0.0, math.degrees(angle)
     given = None not in (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
@@ -167,8 +167,8 @@ def _radiation(last: Phalanx, assumptions: Assumptions) -> float:
 
 
 def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:
-    """c_nn at alpha = 90 degrees, c_nt, c_tt/cos(alpha) and what cos^2(alpha) adds to c_nn, of a
-    patch without size, m/N; zeros without `tip_compliance`.
+    """c_nn at alpha = 90 degrees, c_nt, c_tt/cos(alpha) and the factor of cos^2(alpha) in c_nn, for
+    a patch of zero size, m/N; zeros without `tip_compliance`.
     """
     if not assumptions.has("tip_compliance"):
         return np.zeros(4)

@@ -1,4 +1,4 @@
-"""What the integrators and the record ask of a contact, whichever law it has.
+"""The interface of a contact for the integrators and the record, whatever its law.
 
 Each name is the kernel of that name in `law` and `point` (the paper's contact) for a `ContactLaw`,
 in `round_tip_law` and `round_tip_kinematics` for a `RoundTipLaw`: chosen by the law's type while

@@ -7,7 +7,7 @@ Three slots, each positive inside the mode and zero at the event:
     slot TANGENTIAL  stick: mu F_n - |F_t|, or what vanishes with it | slip: s V_P
 
 A slot that the mode does not have is +inf. Rates are exact within the mode, except that a round
-tip's leave out products of velocities and the growth of its patch. By the rates at both ends of a
+tip's leave out products of velocities and the growth of its patch. With the rates at both ends of a
 step a double crossing inside it can be suspected, and a crossing located on a cubic.
 """
 
@@ -86,8 +86,8 @@ def transition(
 ) -> tuple[ContactState, int]:
     """The contact's next mode at an event, and the event's kind. Forces are continuous."""
     if slot == NORMAL and contact.normal_mode == FLIGHT:
-        # the branch starts where the tip is: a repeated step ends there to Newton's tolerance only,
-        # and F_n would start with k times that difference
+        # the branch starts where the tip is: a repeated step ends on the surface to Newton's
+        # tolerance only, and F_n would start with k times that difference
         if not has_tangential_element(law):
             return ContactState(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
         # eq. 21: initial stick inside the cone |V_t/V_n| < mu eta^2

@@ -70,7 +70,7 @@ def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
 
 @kernel
 def normal_slope(gap: float, contact: ContactState, law: ContactLaw) -> float:
-    """k_n = -dF_n/du_Y of the current branch at u_Y = gap, N/m: the same at any."""
+    """k_n = -dF_n/du_Y of the current branch, N/m; it does not depend on u_Y = gap."""
     if contact.normal_mode == COMPRESSION:
         return law.k
     if contact.normal_mode == RESTITUTION:
@@ -158,7 +158,7 @@ def friction_loss(
     loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: ContactState,
     law: ContactLaw,
 ) -> float:  # fmt: skip
-    """`loss` and -int F_t dX_P between two places of the tip within a mode (trapezoidal), J."""
+    """`loss` plus -int F_t dX_P between two places of the tip within a mode (trapezoidal), J."""
     ft0, _ = contact_force(x0, gap0, contact, law)
     ft1, _ = contact_force(x1, gap1, contact, law)
     slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)

@@ -1,8 +1,8 @@
 """A contact at the tip node itself (paper, fig. 2b): its position and velocity from the motion, and
 the generalized force and the tangent of the law's force on the tip's coordinates (r, r').
 
-These kernels are the contract of a contact's kinematics, by which `round_tip_kinematics` goes too;
-`contract` says what stands here for those that only a round tip has.
+These kernels define the interface of a contact's kinematics, which `round_tip_kinematics` follows
+too; `contract` gives the constants that replace kernels which only a round tip has.
 """
 
 from hcm.arrays import Floats
@@ -56,8 +56,8 @@ def add_tangent(
     q: Floats, weight: float, tip: int, scale: Floats, contact: ContactState, law: ContactLaw,
     rows: Floats,
 ) -> float:  # fmt: skip
-    """Add -weight dF_c/dq to `rows` (`hcm.beam.equations.tangent`), but for its part s c e_y^T that
-    is not symmetric; returns s, and `fill_column` c.
+    """Add -weight dF_c/dq to `rows` (`hcm.beam.equations.tangent`), except for its unsymmetric part
+    s c e_y^T; returns s, as `fill_column` fills c.
     """
     dtx, dty, dny = contact_tangent(contact, law)
     w = HALF_BANDWIDTH
@@ -76,5 +76,5 @@ def fill_column(
 
 @kernel
 def stiffness_key(contact: ContactState, law: ContactLaw) -> tuple[float, float, float]:
-    """Three numbers; factors made with others no longer fit."""
+    """Three numbers that identify the stiffness; factors made with other numbers do not fit."""
     return contact_tangent(contact, law)

@@ -1,12 +1,12 @@
-"""A contact at the lowest point of a spherical tip, by the contract of `hcm.contact.point`.
+"""A contact at the lowest point of a spherical tip, with the interface of `hcm.contact.point`.
 
 The beam ends at the sphere's centre C, whose slope r' turns with the rigid end piece. With
-g = Y_C + H - R and the angle psi of r', the surface takes its forces at the arm R under C:
+g = Y_C + H - R and the angle psi of r', the surface's forces act at the arm R below C:
 
     X = X_C + R psi,      F_c = F_t (e_X + R grad psi) + F_n e_Y.
 
 They act on the undeformed sphere, as Hertz's and Mindlin's do. On the deformed one the arm of F_t
-is shorter by d, and F_n has the patch's displacement u for one, which does the opposite: with
+is shorter by d, and F_n has the patch's displacement u as its arm, with the opposite effect: with
 Mindlin's u, F_n u is 8/9 of F_t d at nu = 0.4. psi is added up over the accepted steps.
 
 Between C and the contact's springs lies the tip's own compliance,
@@ -20,9 +20,9 @@ c_nn F_n - D F_n.: to first order in D, and without friction's part in k,
 
     F_n += -D k^2 g.,      k of `round_tip_law.normal_slope`,
 
-times e*^2 in restitution, where this yield is part of the contact too. It takes the power
-D (k g.)^2, in restitution e*^2 times that, but no more than makes the whole F_n vanish. F_t of
-springs that stick is mu times the whole F_n at most.
+times e*^2 in restitution, where this yield is part of the contact too. It dissipates D (k g.)^2, in
+restitution e*^2 times that; it is limited so that the whole F_n does not become negative. F_t of
+springs that stick is at most mu times the whole F_n.
 """
 
 import math
@@ -55,7 +55,7 @@ from hcm.contact.round_tip_law import (
     spring_displacement,
 )
 
-# Newton's last change of the springs' position over the lengths that it is a difference of; the
+# Newton's last change of the springs' position, over the lengths of which it is a difference; the
 # convergence is quadratic except where springs begin to slip.
 POSITION_TOLERANCE = 1e-13
 
@@ -81,8 +81,8 @@ def spring_position(
 ) -> tuple[float, float]:
     """The springs' (X, u_Y), m, NaN if not found.
 
-    Where 1 - C dF/d(X, u_Y) has a determinant below zero the tip gives way faster than the springs
-    take hold, and the forces at (X, g) are not those that grew from the touch.
+    If the determinant of 1 - C dF/d(X, u_Y) is not positive (NaN too), the tip gives way faster
+    than the springs take load, and the forces at (X, g) are not those that grew from the touch.
     """
     cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
     ft, fn = law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE]
@@ -95,7 +95,7 @@ def spring_position(
         det = a * d - b * c
         dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
         x, y = x + dx, y + dy
-        # the springs' depth is a difference to that of the last reversal
+        # the springs' depth is a difference from that of the last reversal
         way = abs(gap) + abs(contact.gap_ref) + abs(along - law.memory[CONTACT_X])
         if abs(dx) + abs(dy) <= POSITION_TOLERANCE * (way + POSITION_TOLERANCE * law.radius):
             if det > 0.0:
@@ -126,8 +126,8 @@ def spin(q: Floats, v: Floats, tip: int) -> float:
 def contact_velocity(
     q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
-    """The springs' velocity, m/s; with accelerations for v, their acceleration without the terms
-    that are products of velocities.
+    """The springs' velocity, m/s; with accelerations for v, their acceleration without products of
+    velocities.
     """
     vt, vn = v[tip] + arm(law) * spin(q, v, tip), v[tip + 1]
     if contact.normal_mode == FLIGHT:
@@ -165,8 +165,8 @@ def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> fl
 def radiated_force(
     gap: float, ft: float, fn: float, vn: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
-    """What a tip that radiates and moves up with vn = g. adds to the force (ft, fn) of its springs
-    at u_Y = gap, N.
+    """(F_t, F_n), N, that a radiating tip which moves up with vn = g. adds to the force (ft, fn) of
+    its springs at u_Y = gap.
     """
     if contact.normal_mode == FLIGHT or not radiates(law):
         return 0.0, 0.0
@@ -192,10 +192,10 @@ def tip_force(
 def radiated_power(
     q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> float:
-    """What the tip radiates, W; friction's work, F_t V_P, is not of it.
+    """Power that the tip radiates, W; friction's, F_t V_P, is not included.
 
-    Springs that stick and are drawn on, while F_t is held below theirs, store more than the tip
-    gives them: that is left in the energy balance, and no negative loss.
+    Sticking springs that are stretched on, while F_t is limited below their force, store more than
+    the tip gives them: this stays in the energy balance instead of counting as a negative loss.
     """
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
@@ -283,7 +283,7 @@ def add_tangent(
 def fill_column(
     q: Floats, tip: int, scale: Floats, contact: ContactState, law: RoundTipLaw, column: Floats
 ) -> None:
-    """(dF_t/dg - dF_n/dX) (e_X + R grad psi), what e_Y^T completes."""
+    """Write c = (dF_t/dg - dF_n/dX) (e_X + R grad psi) of the unsymmetric part s c e_Y^T."""
     _, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
     turning = (tg - nx) * arm(law)
     px, py = torque_force(turning * scale[tip + 2], q[tip + 2], q[tip + 3])
@@ -292,7 +292,7 @@ def fill_column(
 
 @kernel
 def stiffness_key(contact: ContactState, law: RoundTipLaw) -> tuple[float, float, float]:
-    """The mode, in which the stiffness changes steadily: Newton's method says when to renew."""
+    """The mode; in it the stiffness changes smoothly, and Newton's method says when to refactor."""
     return float(contact.normal_mode), float(contact.tangential_mode), contact.slip_sign
 
 
@@ -321,8 +321,8 @@ def commit_history(q: Floats, tip: int, contact: ContactState, law: RoundTipLaw)
 def begin_mode(
     q: Floats, tip: int, before: ContactState, contact: ContactState, law: RoundTipLaw
 ) -> None:
-    """Commit what an event at q begins: a tap forgets the one before, a stick starts from the
-    springs' limits.
+    """Set the memory for the mode that an event at q begins: a tap forgets the one before, a stick
+    starts from the springs' limits.
     """
     memory = law.memory
     if before.normal_mode == FLIGHT:

@@ -1,7 +1,7 @@
-"""Law of a round tip's contact, Hertz's and with partial slip, by the contract of `law`.
+"""Contact law of a round tip, Hertz's and with partial slip, with the interface of `law`.
 
 Normal: with the elastic indentation d that the loading history leaves (d. = -u_Y. in compression,
--u_Y./e*^2 in restitution; the loop of the lumped law, of d in the place of F/k),
+-u_Y./e*^2 in restitution; the loop of the lumped law, with d instead of F/k),
 
     F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d.
 
@@ -14,7 +14,7 @@ distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 -
     w_i = d - x_i^2/R >= 0,   u_i. = u_X. where |u_i| < mu (E*/G*) w_i,   F_t = -2 G* sum dx_i u_i,
 
 2 for both sides. The spring in the middle slips last (every other one started later, with a limit
-that grows alike), so that the whole patch slips as one lumped element does: F_t = -s mu F_n, until
+that grows as fast), so that the whole patch slips as one lumped element does: F_t = -s mu F_n until
 V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without partial slip a single spring k_t holds the tip.
 """
 
@@ -25,7 +25,7 @@ from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, ContactState
 
-# Newton's iterations at most; the last change of d over d, whose square is then left.
+# Most Newton iterations; largest last change of d over d, the square of which is left as an error.
 ITERATIONS, SETTLED = 40, 1e-9
 # Places of the law's memory.
 TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
@@ -39,7 +39,7 @@ class RoundTipLaw(NamedTuple):
 
     k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
-    radius : R, m. lowest : whether the sphere's lowest point touches, or the tip node. hertz.
+    radius : R, m. lowest, hertz : whether the lowest point touches, and whether F_n is Hertz's.
     growth : s, 1/m. plane_strain_modulus, effective_shear_modulus : E* and G*, Pa.
     tangential_stiffness : k_t, N/m. compliance : (4,) of `build`, m/N.
     radiation : D of `round_tip_kinematics`, m s/N.
@@ -79,7 +79,7 @@ def normal_force(d: float, law: RoundTipLaw) -> tuple[float, float]:
 
 @kernel
 def indentation(gap: float, contact: ContactState, law: RoundTipLaw) -> tuple[float, float]:
-    """(d, -dd/du_Y) at u_Y = gap, m; d is NaN where the tip gives way to no depth."""
+    """(d, -dd/du_Y) at u_Y = gap, m; d is NaN if no depth is found that the tip yields to."""
     yields, taken = law.memory[COMPLIANCE_YY], 0.0
     if contact.force_ref > 0.0:
         start = contact.force_ref / law.k
@@ -220,7 +220,7 @@ def particle_velocity(
 
 @kernel
 def push_unit(law: RoundTipLaw) -> float:
-    """Factor of d in `margins`, N/m: d is zero with a slope at separation, Hertz's F_n without."""
+    """Factor of d in `margins`, N/m: at separation d has a slope, Hertz's F_n does not."""
     return law.plane_strain_modulus * law.radius if law.hertz else law.k
 
 
@@ -256,7 +256,7 @@ def friction_loss(
     loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: ContactState,
     law: RoundTipLaw,
 ) -> float:  # fmt: skip
-    """`loss` and what slipping springs dissipate from the last accepted step to (x1, gap1), J."""
+    """`loss` plus what slipping springs dissipate from the last accepted step to (x1, gap1), J."""
     if contact.tangential_mode != STICK or law.springs.size == 0:
         ft0, _ = contact_force(x0, gap0, contact, law)
         ft1, _ = contact_force(x1, gap1, contact, law)
@@ -276,7 +276,7 @@ def friction_loss(
 
 @kernel
 def stored_energy(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> float:
-    """Recoverable energy of the contact's springs and of what holds them, J."""
+    """Recoverable energy of the contact's springs and of the tip's compliance, J."""
     if contact.normal_mode == FLIGHT:
         return 0.0
     d, _ = indentation(gap, contact, law)

@@ -1,4 +1,4 @@
-"""Equations of motion of a planar chain of rigid rods, which falling phalanges nearly are.
+"""Equations of motion of a planar chain of rigid rods, which approximate falling phalanges.
 
 With theta_j the angle of rod j from -X, counter-clockwise, mu_jk the mass that both rods j and k
 carry about (m_k/2 of the outer one of them, k, and the mass beyond it; m_j/3 and the mass beyond
@@ -25,17 +25,17 @@ from hcm.beam.refinement import beams_of, moments, touching_height
 from hcm.compiled import kernel
 from hcm.parameters import Drive, Finger, Surface
 
-# A moment at one hinge bends a beam on two by M L^2/(E I) over this.
+# A moment M at one of its two hinges bends a beam by M L^2/(E I) over this.
 SAG_OF_MOMENT = 9.0 * math.sqrt(3.0)
 
 
 class Rods(NamedTuple):
-    """P rods: length (P,), m; mass, beyond (P,) own and of those further out, kg.
+    """P rods: length (P,), m; mass, beyond (P,), own and of the rods further out, kg.
 
-    torque : (2, P) at the time since, s, N m, and its rate, N m/s.
+    torque : (2, P) N m at the time `since`, s, and its rate, N m/s.
     first, second : (P,) moments of a rod's mass about its hinge, over m L and m L^2.
     bending, axial : (P,) E I (N m^2) and E A (N) of the beams that they stand for. moment : (P,)
-    the largest torques at a rod's two ends by `acting_between`, N m: they bend it even where they
+    the largest torques at a rod's two ends by `acting_between`, N m: they bend it even if they
     cancel. reaction : whether a joint's torque acts on the rod before it too. gravity_vector : f,
     m/s^2. height : H, m. inertia (P, P), along (2, P) : scratch. between (2 P,) : scratch for
     angles, then zeros.
@@ -82,10 +82,10 @@ def build_rods(
 
 
 def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s: float) -> Rods:
-    """The rods with the `moment` of these times, s: what acts later has bent nothing.
+    """The rods with the `moment` of torques between these times, s; later ones bend nothing.
 
-    What began a time t before the end has a beam vibrate at sin(w t) of its full speed, w of its
-    first shape on two hinges, and counts by at most w t.
+    A torque that began a time t before the end makes a beam vibrate at sin(w t) of its full speed,
+    w being that of its first shape on two hinges, and counts by min(w t, 1).
     pieces : of `build_rods`, the torques on each rod, M_w - M_(w+1) where joints react.
     """
     if len(pieces) == 1 and not pieces[0].torques.any():  # saves a twentieth of a tap
@@ -151,14 +151,14 @@ def clearance(state: Floats, rods: Rods) -> tuple[float, float]:
 def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> float:
     """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (f - r..i).
 
-    Returns the speed that rods leave out, m/s: what their loads p = rho A (f - r..), the larger of
-    both ends', the force F of the rods beyond and the torques M at the ends would bend a beam on
-    two hinges and stretch a beam held at one, each times its first frequency,
+    Returns the speed that rods leave out, m/s: their loads p = rho A (f - r..), the larger of both
+    ends', the force F of the rods beyond and the torques M at the ends would bend a beam on two
+    hinges and stretch a beam held at one; these deflections, each times its first frequency, are
 
         (5 p_n L^4/384 + M L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
         (p_t L^2/2 + F_t L)/(E A) pi/(2 L) sqrt(E A/rho A),
 
-    the largest sum of all rods. It vibrates so fast if the loads come suddenly.
+    of which the largest sum of any rod counts. Beams vibrate at it if the loads come suddenly.
     """
     n, fastest = rods.length.size, 0.0
     gx, gy = -rods.gravity_vector[0], -rods.gravity_vector[1]
@@ -215,8 +215,8 @@ def body_depth(state: Floats, radius: Floats, height: float, rods: Rods) -> floa
 def survey(
     states: Floats, accelerations: Floats, radius: Floats, height: float, rods: Rods, out: Floats
 ) -> tuple[float, float, float, float]:
-    """Speeds that rods leave out (`reactions`): at first, at last, the largest, m/s; and the depth
-    below the surface, m, that sections reach while the tip is at least as far above it.
+    """Speeds that rods leave out (`reactions`): first, last and largest, m/s; and the depth below
+    the surface, m, that sections reach while the tip is at least as far above it.
 
     states (m, 2 P), accelerations (m, P) : of a flight. out : (2 P,) scratch.
     """

@@ -2,7 +2,7 @@
 
 Only gravity and the joint torques load a finger in flight: from rest it stays straight to 1e-5 of
 its length, and the vibration that its release excites moves the soft tap's peak force by 1e-4.
-Where that is below the error asked for, the thin rods of `hcm.flight.rigid_chain` fall instead, and
+If that is below the wanted error, the thin rods of `hcm.flight.rigid_chain` fall instead, and
 the beams take over, unstrained, at the touch.
 """
 
@@ -26,14 +26,14 @@ from hcm.integrators.event_search import (
 from hcm.integrators.step_size import REPEATS, SHRINK
 from hcm.state import StepLimits
 
-# How a flight, or a call of `take_steps`, ended; blocked by a body that reached the surface.
+# How a flight, or a call of `take_steps`, ended; BLOCKED: the body reached the surface first.
 TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
 # The touch is located to this share of the surface's depth, or of the steps' tolerance if that is
-# more: the rates of steps that err differ from those of their ends, and Newton's method crawls.
+# more: with inexact steps the rate at the end is not the height's slope, and Newton's method slows.
 LOCATED, OF_TOLERANCE = 1e-15, 1e-6
 GROWTH = 4.0
-# rad, of the fastest rod in a step: without loads no error limits it, and the cubic in which a dip
-# of the tip is looked for is off by L 0.3^4/384 = 2e-5 L
+# largest turn of the fastest rod in a step, rad: without loads no error limits it; the cubic used
+# to find a dip of the tip is then off by L 0.3^4/384 = 2e-5 L
 TURN = 0.3
 TABLE_ROWS = 256
 
@@ -44,7 +44,7 @@ class RigidFlight(NamedTuple):
     time : (m,) s. states : (m, 2 P) angles (rad) and rates (rad/s). accelerations : (m, P) rad/s^2.
     torques : (m, P) N m. torque_change_work : (m,) J, int (theta - theta_0) dtau, by which the
     drive's work is less than tau (theta - theta_0).
-    code : how it ended. repeats, trials : steps taken again, and those of the search.
+    code : how it ended. repeats, trials : repeated steps, and trial steps of the search.
     """
 
     time: Floats
@@ -61,11 +61,10 @@ class RigidFlight(NamedTuple):
 def locate_touch(
     time: float, h: float, near: float, state: Floats, stages: Floats, rods: Rods, new: Floats
 ) -> tuple[float, int]:
-    """Length of the step that ends on the surface, within `near` (m), `new` its state, inside a
-    step that passes it.
+    """Shorten a step h past the surface to end on it, within `near` (m); `new` gets its state.
 
-    From the zero of the cubic through the tip's heights and speeds at both ends on, Newton's
-    iteration on its height, with bisection where that leaves the bracket.
+    Returns its length and the trials. Newton's iteration on the tip's height, from the zero of the
+    cubic through the heights and speeds at both ends, with bisection where it leaves the bracket.
     """
     low, high, length, trials = 0.0, h, h, 0
     begin_gap, begin_speed = clearance(state, rods)
@@ -104,7 +103,7 @@ def controlled_step(
 
 @kernel
 def write_row(time: float, state: Floats, stages: Floats, row: Floats) -> None:
-    """Write time, state (2 P,) and accelerations, with whose rates `stages` begin, to a row."""
+    """Write time, state (2 P,) and accelerations, from the first of `stages`, to a row."""
     n = state.size // 2
     row[0] = time
     for i in range(2 * n):
@@ -120,10 +119,10 @@ def take_steps(
 ) -> tuple[int, int, int, int, float]:  # fmt: skip
     """Step `state` (2 P,) on to the touch, to `end` (s) or until `rows` (1 + m, 1 + 3 P) are full.
 
-    `stages` (7, 2 P) begin with the state's rates when it returns, and here if they are `known`.
+    On return, `stages` (7, 2 P) begin with the state's rates; on entry too if they are `known`.
 
     Steps keep `tolerance` (m) and are at most `longest` (s) and `TURN` long; without a tolerance
-    all are that long. Returns the rows written behind that of the start (time, state,
+    all are that long. Returns the rows written after that of the start (time, state,
     accelerations), how it ended, repeats, trials, the next step.
     """
     n = rods.length.size
@@ -177,14 +176,14 @@ def integrate_flight(
 ) -> RigidFlight:  # fmt: skip
     """Let the rods fall from `state` (2 P,) at `time`, s, to the touch or to the end time.
 
-    drive : torques on them over time; none: those that they have.
+    drive : torques on them over time; empty: the torques that they have.
     """
     links, state, new = rods.length.size, state.copy(), np.empty_like(state)
     stages = np.empty((STAGES, state.size))
     drive = drive or (Piece(rods.since, math.inf, rods.torque),)
     end = min(limits.end_time, time + limits.max_flight_time)
     tolerance = limits.flight_tolerance
-    if tolerance > 0.0:  # an error estimate is known to a few round-offs of the angles only
+    if tolerance > 0.0:  # an error estimate is only accurate to a few round-offs of the angles
         tolerance = max(tolerance, LOCATED * sum(rods.length.tolist()))
     steps, repeats, trials, code, until = 0, 0, 0, ENDED, -math.inf
     parts: list[tuple[Floats, Floats, Floats]] = []
@@ -211,7 +210,7 @@ def integrate_flight(
         rises = any(rate.tolist())
         if rises:
             load += (table[:, :1] - piece.begin_s) * rate
-        if parts:  # what the torque jumps by; the first row is the last piece's
+        if parts:  # by the torque's jump; the first row repeats the last piece's end
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
         else:
             begin = table[0, 1 : 1 + links]

@@ -23,7 +23,7 @@ A = np.array(
     ]
 )
 C = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
-# what the two orders' weights differ by
+# differences between the two orders' weights
 E = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 
 
@@ -33,8 +33,8 @@ def dormand_prince(
 ) -> float:
     """Step `state` (2 P,) at `time`, s, by h into `new`; returns the error estimate, m.
 
-    stages : (7, 2 P), the first one of `state`, overwritten from the second on. The error is the
-    way that the rods' ends go too far, that of the rates over one step included.
+    stages : (7, 2 P), the first one of `state`, overwritten from the second on. The error is that
+    of the rods' ends, plus that of their rates over one step.
     """
     for s in range(1, STAGES):
         for i in range(state.size):

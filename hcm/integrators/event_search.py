@@ -1,12 +1,12 @@
 """Location of the first event inside a step.
 
 The step is repeated with trial lengths h' in (0, h], the integrator being the interpolant, until a
-bracket of the event function's sign change is shorter than `TIME_RESOLUTION`, or than what
-Newton's tolerance leaves uncertain of a trial, or a trial lies that little past it by its own value
-and rate. A slot is looked at when its sign has changed over the step, or when its rates at both
-ends and the cubic through them suspect a dip below zero in between. An event function that starts
-at zero (it has just fired, or two events coincide) is judged by where it goes: it fires again only
-after it has been positive.
+bracket of the event function's sign change is shorter than `TIME_RESOLUTION` or than what Newton's
+tolerance leaves uncertain of a trial, or until a trial is past the change by no more than that, by
+its value and rate. A slot is examined if its sign has changed over the step, or if its rates at
+both ends and the cubic through them suggest a dip below zero in between. An event function that
+starts at zero (it has just fired, or two events coincide) is judged by where it goes: it fires
+again only after it has been positive.
 """
 
 import math
@@ -23,9 +23,9 @@ TIME_RESOLUTION = 1e-15
 # Trials of one length differ by Newton's tolerance in their acceleration, which moves an event by
 # about that share of the step; a bracket this many times longer can still be halved.
 NOISE = 10.0
-# Of that bracket, by which trials aim past the zero, so that one is past it and ends the search.
+# Share of that bracket by which trials aim past the zero: a trial past it ends the search.
 PAST = 0.2
-# Of the zero of a cubic on (0, 1).
+# For the zero of a cubic on (0, 1).
 ROOT_ITERATIONS, ROOT_RESOLUTION = 20, 1e-12
 NO_EVENT = -1
 
@@ -58,7 +58,7 @@ def values_and_rates(
 def overshot(
     tolerance: SlotValues, motion: Motion, contact: ContactState, integrator: AnyIntegrator
 ) -> int:
-    """Slot that the motion is past, F_n's first (a contact that pulls is none), or `NO_EVENT`."""
+    """Slot that the motion has passed, F_n's first (a contact cannot pull), or `NO_EVENT`."""
     values = values_at(motion, contact, integrator)
     for slot in (SEPARATION, TANGENTIAL, NORMAL):
         if values[slot] < -tolerance[slot]:
@@ -117,9 +117,9 @@ def locate(
     slot: int, high: float, tolerance: float, contact: ContactState, old: Motion, new: Motion,
     integrator: AnyIntegrator,
 ) -> tuple[float, int]:  # fmt: skip
-    """Bracketing search for the slot's zero in [0, high], which `new` is the step to.
+    """Bracketing search for the slot's zero in [0, high]; `new` holds the step to `high`.
 
-    Cubics through the bracket's ends and their rates say where, with bisection when that stalls.
+    Trials are the zeros of cubics through the bracket's ends, with bisection when that stalls.
     Returns the bracket's end just past the event (0 when it fires at once), which `new` is then the
     step to, and the trials used; a trial whose Newton iteration fails ends the search with NaN.
     """

@@ -75,10 +75,10 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 @kernel
 def finish(h: float, old: Motion, new: Motion, contact: ContactState,
            integrator: GaussIntegrator) -> bool:  # fmt: skip
-    """Fill `new` from B: q and v by quadrature, the rest by `accelerate`; whether all is finite.
+    """Fill `new` from B (q and v by quadrature, the rest by `accelerate`); return if it is finite.
 
-    new.a is the step's mean acceleration, which the next step guesses its stages from: a polynomial
-    continued would amplify what the iteration has left of the stiffest modes.
+    new.a is the step's mean acceleration, from which the next step guesses its stages: a continued
+    polynomial would amplify what the iteration has left of the stiffest modes.
     """
     chain, gauss, ends = integrator.chain, integrator.gauss, integrator.tableau.ends
     moved = integrator.work.increment
@@ -100,7 +100,7 @@ def finish(h: float, old: Motion, new: Motion, contact: ContactState,
 @kernel
 def accelerate(h: float, old: Motion, new: Motion, contact: ContactState,
                integrator: GaussIntegrator) -> bool:  # fmt: skip
-    """Fill q.. and lam of `new` by the equations at its q and v; whether they are finite."""
+    """Fill q.. and lam of `new` by the equations at its q and v; return if they are finite."""
     chain, gauss = integrator.chain, integrator.gauss
     for m in range(new.q.size):
         new.jerk[m] = new.acceleration[m] = 0.0
@@ -124,8 +124,8 @@ def step(
 ) -> bool:
     """Advance `old` by h into `new`. Returns whether the iteration converged.
 
-    It stops, keeps its factors and gives them up as generalized-alpha's does; what is compared is
-    the largest change of B with the largest B after the first change.
+    It stops, and keeps or drops its factors, as generalized-alpha's does; the largest change of B
+    is compared with the largest B after the first change.
     """
     co, chain, work = integrator.co, integrator.chain, integrator.work
     table, gauss = integrator.tableau, integrator.gauss
@@ -189,10 +189,10 @@ def step(
 
 @kernel
 def local_error(h: float, integrator: GaussIntegrator) -> float:
-    """What the last term of the acceleration's polynomial moves a stage by, m (slopes times l).
+    """How far the last term of the acceleration's polynomial moves a stage, m (slopes times l).
 
-    The difference from a collocation with one stage less, of order h^(s+1): the step's own error,
-    of order h^(2s+1), is far smaller. What stays below a bound is resolved, or negligible.
+    This is the difference from a collocation with one stage fewer, of order h^(s+1); the step's own
+    error, of order h^(2s+1), is far smaller. Motion below the bound is resolved, or negligible.
     """
     gauss, chain, last = integrator.gauss, integrator.chain, integrator.tableau.last
     largest = 0.0
@@ -207,7 +207,7 @@ def local_error(h: float, integrator: GaussIntegrator) -> float:
 
 @kernel
 def material_loss(h: float, contact: ContactState, integrator: GaussIntegrator) -> float:
-    """What the material has dissipated in the latest step, J, by the collocation's quadrature."""
+    """Energy lost to the material and a radiating tip in the latest step, J, by quadrature."""
     gauss, chain, total = integrator.gauss, integrator.chain, 0.0
     for i in range(integrator.tableau.b.size):
         power = dissipated_power(

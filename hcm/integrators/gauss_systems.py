@@ -6,12 +6,12 @@ into s banded systems, of which each complex pair needs one (Hairer and Wanner 1
     (M + h^2 mu_k K + h lam_k D) w_k + Phi_q^T l_k = -(T^-1 R)_k,   dB = T diag(mu) w,   mu = lam^2.
 
 K turns with the phalanges, and the axial stiffness is so much larger than M/h^2 that an angle of
-1e-3 would spoil the convergence. K is therefore that of the factorization turned along:
+1e-3 would spoil the convergence. So the K of the factorization is turned along with them:
 K(Q_i) = G_i K G_i^T with G_i the turn of each phalanx's chord since then, so that R_i is turned
-back before, and dB_i forth after the solution. M commutes with G but for its differences between
-the stages, and so does Phi_q but for those between neighbouring phalanges: errors of the size of
-the angle, without a stiffness in front. The hinges that B_i is opened at by that are closed by
-moving phalanges as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
+back before, and dB_i forth after the solution. M commutes with G except for the differences of G
+between stages, and Phi_q except for those between neighbouring phalanges: errors of the size of the
+angle, not multiplied by a stiffness. Hinges that this opens in B_i are closed by moving phalanges
+as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ from hcm.contact.contract import fill_column, stiffness_key
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
 
-# Steps in contact whose lengths differ by less than this share have one set of factors.
+# Steps in contact whose lengths differ by less than this share use the same factors.
 STEP_MATCH = 1e-3
 
 
@@ -115,7 +115,7 @@ def add_difference(weight: complex, a: Floats, b: Floats, out: Floats | Complexe
 def fits(h: float, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Whether the factors are those of the step h and the contact's mode.
 
-    In contact they serve any step as long but for `STEP_MATCH`, as do those of an event's trials.
+    In contact they serve any step whose length agrees to `STEP_MATCH`, also for an event's trials.
     """
     key, mode = integrator.gauss.key, stiffness_key(contact, integrator.law)
     near = 0.0 if contact.normal_mode == FLIGHT else STEP_MATCH * h
@@ -130,7 +130,7 @@ def factorize_system(
 ) -> bool:  # fmt: skip
     """Factorize M + mu (K - M) + lam (D - M), and its rank-one part, with real or complex mu, lam.
 
-    M, K, D : gauss.mass, .stiff, .damp, of which K and D hold the mass too; D only if `damped`.
+    M, K, D : gauss.mass, .stiff, .damp; K and D include the mass; D is used only if `damped`.
     y, column : row and column of the rank-one part, times mu unsymmetric_factor; none if that is
     0. Returns whether it could be done.
     """
@@ -148,7 +148,7 @@ def factorize_system(
 
 @kernel
 def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussIntegrator) -> bool:
-    """Keep the factors of all systems for the stiffness at q (n,)."""
+    """Factorize all systems with the stiffness at q (n,), and keep them; return if it succeeded."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
     gauss.key[0], law = np.nan, integrator.law
     unsymmetric_factor = tangent(q, h * h, 0.0, chain, contact, law, gauss.stiff)

@@ -24,13 +24,13 @@ from hcm.integrators.workspace import Coefficients, Integrator, Workspace
 class Tableau(NamedTuple):
     """Coefficients for y.. = f(y) with the unknowns B_i = sum_j abar_ij A_j, abar = a a.
 
-    c, b : (s,). a, a_squared, a_squared_inverse, a_inverse : (s, s) a, abar, abar^-1, by which B
-    gives A, and a^-1, by which it gives (V - v0)/h. ends : (2, s) by which it gives
-    (q1 - q0 - h v0)/h^2 and (v1 - v0)/h. lam : (p,) eigenvalues of a, the real one first where s is
-    odd, one of each complex pair; mu : (p,) their squares, those of abar. forward, backward :
-    (s, s) T^-1 and T diag(mu), T the eigenvectors, a pair's two rows (columns) being the real and
-    the imaginary part (of what counts twice). last : (s,) what A gives to the last term of its
-    polynomial's Legendre series, times the largest part that this term has in B.
+    c, b : (s,). a, a_squared, a_squared_inverse, a_inverse : (s, s) a, abar, abar^-1 (times B: A)
+    and a^-1 (times B: (V - v0)/h). ends : (2, s), times B: (q1 - q0 - h v0)/h^2 and (v1 - v0)/h.
+    lam : (p,) eigenvalues of a, the real one first if s is odd, one of each complex pair; mu : (p,)
+    their squares, those of abar. forward, backward : (s, s) T^-1 and T diag(mu), T the
+    eigenvectors; a complex pair has two rows (columns): the real and the imaginary part (doubled,
+    the latter negated). last : (s,) weights of A in the last term of its polynomial's Legendre
+    series, times the largest part that this term has in B.
     """
 
     c: Floats
@@ -49,7 +49,7 @@ class Tableau(NamedTuple):
 
 @cache
 def tableau(stages: int) -> Tableau:
-    """Coefficients of `stages` stages (s >= 2)."""
+    """Coefficients for `stages` stages (s >= 2)."""
     nodes, weights = legendre.leggauss(stages)
     c, b = 0.5 * (nodes + 1.0), 0.5 * weights
     series = legendre.legvander(nodes, stages - 1).T
@@ -90,14 +90,14 @@ class GaussWork(NamedTuple):
     """What the steps keep, and scratch; P phalanges, p = mu.size systems.
 
     mass : (w + n, w + 1) the bordered mass matrix, constant. mass_factors : its factors. stiff,
-    damp : (w + n, w + 1) with h^2 K and with h D of the factors, the latter where any is.
+    damp : (w + n, w + 1) mass plus h^2 K and mass plus h D of the factors, the latter if damped.
     real_factors : (w + n, w + 1), factors : (p, w + n, w + 1) complex,
     [M + h^2 mu K + h lam D, Phi^T; Phi, 0]. frame : (P, 2) directions of the phalanges at the
     factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
     complex right-hand side; real_right : (w + n,). rank_one, real_rank_one : (p, w + n),
     (w + n,) the factors' solutions for a sliding tip's part, as in `Workspace`. unknown, stage :
     (s, n) B and A. q, v : (s, n), chords : (s, N, 2). residual, change, spare : (s, n). key : (5,)
-    as in `Workspace`, with the step of the factors (NaN: none) in the place of the weight.
+    as in `Workspace`, with the step of the factors (NaN: none) instead of the weight.
     rate : (1,), age : (2,) of the factors, as in `Workspace`.
     """
 
@@ -129,7 +129,7 @@ class GaussWork(NamedTuple):
 class GaussIntegrator(NamedTuple):
     """`Integrator` with what collocation needs; generalized-alpha's part is the same.
 
-    flight, contact : whether it takes the steps there.
+    flight, contact : whether collocation takes the steps there.
     """
 
     co: Coefficients
@@ -143,14 +143,14 @@ class GaussIntegrator(NamedTuple):
 
 
 def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
-    """Allocate for `stages` stages, the mass matrix factorized."""
+    """Allocate the memory for `stages` stages, and factorize the mass matrix."""
     n, elements, phalanges = chain.scale.size, chain.first.size, chain.hinge.size
     w, systems = HALF_BANDWIDTH, (stages + 1) // 2
-    # arrays of one shape from one allocation, of which Python's share of a short tap is made
+    # arrays of one shape from one allocation: these make up Python's share of a short tap
     mass, mass_factors, stiff, damp, real_factors = np.zeros((5, w + n, w + 1))
     real_right, real_rank_one = np.zeros((2, w + n))
     unknown, stage, q, v, residual, change, spare = np.zeros((7, stages, n))
-    # without weight the matrix does not depend on q, for which any numbers serve, nor on a contact
+    # with zero weights the matrix depends neither on q, which may be any numbers, nor on a contact
     tangent(chain.scale, 0.0, 0.0, chain, IN_FLIGHT, law, mass)
     mass_factors[:] = mass
     factorize(mass_factors)
@@ -168,6 +168,6 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
 def with_collocation(
     plain: Integrator, stages: int, flight: bool = True, contact: bool = False
 ) -> GaussIntegrator:
-    """The same run with collocation in flight, in contact or both."""
+    """Add collocation in flight, in contact or both to a run's integrator."""
     own = gauss_work(stages, plain.chain, plain.law)
     return GaussIntegrator(*plain, tableau(stages), own, flight, contact)

@@ -34,7 +34,7 @@ from hcm.state import Motion
 def refactorize(
     q: Floats, weight: float, rate_weight: float, contact: ContactState, integrator: Integrator
 ) -> bool:
-    """Keep the factors of the tangent at q, and the solution for its part that is not symmetric."""
+    """Factorize the tangent at q and solve for its unsymmetric part; return if it succeeded."""
     _, chain, law, work = integrator
     key, rank_one = work.key, work.rank_one
     key[0] = np.nan
@@ -162,10 +162,10 @@ def local_error(h: float, old: Motion, new: Motion, integrator: Integrator) -> f
 def material_loss(
     h: float, contact: ContactState, old: Motion, new: Motion, integrator: Integrator
 ) -> float:
-    """What the material has dissipated in the latest step, J: h D at its mean posture and velocity.
+    """Energy dissipated in the latest step, J: h v^T D v at its mean posture and velocity.
 
-    The trapezoidal rule (xi = 1) takes just that of a linear motion, whatever the step. What a tip
-    radiates is added by that rule.
+    For linear equations the trapezoidal rule (xi = 1) loses exactly that, whatever the step. What a
+    tip radiates is added, by the trapezoidal rule in time.
     """
     _, chain, law, work = integrator
     lost = 0.0
@@ -186,7 +186,7 @@ def change_step(ratio: float, motion: Motion) -> None:
 
 @kernel
 def initial_acceleration(state: Motion, contact: ContactState, integrator: Integrator) -> bool:
-    """Fill state.acceleration with the q.. and lam that the equations ask for, and a with q.. ."""
+    """Fill state.acceleration with the q.. and lam that solve the equations, and a with q.. ."""
     _, chain, law, work = integrator
     right = work.right[HALF_BANDWIDTH:]
     state.acceleration[:] = 0.0

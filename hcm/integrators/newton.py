@@ -27,7 +27,7 @@ def largest_size(x: Floats) -> float:
 
 @kernel_with("nnan", "nsz")
 def largest_in_units(x: Floats, unit: Floats) -> float:
-    """Max |x_i|/unit_i; the same holds."""
+    """Max |x_i|/unit_i; meaningless if one is NaN, like `largest_size`."""
     largest = 0.0
     for i in range(x.size):
         largest = max(largest, abs(x[i]) / unit[i])
@@ -36,7 +36,7 @@ def largest_in_units(x: Floats, unit: Floats) -> float:
 
 @kernel_with("reassoc")
 def is_finite(x: Floats) -> bool:
-    """Whether all of x is: no NaN and no infinity survives in the sum of sizes."""
+    """Whether all of x is finite: any NaN or infinity makes the sum of sizes NaN or infinite."""
     total = 0.0
     for i in range(x.size):
         total += abs(x[i])
@@ -45,7 +45,7 @@ def is_finite(x: Floats) -> bool:
 
 @kernel
 def count_iterations(iterations: int, age: Ints, key: Floats) -> None:
-    """Note a step's iterations, and drop factors that have become dearer than new ones."""
+    """Count a step's iterations, and drop factors that have come to cost more than new ones."""
     if age[0] == 0:
         age[0] = iterations
     else:
@@ -65,8 +65,8 @@ def converged(
     IV.8), the rate being that of the factors in use, here or in earlier steps.
 
     change, previous : largest change of this iteration and the one before (inf: none), m/s^2.
-    largest : what `tolerance` is relative to. settled : whether a slow iteration has reached
-    round-off (m/s^2): the one before was fast, or its factors are new. rate : (1,), updated.
+    largest : what `tolerance` is relative to. settled : whether a slow iteration below `roundoff`
+    (m/s^2) may stop: the one before was fast, or its factors are new. rate : (1,), updated.
     """
     slow, left = False, rate[0] ** 0.8  # a rate from an earlier step is trusted less
     if previous < np.inf:

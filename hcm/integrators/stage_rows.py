@@ -1,6 +1,6 @@
-"""What a step of collocation in contact loses to friction, and its rows, by its stages.
+"""Friction loss and rows of a step of collocation in contact, from its stages.
 
-What a sliding tip loses is a quadrature of F_t V_P, of the stages' order.
+The loss of a sliding tip is a quadrature of F_t V_P, of the stages' order.
 """
 
 from hcm.arrays import Floats
@@ -28,7 +28,7 @@ from hcm.state import Motion, RunTotals, advance_totals
 
 @kernel
 def friction_power(motion: Motion, contact: ContactState, integrator: GaussIntegrator) -> float:
-    """-F_t V_P, W."""
+    """Power lost to friction, -F_t V_P, W."""
     tip, law = integrator.chain.tip, integrator.law
     _, gap = contact_position(motion.q, tip, contact, law)
     vt, vn = contact_velocity(motion.q, motion.v, tip, contact, law)
@@ -41,7 +41,7 @@ def plain_friction(
     loss: float, h: float, old: Motion, new: Motion, contact: ContactState,
     integrator: AnyIntegrator,
 ) -> float:  # fmt: skip
-    """`loss` and the step's own, J, as the law has it."""
+    """`loss` plus that of the step, J, by the law's `friction_loss`."""
     tip, law = integrator.chain.tip, integrator.law
     x0, y0 = contact_position(old.q, tip, contact, law)
     x1, y1 = contact_position(new.q, tip, contact, law)
@@ -61,7 +61,7 @@ def stage_friction(
     loss: float, h: float, old: Motion, new: Motion, contact: ContactState,
     integrator: GaussIntegrator,
 ) -> float:  # fmt: skip
-    """The same by the stages of a tip that slides."""
+    """`plain_friction`, or a quadrature over the stages if the tip slides."""
     if not integrator.contact or contact.tangential_mode != SLIP:
         return plain_friction(loss, h, old, new, contact, integrator)
     for i in range(integrator.tableau.b.size):
@@ -102,7 +102,7 @@ def write_stages(
 
 @kernel
 def stage_rows(integrator: GaussIntegrator) -> int:
-    """Most rows of a step: one, and one a stage."""
+    """Most rows of a step: one, plus one per stage if collocation takes steps in contact."""
     return integrator.tableau.c.size + 1 if integrator.contact else 1
 
 

@@ -1,9 +1,9 @@
-"""The events of a step of collocation, by its stages: in contact, and in flight where it does both.
+"""Events in a step of collocation, from its stages: in contact, and in flight if it does both.
 
 The stages hold the step's motion to order s + 1 at c_i h. An event lies where its function first
-changes sign from one of them to the next (an end of the step among them), and is located there on
-the step's own polynomial, which then ends with it: neither takes a trial step, and the factors stay
-those of whole steps. Only what starts at zero and is past it at the first stage is looked for by
+changes sign from one of them to the next (the step's ends included). It is located there on the
+step's own polynomial, which then ends with it: this takes no trial step, and the factors stay those
+of whole steps. Only for a function that starts at zero and is past it at the first stage are there
 trial steps.
 """
 
@@ -21,7 +21,7 @@ from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.state import Motion
 
-# Evaluations of a step's polynomial for an event, and of the step what may be left of the bracket.
+# Most evaluations of a step's polynomial for an event; bracket, over the step, that ends them.
 TRIALS, RESOLUTION = 60, 1e-15
 
 
@@ -52,10 +52,10 @@ def first_passed(
     h: float, found: int, tolerance: SlotValues, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[int, int]:  # fmt: skip
-    """The slot that is passed first, `found` left out, and the point that is past it.
+    """The slot that is passed first, other than `found`, and the first point that is past it.
 
-    One that starts at zero has just fired: it may again once it has been positive, or at point 0
-    where it never is.
+    A slot that starts at zero has just fired: it may fire again once it has been positive; if it
+    never is, the point returned is 0.
     """
     begin, before = point(0, h, contact, old, new, integrator)
     values, last = before, integrator.tableau.c.size + 1
@@ -83,7 +83,7 @@ def first_passed(
 
 @kernel
 def lagrange(k: int, x: float, c: Floats) -> float:
-    """l_k(x) of the nodes c (s,)."""
+    """Lagrange's polynomial l_k(x) on the nodes c (s,)."""
     value = 1.0
     for j in range(c.size):
         if j != k:
@@ -113,11 +113,11 @@ def shorten(
     share: float, h: float, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> bool:  # fmt: skip
-    """End the latest step, h long, at `share` of it; whether all is finite.
+    """End the latest step, h long, at `share` of it; return whether all is finite.
 
-    Its stages and its end are those of the collocation's polynomials, of degree s through the
-    step's start and its stages, q and v each having its own: the derivative of the one is the other
-    at the stages only, and stiff vibrations would feel the difference.
+    The new stages and end lie on the collocation's polynomials of degree s through the step's start
+    and its stages. q and v have one each: the derivative of q's is v's at the stages only, and
+    stiff vibrations would feel the difference.
     """
     chain, gauss, c = integrator.chain, integrator.gauss, integrator.tableau.c
     b, u, a, moved = gauss.residual, gauss.change, gauss.spare, integrator.work.increment
@@ -156,7 +156,7 @@ def zero_inside(
     slot: int, after: int, h: float, tolerance: float, contact: ContactState, old: Motion,
     new: Motion, integrator: GaussIntegrator,
 ) -> float:  # fmt: skip
-    """Share of the step at which a slot's value, which point `after` is the first past, is zero: by
+    """Share of the step at which a slot's value is zero, `after` being the first point past it: by
     false position (Illinois).
     """
     low, before = point(after - 1, h, contact, old, new, integrator)
@@ -192,10 +192,11 @@ def end_early(
     integrator: GaussIntegrator,
 ) -> tuple[float, int]:  # fmt: skip
     """End the latest step, h long, where a value that starts at zero and is past it at the first
-    stage comes back to zero; its length (0: it falls at once; NaN: a trial failed) and the trials.
+    stage returns to zero.
 
-    It may be positive for a moment, as that of a tip is that sticks on one edge of the cone and
-    swings to the other. The polynomials err by more than a narrow cone is wide.
+    The value may be positive for a moment, as for a tip that sticks on one edge of the friction
+    cone and swings to the other. The polynomials' error exceeds the width of a narrow cone. Returns
+    the step's length (0: the value falls at once; NaN: a trial failed) and the trials.
     """
     if values_and_rates(old, contact, integrator)[1][slot] * h < -tolerance:
         return 0.0, 0
@@ -210,7 +211,7 @@ def first_event(
     h: float, tolerance: SlotValues, contact: ContactState, old: Motion, new: Motion,
     integrator: GaussIntegrator,
 ) -> tuple[float, int, int]:  # fmt: skip
-    """As `event_search.first_event`; by the stages only `end_early` takes trial steps."""
+    """`event_search.first_event` from the stages, where only `end_early` takes trial steps."""
     if not integrator.contact or (contact.normal_mode == FLIGHT and not integrator.flight):
         return event_search.first_event(h, tolerance, contact, old, new, integrator)
     found, trials = NO_EVENT, 0

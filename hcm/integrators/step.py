@@ -1,4 +1,4 @@
-"""Which integrator takes a step: the one for the contact's mode that the run was set up with.
+"""Choose a step's integrator: the one that the run was set up with for the contact's mode.
 
 An `Integrator` takes all steps by generalized-alpha; a `GaussIntegrator` takes those in flight, in
 contact or both by Gauss collocation (its fields `flight`, `contact`). The choice is made by type,
@@ -17,13 +17,13 @@ AnyIntegrator = Integrator | GaussIntegrator
 
 @kernel
 def collocated(contact: ContactState, integrator: GaussIntegrator) -> bool:
-    """Whether the contact's mode is one of collocation's."""
+    """Whether collocation takes the steps in the contact's mode."""
     return integrator.flight if contact.normal_mode == FLIGHT else integrator.contact
 
 
 @kernel
 def plain(of: GaussIntegrator) -> Integrator:
-    """The integrator of the other modes."""
+    """The part for generalized-alpha, which takes the steps in the other modes."""
     return Integrator(of.co, of.chain, of.law, of.work)
 
 
@@ -31,7 +31,7 @@ def plain(of: GaussIntegrator) -> Integrator:
 def step_by_mode(
     h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> bool:
-    """Advance `old` by h into `new`, the contact staying in its mode; whether that converged."""
+    """Advance `old` by h into `new`, the contact staying in its mode; return if it converged."""
     if collocated(contact, integrator):
         return gauss.step(h, contact, old, new, integrator)
     return generalized_alpha.step(h, contact, old, new, plain(integrator))
@@ -41,7 +41,7 @@ def step_by_mode(
 def error_by_alpha(
     h: float, contact: ContactState, old: Motion, new: Motion, integrator: Integrator
 ) -> tuple[float, float]:
-    """The latest step's estimated error in q, m, and the power of h that it goes with."""
+    """The latest step's estimated error in q, m, and the power of h that it is proportional to."""
     return generalized_alpha.local_error(h, old, new, integrator), 3.0
 
 
@@ -49,7 +49,7 @@ def error_by_alpha(
 def error_by_mode(
     h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> tuple[float, float]:
-    """The same."""
+    """`error_by_alpha`, or collocation's error if it took the step."""
     if collocated(contact, integrator):
         return gauss.local_error(h, integrator), integrator.tableau.c.size + 1.0
     return error_by_alpha(h, contact, old, new, plain(integrator))
@@ -59,7 +59,7 @@ def error_by_mode(
 def loss_by_mode(
     h: float, contact: ContactState, old: Motion, new: Motion, integrator: GaussIntegrator
 ) -> float:
-    """What the material has dissipated in the latest step, J."""
+    """Energy lost to the material and a radiating tip in the latest step, J."""
     if collocated(contact, integrator):
         return gauss.material_loss(h, contact, integrator)
     return generalized_alpha.material_loss(h, contact, old, new, plain(integrator))
@@ -73,7 +73,7 @@ def alpha_with(co: Coefficients, of: Integrator) -> Integrator:
 
 @kernel
 def gauss_with(co: Coefficients, of: GaussIntegrator) -> GaussIntegrator:
-    """The same."""
+    """`alpha_with` for an integrator with collocation."""
     return GaussIntegrator(
         co, of.chain, of.law, of.work, of.tableau, of.gauss, of.flight, of.contact
     )

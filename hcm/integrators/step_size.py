@@ -1,4 +1,4 @@
-"""How long the next step is: Newton's convergence, the phase's tolerance, the first event."""
+"""Choose the step's length by Newton's convergence, the phase's tolerance and the first event."""
 
 import math
 
@@ -15,16 +15,16 @@ from hcm.state import Motion, RunTotals, StepLimits
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40
-# A contact step's local error, over the way that the tip goes in it at its largest speed so far: a
+# A contact step's local error, over the distance that the tip goes in it at its largest speed: a
 # stiff surface is dented by less than any tolerance in metres. On a spring it bounds (omega h)^2.
 TRAVEL_SHARE = 1e-3
 # A flight step's local error, over the tip's clearance: a tip that has just left may touch again
 # within its own vibration, which the tolerance of a free flight skips.
 CLEARANCE_SHARE = 0.01
-# Factors by which the error control may change a step at once, and the least that it changes it.
+# Least and largest factor by which error control changes a step at once; the least growth made.
 SHRINK, GROW, LEAST_CHANGE = 0.2, 1.5, 1.2
-# In an undamped flight the step grows only where the error allows this factor, and shrinks only
-# where a step fails: one that followed each swing of the vibration would feed its highest modes.
+# In an undamped flight the step grows only if the error allows this factor, and shrinks only if a
+# step fails: steps that followed each swing of the vibration would feed its highest modes.
 UNDAMPED_MARGIN = 2.0
 
 
@@ -51,8 +51,8 @@ def accepted_step(
 ) -> tuple[float, int, int, int, float]:  # fmt: skip
     """Take a step of at most h that converges, keeps the phase's tolerance and ends on any event.
 
-    Through chatter the step is whole, and an event that it has passed fires at its end. Separation
-    alone is located all the same: the surface would pull until then.
+    During chatter the step is whole, and an event that it has passed fires at its end. Separation
+    alone is still located: the surface would pull until then.
 
     Returns its length, the slot that fires, the trials and the repeats used, and the factor by
     which the next step may grow. More than `REPEATS` repeats mean failure.

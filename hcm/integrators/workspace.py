@@ -1,4 +1,4 @@
-"""What the integrator keeps: coefficients, factors and scratch, and how they are made."""
+"""The integrator's coefficients, factors and scratch memory, and how they are made."""
 
 from typing import NamedTuple
 
@@ -49,7 +49,7 @@ class Workspace(NamedTuple):
 
 
 class Integrator(NamedTuple):
-    """What a step needs beside the state: method, finger, contact's constants, memory."""
+    """What a step needs besides the state: method, finger, contact's constants, memory."""
 
     co: Coefficients
     chain: Chain
@@ -59,7 +59,7 @@ class Integrator(NamedTuple):
 
 @kernel
 def trapezoidal(co: Coefficients) -> Coefficients:
-    """The same with a spectral radius of 1, which is the trapezoidal rule."""
+    """The coefficients for a spectral radius of 1, which give the trapezoidal rule."""
     return Coefficients(0.5, 0.5, 0.25, 0.5, co.tolerance, 0.25 - 1 / 6, co.reuse)
 
 

@@ -95,7 +95,7 @@ def assignment(key: str, value: Any) -> str:
 
 
 def _on_one_line(value: Any) -> str:
-    """A value as TOML writes it: as JSON, except for tables. Dates, which no key has, are strings."""
+    """A value as TOML writes it: as JSON, but for tables. A date, which no key takes, is text."""
     if isinstance(value, dict):
         parts = (f"{json.dumps(name)} = {_on_one_line(part)}" for name, part in value.items())
         return f"{{{', '.join(parts)}}}"

@@ -1,6 +1,6 @@
-"""Run the cells that are not finished; every verdict is stored as soon as it is there.
+"""Run the cells that are not finished; every verdict is stored as soon as it is reached.
 
-Judges do not import it: a verdict depends on the code of its judge, not on who asked for it.
+Judges do not import this module: a verdict depends on its judge's code, not on the caller's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ def verdict_inputs(cell: Cell) -> dict[str, Any]:
 def run_cells(
     cells: Sequence[Cell], finished: LineStore, pool: Workers, progress: Progress
 ) -> list[Mapping[str, Any]]:
-    """Verdicts of all cells, a row each; those that are not finished are judged, and kept at once.
+    """Verdicts of all cells, one row each; cells that are not finished are judged and then stored.
 
     progress is the share of cells that are done.
     """

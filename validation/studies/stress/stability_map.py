@@ -5,14 +5,14 @@ A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*
     scene(x, y, panel) -> a frozen dataclass whose repr is the cell's whole identity
     judge(scene) -> CellVerdict, a function of a module (it is sent to other processes)
 
-The judge runs the solver, bounded in work, and checks what comes back by something that did not
-produce it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a
-run that claims to be good can be RIGHT, SMALLER, UNDERSTATED or WRONG. A stored verdict counts
-until its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
+The judge runs the solver with bounded work, and checks the result by something that did not produce
+it; a scene that the solver refuses is REFUSED, a run that ends early is STOPPED, and only a run
+that claims to be good can be RIGHT, SMALLER, UNDERSTATED or WRONG. A stored verdict is valid until
+its scene, or the code of its scene or of its judge changes (`campaign.verdict_inputs`).
 
 To add maps, write a function ``some_maps(quick: bool) -> tuple[Map, ...]`` and name it in
 `command.all_maps`. The campaign (`campaign`) stores one line per cell as soon as it is judged and
-goes on where it was; tables, figures and the page follow.
+resumes where it stopped; tables, figures and the page follow.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -23,12 +23,12 @@ from typing import Any, Self
 
 from validation.studies.stated_errors import ROUND_OFF_SHARE, WRONG_SHARE, StatedError, understated
 
-# Largest relative error of what is still called right (the README's and the page's definition).
+# Largest relative error that is still called right (the README's and the page's definition).
 LARGEST_ERROR = 0.05
 
 
 class Answer(StrEnum):
-    """What a cell's run is worth."""
+    """The verdict on a cell's run."""
 
     RIGHT = "right"
     SMALLER = "right at a smaller step"
@@ -43,10 +43,10 @@ class Answer(StrEnum):
 class CellVerdict:
     """A cell's answer; its fields are the columns of the CSV.
 
-    reason : why. checked_by : what the answer rests on, besides the solver. error : largest
-    relative difference to that, where it is a number; stated : what the run itself states of that
-    number. energy_residual : the solver's own. steps,
-    wall_time_s : cost of the run that was judged (not of what checked it).
+    reason : why. checked_by : the checks, independent of the solver, that the answer rests on.
+    error : largest relative difference from them, if there is one; stated : the error that the run
+    itself states for that number. energy_residual : the solver's own. steps, wall_time_s : cost of
+    the run that was judged (not of its checks).
     """
 
     answer: Answer
@@ -59,11 +59,11 @@ class CellVerdict:
     stated: float | None = None
 
     def judged(self, answer: Answer, reason: str) -> Self:
-        """With another answer."""
+        """The verdict with another answer and reason."""
         return replace(self, answer=answer, reason=reason)
 
     def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Self:
-        """With one more check: wrong where it differs from `other` by more than `LARGEST_ERROR`.
+        """The verdict after one more check: wrong if off `other` by more than `LARGEST_ERROR`.
 
         error : relative; None where neither has a tap.
         """
@@ -75,9 +75,9 @@ class CellVerdict:
     def within_stated(
         self, other: str, numbers: Mapping[str, StatedError], cautioned: bool
     ) -> Self:
-        """With one more check: right is what differs from `other` by what the run itself states.
+        """The verdict after one more check: right if off `other` by no more than the run states.
 
-        numbers : of `stated_errors.compare`; that which is farthest beyond its error counts.
+        numbers : from `stated_errors.compare`; the one farthest beyond its stated error counts.
         """
         found = replace(self, checked_by=f"{self.checked_by}, {other}")
         if not numbers:
@@ -98,7 +98,7 @@ Judge = Callable[[Any], CellVerdict]
 
 @dataclass(frozen=True)
 class Cell:
-    """Where a cell lies on its map, its scene, and who judges it; its result has JSON values."""
+    """A cell's place on its map, its scene, and its judge, whose result has JSON values."""
 
     map: str
     x: float
@@ -110,7 +110,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Map:
-    """A grid of cells: which solver it is about, its axes and panels, the scene of a cell.
+    """A grid of cells: the solver it examines, its axes and panels, the scene of a cell.
 
     panel_name is empty where there is one panel. A map of one y is a list: it gets no figure.
     """
@@ -128,7 +128,7 @@ class Map:
 
     @property
     def axes(self) -> dict[str, tuple[float, ...]]:
-        """Values by their names."""
+        """The values along each axis, by its name."""
         panels = {self.panel_name: self.panels} if self.panel_name else {}
         return {self.x_name: self.x, self.y_name: self.y, **panels}
 

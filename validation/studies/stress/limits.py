@@ -12,7 +12,7 @@ MOSTLY = 0.8
 
 
 def _cause(row: Mapping[str, Any]) -> str:
-    """What a cell's answer is due to: the solver's reason to stop, a refused parameter, a caution."""
+    """The cause of a cell's answer: the solver's reason to stop, a refused parameter, a caution."""
     reason = str(row["reason"])
     if row["answer"] == Answer.STOPPED:
         return f"stopped: {reason.partition(' at t =')[0]}"

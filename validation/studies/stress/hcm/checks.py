@@ -76,7 +76,7 @@ def _step_defect(result: TapResult) -> Floats:
 
 
 def _largest(offences: Floats, result: TapResult) -> float:
-    """The largest offence, or 0, without one per step through chatter, which may have either mode."""
+    """The largest offence, or 0; leaves one out per step through chatter, which has either mode."""
     ranked = np.sort(offences)
     chatter = result.statistics.chatter_steps
     return max(float(ranked[-1 - chatter]), 0.0) if ranked.size > chatter else 0.0

@@ -139,7 +139,7 @@ def _extrapolated(
 def _fitted(
     sizes: Sequence[float], values: Sequence[float], formal_order: float
 ) -> tuple[float, float, float] | None:
-    """Order, limit and uncertainty of φ_0 + α h^p fitted to n levels; None if noise hides p.
+    """Order, limit and uncertainty of φ_0 + α h^p fitted to n levels; None if noise hides a trend.
 
         σ² = Σ (φ_i - φ_0 - α h_i^p)² / (n - 3),   U = 1.25 |α| h_1^p + σ + |φ_1 - φ_0 - α h_1^p|
 

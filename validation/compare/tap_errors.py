@@ -1,4 +1,4 @@
-"""Errors of one tap against a truth: what the benchmark draws over time."""
+"""Errors of one tap against a truth, which the benchmark draws over run time."""
 
 from dataclasses import dataclass
 

@@ -18,7 +18,7 @@ TIP, GROWTH, EVEN = 0.2, 1.15, 1.3
 
 Overrides = Mapping[str, float | str]
 PRESET_KEY = "solver.fem.preset"
-# A level sets mesh sizes only: a preset or an accuracy would bring halvings and damping too.
+# Only a level's own sizes apply: an accuracy would bring halvings and damping too.
 NO_ACCURACY: Overrides = {"solver.fem.accuracy": "none"}
 
 
@@ -52,11 +52,11 @@ def mesh_sizes(
 
 
 def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ...]:
-    """All refinements, with contact by impulses; the tip's with surface pressure too, the penalty's
-    with surface pressure only.
+    """All refinements: of the tip, the penalty, the shaft and the step.
 
-    The shaft is refined with a fine tip throughout: with a coarse one, which the section's own
-    edges cut in two, it would show the tip's error. The step's error hardly depends on the mesh.
+    Contact is by impulses; the tip is also refined under surface pressure, the penalty only so. The
+    shaft is refined with a fine tip throughout: with a coarse one, which the section's own edges
+    cut in two, it would show the tip's error. The step's error hardly depends on the mesh.
     Splitting the tip's edges in two halves their size and takes the square root of their growth:
     only with both, not with the size alone, does the graded part converge too.
 

@@ -80,7 +80,7 @@ def preset_rows(preset: Values, verdicts: Convergences) -> list[dict[str, Any]]:
     """Compare the preset `converged` with the limit of the tip's refinement; a row per quantity.
 
     Its uncertainty is its distance from the limit plus the uncertainties of all meshes and of the
-    step: a plain sum, as they need not be independent. The preset has no penalty to vary.
+    step: a plain sum, as they need not be independent. Its contact by impulses has no penalty.
     """
     rows = []
     for entry in OF_A_TAP:

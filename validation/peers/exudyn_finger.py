@@ -95,7 +95,7 @@ class _Finger:
         self.system.Assemble()
 
     def _add_chain(self, items: Any) -> int:
-        """Phalanges along -X, hinged in a row; the tip's node."""
+        """Add the phalanges along -X, hinged in a row; returns the tip's node."""
         system, gravity = self.system, self.scene.drive.gravity
         node = system.AddNode(items.NodePointGround())
         hinge_x = 0.0
@@ -186,7 +186,7 @@ class _Finger:
         self.steps += steps
 
     def fly(self, flight_step: float, contact_step: float, located: bool, until: float) -> float:
-        """From rest to contact; returns its time, s."""
+        """Fly from rest to contact; returns the time of contact, s."""
         self.advance(0.0, until, max(1, round(until / flight_step)), RELATIVE)
         time = until
         for _ in range(ATTEMPTS):
@@ -227,7 +227,7 @@ def tap(
     steps = round(window / contact_step)
     finger.advance(contact, steps * contact_step, steps, CONTACT_RELATIVE)
     rows = finger.system.GetSensorStoredData(finger.sensor)
-    rows = rows[-(steps + 1) :]  # the contact's own, its start included
+    rows = rows[-(steps + 1) :]  # those of the contact, with its start
     time = rows[:, 0] - contact
     force = -scene.tip.normal_stiffness * (rows[:, 2] + scene.surface.height)
     quantities = _quantities(contact, time, force, located)

@@ -30,7 +30,7 @@ def solve_first_tap(scene: hcm.Scene, seconds: float) -> tuple[str, tuple[float,
     chain, rest = build_chain(scene.finger, scene.drive)
     law, mapping = contact_law(scene.surface, scene.tip), minimal_coordinates(chain)
     m = mapping.place.size
-    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's, in the state
+    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's place in the state
     nothing = np.zeros(m)
     state = np.concatenate([rest[mapping.place], nothing, [0.0, 0.0]])
     contact, now, peak, impulse = ContactState(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0

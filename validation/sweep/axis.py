@@ -35,7 +35,7 @@ class Axis(Table):
     parameters: dict[str, float] = Field(default_factory=dict)
     """Parameters of the distribution, by its names: loc, scale, and its shapes."""
     count: Annotated[int, SceneNumber(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
-    """Points of a range or a distribution on a grid."""
+    """Number of points of a range or a distribution on a grid."""
 
 
 def scene_number_of(key: str) -> SceneNumber | None:

@@ -37,7 +37,7 @@ def run_sweep(
     workers
         Processes on this machine; by default one a core. Each scene takes one thread.
     dask
-        Address of a Dask cluster's scheduler, in the place of processes here: tcp://host:8786
+        Address of a Dask cluster's scheduler, instead of processes here: tcp://host:8786
     out
         Folder for sweep/NAME/: results.jsonl, sweep.nc, sweep.csv, index.html.
     """

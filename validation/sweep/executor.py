@@ -212,7 +212,7 @@ def _rows(
                 " same command goes on"
             ) from error
         again.append((chosen, tries + 1))
-    except UserError:  # a worker that came later has another program
+    except UserError:  # a worker that joined later has another program
         raise
     except Exception as error:  # its worker died; the scenes' own errors are rows
         if len(chosen) == 1 and tries > 1:

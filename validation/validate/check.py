@@ -30,7 +30,7 @@ NAMES = {
     "tangential": "peak_tangential_force_N",
     "stress": "peak_stress_R_Pa",
 }
-NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # a name may hold them, XML not
+NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
 KEYS = tuple(entry.key for entry in COMPARED)
 
 

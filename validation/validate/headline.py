@@ -72,7 +72,7 @@ def cautions(runs: Runs) -> list[str]:
 
 
 def sentences(rows: list[Difference]) -> list[str]:
-    """One sentence per scene and model on the peak force, in words that the numbers bear out."""
+    """One sentence per scene and model on the peak force, worded to match the numbers."""
     result = []
     for row in rows:
         if row.quantity != OF_A_TAP[0]:

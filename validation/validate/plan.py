@@ -113,7 +113,7 @@ def validation_jobs(plan: Plan, estimate: bool = True) -> list[list[Job]]:
 
 
 def first_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
-    """By scene's source and model, the model's own job: the first of its (`Runs.of_model`)."""
+    """By source and model, the model's own job on that scene: its first (`Runs.of_model`)."""
     return {
         (j.scene, j.model): j for group in reversed(validation_jobs(plan)) for j in reversed(group)
     }
@@ -201,7 +201,7 @@ class Runs:
         return found if found is not None and found.ok else None
 
     def reference(self, scene: str) -> RunRecord | None:
-        """The run, or the data, that the first screen compares with."""
+        """The run or data with which the first screen compares."""
         data = self.plan.data.get(scene)
         return data.record if data else self.of_model(scene, self.plan.reference)
 
@@ -211,13 +211,13 @@ class Runs:
         return [run for run in runs if run is not None]
 
     def references(self, scene: str) -> list[RunRecord]:
-        """The runs that the models are compared with, the first screen's first."""
+        """The runs with which the models are compared; the first screen's comes first."""
         first = self.reference(scene)
         others = self.find_all(scene, OWN_PROCESS[1:]) if self.plan.in_full else []
         return ([] if first is None else [first]) + [run for run in others if run is not first]
 
     def comparisons(self, scene: str) -> list[tuple[RunRecord, list[RunRecord]]]:
-        """The compared runs with their references; then the paper's mesh with its stand-in."""
+        """The compared runs with their references; then PAPER_REDUCED with PAPER_REFERENCE."""
         own, rung = self.find(scene, PAPER_REDUCED), self.find(scene, PAPER_REFERENCE)
         papers = [] if own is None or rung is None else [(own, [rung])]
         return [(run, self.references(scene)) for run in self.compared(scene)] + papers

@@ -66,7 +66,7 @@ def fitted(known: pd.DataFrame, moved: Floats, allowed: float) -> Rule:
 
 
 def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) -> pd.DataFrame:
-    """A row for each assumption and error: the rule of all scenes, and how rules of halves do.
+    """A row for each assumption and error: the rule of all scenes, and its check by halves.
 
     moved : (assumption, scene), percent, nan where a run did not complete.
     cost : (assumption,), the median share of the refined model's time that a run takes without it.

@@ -137,7 +137,7 @@ def _swept(
             "finger.diameter": DIAMETER,
             "solver.fem.max_contact_time": LONGEST_S,
             "solver.fem.growth": GROWTH,
-            # as the reduced model does here
+            # as in the reduced model here
             "solver.fem.flight": "rigid",
             "solver.hcm.accuracy": CONVERGED,
             "solver.hcm.estimate": False,

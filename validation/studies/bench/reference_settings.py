@@ -13,7 +13,7 @@ from validation.studies.bench.work_precision import Options, Setting, Solution, 
 FAST: Options = {"solver.fem.preset": "fast"}
 IMPULSE: Options = {"solver.fem.contact": "impulse"}
 SHAFT = 2.0  # in units of `mesh_sizes`: 1.5 mm, which the truths show to be fine enough
-UNSTABLE = 1.2  # a step beyond stability: its failure belongs to the picture
+UNSTABLE = 1.2  # a step beyond stability, included to show its failure
 BUDGET_S = 2.0  # the longest runs of a full benchmark take half a minute: two of each are enough
 
 

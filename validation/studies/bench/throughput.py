@@ -19,7 +19,7 @@ def scenes(count: int) -> Iterator[hcm.Scene]:
     """The stress campaign's first scenes, all of them by generalized-alpha."""
     for index in range(count):
         scene = random_scene(random_numbers(SEED, index))
-        # collocation is for many digits of a smooth flight, not for any scene: 8 times as long here
+        # collocation suits many digits of a smooth flight, not every scene: 8 times as long here
         plain = replace(scene.settings, flight_integrator="generalized-alpha", estimate=False)
         yield replace(scene, settings=plain)
 

@@ -135,7 +135,7 @@ def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
     """The scene with settings for a tenth of the accuracy, an elastic flight and finer elements.
 
     For a third of it if the first's flight is beyond `MOST_BENT`; None if both are. The accuracy
-    asked for is at least `hcm.SMALLEST`. Raises RunFailedError: the tip does not fall.
+    asked for is at least `hcm.SMALLEST`. Raises RunFailedError: the surface is not reached.
     """
     lasts = impact_of(scene).time_s
     for share in WITHIN:

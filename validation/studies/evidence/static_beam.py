@@ -112,7 +112,7 @@ def rows(
 
 
 def princeton_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
-    """The sag of the Princeton beam, flat and on edge, by beams and by solids of ANSYS."""
+    """The sag of the Princeton beam, flat and on edge, against ANSYS' beams and solids."""
     progress(0.0, "the Princeton beam")
     length, young, poisson, sides = 0.508, 71.7e9, 0.31, (12.3777e-3, 3.2024e-3)
     area, found = sides[0] * sides[1], []

@@ -82,7 +82,7 @@ def located(run: CaseRun) -> int:
 
 
 def counting(run: CaseRun) -> str:
-    """How many transitions there are at other thresholds than VISIBLE, as text."""
+    """The numbers of transitions at other thresholds than VISIBLE, as text."""
     counts = ", ".join(f"{transitions(run, share)}" for share in (0.001, 0.01, 0.02, 0.05))
     return (
         f"counted are those after which Fn falls by more than {100 * VISIBLE:g} % of its peak;"

@@ -92,7 +92,7 @@ def check_sentences(checks: Sequence[Row]) -> list[str]:
 
 
 def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
-    """The peak force on rungs 2 and 3, in words that the numbers bear out."""
+    """Sentences on the peak force on rungs 2 and 3, worded to match the numbers."""
     entry = quantity("peak_normal_force_N")
     what = {
         2: "with the same lumped law the reduced model's peak force lies",

@@ -24,7 +24,7 @@ from validation.validate.plan import (
 )
 
 NAMES = {PAPER_REDUCED: "hcm, the paper's k"}
-PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # OF_A_TAP, off another run
+PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP against another run
 CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
                  "contact_time_percent")  # fmt: skip
 COST_COLUMNS = ("scene", "model", "wall_time_s", "peak_N", *PERCENT)
@@ -35,7 +35,7 @@ Row = dict[str, Any]  # by the names of its table's columns; None where a run ha
 
 
 def _percent(run: RunRecord, base: RunRecord) -> Row:
-    """How far a run's peak, impulse and duration are from another's."""
+    """How far a run's peak, impulse and duration are from another's, percent."""
     shares = (error_percent(entry.read(run), entry.read(base)) for entry in OF_A_TAP)
     return dict(zip(PERCENT, shares, strict=True))
 

@@ -28,7 +28,7 @@ from validation.studies.stress.judging import largest_difference, tap_scalars
 
 # A tap's peak F_n (N) and impulse (N s).
 Tap = tuple[float, ...]
-# What a solver says, its tap, and its wall time in s.
+# How a solver ended, its tap, and its wall time in s.
 PeerAnswer = tuple[str, Tap | None, float]
 
 SECONDS = 30.0

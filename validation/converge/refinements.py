@@ -57,7 +57,7 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     Contact is by impulses; the tip is also refined under surface pressure, the penalty only so. The
     shaft is refined with a fine tip throughout: with a coarse one, which the section's own edges
     cut in two, it would show the tip's error. The step's error hardly depends on the mesh.
-    Splitting the tip's edges in two halves their size and takes the square root of their growth:
+    If the tip's edges are split in two, their size is halved and their growth is its square root:
     only with both, not with the size alone, does the graded part converge too.
 
     scale : the finger's diameter over 15 mm

@@ -46,7 +46,7 @@ from validation.studies.assumptions.study import (
 WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in TAP_AND_STRESS}  # percent
 OUTER = 5.0  # percent: the wider limit on all four numbers of a scene
 SEEDS = 2**32 - 1  # the largest that pandas takes
-APART = 1e-3  # of durations, from which touches differ; their steps' errors are 1e-4
+APART = 1e-3  # of durations: beyond it the touches differ, as steps' errors are 1e-4
 DRAWN, EDGE = (0.1, 100.0), 8.0  # percent: what the waterfall shows, and the map
 
 
